@@ -1,0 +1,57 @@
+"""What a procedure may know of an instrument: one interface a kind, in IVI's class terms."""
+
+from drivers.interfaces.clock import Clock
+from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
+from drivers.interfaces.errors import (
+    CommunicationError,
+    IdentityError,
+    InstrumentError,
+    MeasurementError,
+    OverloadError,
+    ReportedError,
+    SetpointError,
+)
+from drivers.interfaces.identity import Accuracy, Identity, Instrument, Reading, Traffic
+from drivers.interfaces.inverter import Inverter
+from drivers.interfaces.lcr_meter import Aperture, ImpedanceReading, LcrMeter
+from drivers.interfaces.oscilloscope import (
+    ChannelSettings,
+    Oscilloscope,
+    ProbeKind,
+    Slope,
+    Trigger,
+    Waveform,
+)
+from drivers.interfaces.supply import OutputMode, Supply
+from drivers.interfaces.tachometer import Tachometer
+
+__all__ = [
+    "Accuracy",
+    "Aperture",
+    "ChannelSettings",
+    "Clock",
+    "CommunicationError",
+    "Dynamometer",
+    "DynamometerReading",
+    "Identity",
+    "IdentityError",
+    "ImpedanceReading",
+    "Instrument",
+    "InstrumentError",
+    "Inverter",
+    "LcrMeter",
+    "MeasurementError",
+    "Oscilloscope",
+    "OutputMode",
+    "OverloadError",
+    "ProbeKind",
+    "Reading",
+    "ReportedError",
+    "SetpointError",
+    "Slope",
+    "Supply",
+    "Tachometer",
+    "Traffic",
+    "Trigger",
+    "Waveform",
+]

@@ -1,0 +1,13 @@
+"""Time as a dependency: nothing but a clock sleeps."""
+
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """The bench's time, real or virtual."""
+
+    def now(self) -> float:
+        """Return the time, in seconds, of a clock that never steps back."""
+
+    def sleep(self, seconds: float) -> None:
+        """Let the given time (s) pass."""

@@ -1,0 +1,57 @@
+"""What every instrument has: an identity, readings with an accuracy, and an end."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+#: Receives each exchange of a driver with its instrument: direction ("write", "read"), the text or a summary of the bytes.
+Traffic = Callable[[str, str], None]
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who answers at an address (the four fields of `*IDN?`; empty where the instrument has none)."""
+
+    manufacturer: str
+    model: str
+    serial_number: str = ""
+    firmware: str = ""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Limits of error of a reading as the specification or the calibration states them (half-widths, rectangular).
+
+    `gain` is relative to the reading; `offset` and `resolution` are in the reading's unit. Gain and offset
+    are common to all readings of one instrument in one range; resolution and `noise` (standard deviation) are not.
+    """
+
+    gain: float = 0.0
+    offset: float = 0.0
+    resolution: float = 0.0
+    noise: float = 0.0
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One value in SI units as an instrument gave it, with its accuracy and the bench time it was taken at (s)."""
+
+    value: float
+    unit: str
+    accuracy: Accuracy
+    time: float
+
+
+class Instrument(Protocol):
+    """Anything on the bench that has a name and can be let go of."""
+
+    @property
+    def identity(self) -> Identity:
+        """Who this is."""
+
+    def close(self) -> None:
+        """Let go of the connection; safe to call twice. Outputs are made safe before this, by `make_safe`."""
+
+    def make_safe(self) -> None:
+        """Bring the instrument to its harmless state (output off, torque zero); does nothing for one that only listens."""

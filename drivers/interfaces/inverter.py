@@ -1,0 +1,36 @@
+"""Three-phase inverter that turns the motor under test."""
+
+from contextlib import AbstractContextManager
+from typing import Protocol
+
+from drivers.interfaces.identity import Instrument, Reading
+
+
+class Inverter(Instrument, Protocol):
+    """A drive with an open-loop frequency mode and a current (torque) mode. Currents are phase, peak, in A."""
+
+    @property
+    def maximum_current(self) -> float:
+        """Largest phase current (A, peak) that may be commanded."""
+
+    @property
+    def maximum_frequency(self) -> float:
+        """Largest electrical frequency (Hz) that may be commanded."""
+
+    def driving_frequency(self, frequency: float, current: float) -> AbstractContextManager[None]:
+        """Turn the field at a fixed electrical frequency (Hz, sign is direction) with a phase current (A, peak).
+
+        The block is entered once the ramp has ended; at its end the drive is disabled.
+        """
+
+    def driving_current(self, current: float) -> AbstractContextManager[None]:
+        """Regulate the torque-producing (q-axis) current (A, peak) for the length of the block."""
+
+    def set_current(self, current: float) -> None:
+        """Change the q-axis current (A, peak) inside a `driving_current` block and wait until it has settled."""
+
+    def measure_frequency(self) -> Reading:
+        """Return the electrical frequency (Hz) the drive puts out."""
+
+    def measure_current(self) -> Reading:
+        """Return the torque-producing current (A, peak) as the drive reports it."""

@@ -1,0 +1,50 @@
+"""LCR meter: series resistance and inductance between two terminals."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from drivers.interfaces.identity import Accuracy, Instrument
+
+
+class Aperture(Enum):
+    """Measurement time."""
+
+    SHORT = "SHOR"
+    MEDIUM = "MED"
+    LONG = "LONG"
+
+
+@dataclass(frozen=True)
+class ImpedanceReading:
+    """Series equivalent of an impedance: resistance (Ω) and inductance (H) at `frequency` (Hz), each with its accuracy.
+
+    `inductance` is NaN and `frequency` 0 for an instrument that only gives a DC resistance; `resistance` is NaN
+    for one that was asked for inductance alone.
+    """
+
+    resistance: float
+    inductance: float
+    frequency: float
+    resistance_accuracy: Accuracy
+    inductance_accuracy: Accuracy
+    time: float
+
+
+class LcrMeter(Instrument, Protocol):
+    """An LCR bridge or meter."""
+
+    def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
+        """Set the series L–R function, test frequency (Hz), level (V rms, open circuit) and measurement time."""
+
+    def correct_short(self) -> None:
+        """Measure the shorted leads at the present settings and subtract them from now on."""
+
+    def measure(self) -> ImpedanceReading:
+        """Trigger one measurement and return it.
+
+        Raises OverloadError (no value within range) or MeasurementError (status other than good).
+        """
+
+    def accuracy_at(self, resistance: float, inductance: float, frequency: float) -> tuple[Accuracy, Accuracy]:
+        """Return the limits of error that a reading of this resistance (Ω) and inductance (H) at `frequency` (Hz) would have."""

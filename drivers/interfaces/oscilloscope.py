@@ -1,0 +1,84 @@
+"""Oscilloscope (IviScope)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.interfaces.identity import Accuracy, Instrument
+
+
+class ProbeKind(Enum):
+    """What a channel's probe senses."""
+
+    VOLTAGE = "V"
+    CURRENT = "A"
+
+
+class Slope(Enum):
+    """Edge that starts the record."""
+
+    RISING = "POS"
+    FALLING = "NEG"
+    EITHER = "EITH"
+
+
+@dataclass(frozen=True)
+class ChannelSettings:
+    """Full-scale `range` (peak to peak over the screen, V or A at the probe's tip) and `offset` (value at mid-screen)."""
+
+    range: float
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Trigger:
+    """Edge trigger: channel, level (V or A) and slope; `None` for the channel starts at once."""
+
+    channel: int | None
+    level: float = 0.0
+    slope: Slope = Slope.RISING
+
+
+@dataclass(frozen=True)
+class Waveform:
+    """Samples of one channel: `time` (s, shape (n,), 0 at the trigger) and `values` (V or A, shape (n,)).
+
+    `resolution` is one step of the converter. `clipped` tells that samples reached an end of the range.
+    """
+
+    channel: int
+    time: NDArray[np.float64]
+    values: NDArray[np.float64]
+    unit: str
+    resolution: float
+    accuracy: Accuracy = field(default_factory=Accuracy)
+    clipped: bool = False
+
+
+class Oscilloscope(Instrument, Protocol):
+    """A digital oscilloscope with voltage and current probes fixed to its channels by the station file."""
+
+    def channels(self, kind: ProbeKind) -> Sequence[int]:
+        """Return the numbers of the channels that have a probe of this kind, in order."""
+
+    def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
+        """Set the vertical range and offset of a channel and switch it on."""
+
+    def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
+        """Set the record's length (s), the least number of points, and the share of it (0…1) before the trigger."""
+
+    def configure_trigger(self, trigger: Trigger) -> None:
+        """Set the edge trigger."""
+
+    def initiate(self) -> None:
+        """Arm for one record; returns as soon as the instrument waits for its trigger."""
+
+    def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
+        """Wait for the record (at most `timeout` s of bench time) and return it.
+
+        Raises MeasurementError where no trigger came, naming the channel and level waited for.
+        """

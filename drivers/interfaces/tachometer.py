@@ -1,0 +1,12 @@
+"""Tachometer."""
+
+from typing import Protocol
+
+from drivers.interfaces.identity import Instrument, Reading
+
+
+class Tachometer(Instrument, Protocol):
+    """A rotational speed meter; it does not see the direction."""
+
+    def measure_speed(self) -> Reading:
+        """Return the speed as a Reading in rad/s (mechanical), averaged over the instrument's gate."""
