@@ -1,0 +1,1 @@
+"""One real instrument each, behind the interface of its kind."""

@@ -1,0 +1,1 @@
+"""A finished run as table, page, PDF and controller export."""

@@ -1,0 +1,1 @@
+"""The virtual bench: motor physics, and instruments that speak the real protocols."""
