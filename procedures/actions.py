@@ -1,0 +1,315 @@
+"""Hand work as data: a person, a virtual operator or a switch matrix performs the same actions."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from procedures.text import Text, text
+
+
+class Terminal(Enum):
+    """A motor terminal."""
+
+    A = "A"
+    B = "B"
+    C = "C"
+
+
+class Socket(Enum):
+    """Where a motor terminal may be connected."""
+
+    OPEN = "open"
+    SUPPLY_POSITIVE = "supply+"
+    SUPPLY_NEGATIVE = "supply-"
+    METER_HIGH = "lcr_high"
+    METER_LOW = "lcr_low"
+    INVERTER_U = "inverter_u"
+    INVERTER_V = "inverter_v"
+    INVERTER_W = "inverter_w"
+
+
+class Node(Enum):
+    """A point that a voltage probe may touch."""
+
+    A = "A"
+    B = "B"
+    C = "C"
+    STAR_POINT = "N"
+    ARTIFICIAL_STAR = "star"
+
+
+SOCKET_NAMES: Mapping[Socket, Text] = {
+    Socket.OPEN: text("nothing (leave it open)"),
+    Socket.SUPPLY_POSITIVE: text("supply, plus"),
+    Socket.SUPPLY_NEGATIVE: text("supply, minus"),
+    Socket.METER_HIGH: text("LCR meter, high"),
+    Socket.METER_LOW: text("LCR meter, low"),
+    Socket.INVERTER_U: text("inverter, U"),
+    Socket.INVERTER_V: text("inverter, V"),
+    Socket.INVERTER_W: text("inverter, W"),
+}
+
+NODE_NAMES: Mapping[Node, Text] = {
+    Node.A: text("terminal A"),
+    Node.B: text("terminal B"),
+    Node.C: text("terminal C"),
+    Node.STAR_POINT: text("the motor's star point"),
+    Node.ARTIFICIAL_STAR: text("the artificial star point (three equal resistors, 20 kΩ)"),
+}
+
+
+@dataclass(frozen=True)
+class Connect:
+    """Connect every motor terminal as given, and nothing else; terminals not named stay open."""
+
+    terminals: Mapping[Terminal, Socket]
+
+    def complete(self) -> dict[Terminal, Socket]:
+        """Return the socket of all three terminals."""
+        return {terminal: self.terminals.get(terminal, Socket.OPEN) for terminal in Terminal}
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, a line a terminal; `colours` names each terminal's wire where known."""
+        said = [text("Connect the motor's terminals:")]
+        for terminal, socket in self.complete().items():
+            colour = colours.get(terminal.value)
+            if colour:
+                said.append(
+                    text(
+                        "{terminal} ({colour}) → {socket}",
+                        terminal=terminal.value,
+                        colour=text(colour),
+                        socket=SOCKET_NAMES[socket],
+                    )
+                )
+            else:
+                said.append(text("{terminal} → {socket}", terminal=terminal.value, socket=SOCKET_NAMES[socket]))
+        return said
+
+
+@dataclass(frozen=True)
+class VoltageProbe:
+    """A voltage probe of a scope channel between two nodes."""
+
+    channel: int
+    positive: Node
+    negative: Node
+
+
+@dataclass(frozen=True)
+class CurrentProbe:
+    """A current probe of a scope channel round one terminal's wire; positive into the motor."""
+
+    channel: int
+    terminal: Terminal
+
+
+@dataclass(frozen=True)
+class ConnectProbes:
+    """Fit the oscilloscope's probes as given, and no others."""
+
+    probes: tuple[VoltageProbe | CurrentProbe, ...]
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, a line a probe."""
+        said = [text("Fit the oscilloscope's probes:")]
+        for probe in self.probes:
+            if isinstance(probe, VoltageProbe):
+                said.append(
+                    text(
+                        "channel {channel}: tip on {positive}, reference on {negative}",
+                        channel=probe.channel,
+                        positive=NODE_NAMES[probe.positive],
+                        negative=NODE_NAMES[probe.negative],
+                    )
+                )
+            else:
+                said.append(
+                    text(
+                        "channel {channel}: current probe round the wire of {terminal}, arrow towards the motor",
+                        channel=probe.channel,
+                        terminal=probe.terminal.value,
+                    )
+                )
+        return said
+
+
+@dataclass(frozen=True)
+class _Sentence:
+    """An action that one sentence says."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        raise TypeError(f"{type(self).__name__} has no sentence")
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, in one line."""
+        return [self.sentence()]
+
+
+@dataclass(frozen=True)
+class ShortMeterLeads(_Sentence):
+    """Clip the LCR meter's leads together, for its short correction."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the LCR meter's leads off the motor and clip them together")
+
+
+@dataclass(frozen=True)
+class SeparateMeterLeads(_Sentence):
+    """Take the LCR meter's leads apart again."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the LCR meter's leads apart again")
+
+
+@dataclass(frozen=True)
+class LockRotor(_Sentence):
+    """Lock the shaft where it stands."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Lock the shaft where it stands, without turning it")
+
+
+@dataclass(frozen=True)
+class ReleaseRotor(_Sentence):
+    """Unlock the shaft."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Unlock the shaft, so that it turns freely")
+
+
+@dataclass(frozen=True)
+class TurnToRest(_Sentence):
+    """Turn the energised shaft a little and let go, so that it snaps to a stable angle."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Turn the shaft a little by hand and let go: it snaps to a stable angle")
+
+
+@dataclass(frozen=True)
+class MarkRestPositions(_Sentence):
+    """Turn the energised shaft through whole turns and mark each stable angle; gives the angles in rad."""
+
+    turns: int = 1
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text(
+            "Turn the shaft by hand through {turns} full turn and mark every position where it snaps in",
+            turns=self.turns,
+        )
+
+
+@dataclass(frozen=True)
+class StartTurning(_Sentence):
+    """Keep turning the shaft by hand, as evenly as possible, until told to stop; `speed` in rad/s, mechanical."""
+
+    speed: float
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text(
+            "Turn the shaft by hand very slowly and evenly, one turn in about {seconds:.0f} s, until told to stop",
+            seconds=2.0 * 3.141592653589793 / self.speed,
+        )
+
+
+@dataclass(frozen=True)
+class StopTurning(_Sentence):
+    """Stop turning the shaft and let it rest."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Stop turning the shaft")
+
+
+@dataclass(frozen=True)
+class CoupleDynamometer(_Sentence):
+    """Couple the motor to the dynamometer."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Couple the motor's shaft to the dynamometer")
+
+
+@dataclass(frozen=True)
+class UncoupleDynamometer(_Sentence):
+    """Part the motor from the dynamometer."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the motor's shaft off the dynamometer")
+
+
+@dataclass(frozen=True)
+class EnterReading(_Sentence):
+    """Type in a number that only a person can read; refused outside `minimum` … `maximum` (in `unit`)."""
+
+    quantity: Text
+    unit: str
+    minimum: float
+    maximum: float
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text(
+            "Enter {quantity} in {unit} ({minimum:g} … {maximum:g})",
+            quantity=self.quantity,
+            unit=self.unit,
+            minimum=self.minimum,
+            maximum=self.maximum,
+        )
+
+
+Action = (
+    Connect
+    | ConnectProbes
+    | ShortMeterLeads
+    | SeparateMeterLeads
+    | LockRotor
+    | ReleaseRotor
+    | TurnToRest
+    | MarkRestPositions
+    | StartTurning
+    | StopTurning
+    | CoupleDynamometer
+    | UncoupleDynamometer
+    | EnterReading
+)
+
+LINE_PAIRS: tuple[tuple[Terminal, Terminal], ...] = (
+    (Terminal.A, Terminal.B),
+    (Terminal.B, Terminal.C),
+    (Terminal.C, Terminal.A),
+)
+
+
+def meter_across(high: Terminal, low: Terminal) -> Connect:
+    """Connect the LCR meter between two terminals, the third open."""
+    return Connect({high: Socket.METER_HIGH, low: Socket.METER_LOW})
+
+
+def meter_series_parallel() -> Connect:
+    """Connect the LCR meter from A to B and C joined."""
+    return Connect({Terminal.A: Socket.METER_HIGH, Terminal.B: Socket.METER_LOW, Terminal.C: Socket.METER_LOW})
+
+
+#: Rotor to the d axis: the current's space vector lies on phase A's axis.
+ALIGN_D = Connect(
+    {Terminal.A: Socket.SUPPLY_POSITIVE, Terminal.B: Socket.SUPPLY_NEGATIVE, Terminal.C: Socket.SUPPLY_NEGATIVE}
+)
+#: Rotor to where phase A sees its q axis.
+ALIGN_Q = Connect({Terminal.B: Socket.SUPPLY_POSITIVE, Terminal.C: Socket.SUPPLY_NEGATIVE})
+#: The note's d-axis step: against the aligning current.
+STEP_NEGATIVE = Connect(
+    {Terminal.A: Socket.SUPPLY_NEGATIVE, Terminal.B: Socket.SUPPLY_POSITIVE, Terminal.C: Socket.SUPPLY_POSITIVE}
+)
+STEP_POSITIVE = ALIGN_D
+ALL_OPEN = Connect({})
+INVERTER = Connect({Terminal.A: Socket.INVERTER_U, Terminal.B: Socket.INVERTER_V, Terminal.C: Socket.INVERTER_W})

@@ -1,0 +1,149 @@
+"""What a procedure sees of the world: instruments by role, hands, time, a record."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from enum import Enum
+from typing import Any, Protocol, cast
+
+from drivers.interfaces import (
+    Clock,
+    Dynamometer,
+    Instrument,
+    Inverter,
+    LcrMeter,
+    Oscilloscope,
+    Supply,
+    Tachometer,
+)
+from procedures.actions import Action
+from procedures.steps import Step
+from procedures.text import Text, text
+from procedures.uncertainty import Uncertainties
+
+
+class Role(Enum):
+    """The place an instrument takes on the bench."""
+
+    SUPPLY = "supply"
+    LCR_METER = "lcr_meter"
+    OSCILLOSCOPE = "oscilloscope"
+    DYNAMOMETER = "dynamometer"
+    TACHOMETER = "tachometer"
+    INVERTER = "inverter"
+
+
+class Operator(Protocol):
+    """Whoever has hands: a person at a terminal or a panel, a virtual operator, a switch matrix."""
+
+    def perform(self, action: Action) -> object:
+        """Do it and return what it gives: a float for `EnterReading`, angles in rad for `MarkRestPositions`, else None."""
+
+
+class Recorder(Protocol):
+    """The journal, as a procedure sees it."""
+
+    def event(self, kind: str, **data: Any) -> None:
+        """Append one event; it is on its way to the disk when this returns."""
+
+
+class ProcedureError(Exception):
+    """A measurement cannot go on; the message names what was found and what to do."""
+
+    def __init__(self, message: Text) -> None:
+        self.text = message
+        super().__init__(message.render())
+
+
+class Bench:
+    """The instruments of a station by role, the operator, the clock, the journal, and the run's uncertainty inputs."""
+
+    def __init__(
+        self,
+        instruments: Mapping[Role, Instrument],
+        operator: Operator,
+        clock: Clock,
+        recorder: Recorder,
+    ) -> None:
+        self._instruments = dict(instruments)
+        self._operator = operator
+        self.clock = clock
+        self.recorder = recorder
+        self.uncertainties = Uncertainties()
+        self._dynamometer_coupled: bool | None = None
+
+    def has(self, role: Role) -> bool:
+        """Tell whether the station has an instrument in this role."""
+        return role in self._instruments
+
+    @property
+    def supply(self) -> Supply:
+        """The DC supply."""
+        return cast("Supply", self._get(Role.SUPPLY))
+
+    @property
+    def lcr_meter(self) -> LcrMeter:
+        """The LCR meter."""
+        return cast("LcrMeter", self._get(Role.LCR_METER))
+
+    @property
+    def oscilloscope(self) -> Oscilloscope:
+        """The oscilloscope."""
+        return cast("Oscilloscope", self._get(Role.OSCILLOSCOPE))
+
+    @property
+    def dynamometer(self) -> Dynamometer:
+        """The dynamometer."""
+        return cast("Dynamometer", self._get(Role.DYNAMOMETER))
+
+    @property
+    def tachometer(self) -> Tachometer:
+        """The tachometer."""
+        return cast("Tachometer", self._get(Role.TACHOMETER))
+
+    @property
+    def inverter(self) -> Inverter:
+        """The inverter."""
+        return cast("Inverter", self._get(Role.INVERTER))
+
+    def perform(self, action: Action) -> None:
+        """Have an action done that gives no reading."""
+        self._perform(action)
+
+    def angles(self, action: Action) -> list[float]:
+        """Have an action done that gives angles (rad)."""
+        return [float(angle) for angle in cast("list[float]", self._perform(action))]
+
+    def reading(self, action: Action) -> float:
+        """Have a reading entered."""
+        return float(cast("float", self._perform(action)))
+
+    @contextmanager
+    def step(self, step: Step, values: dict[str, object]) -> Iterator[None]:
+        """Run one step: it begins in the journal, and its end or its failure stands there too."""
+        words = step.words(values)
+        self.recorder.event("step_started", step=step.identifier, text=words.render(), time=self.clock.now())
+        try:
+            yield
+        except BaseException as error:
+            self.recorder.event(
+                "step_failed", step=step.identifier, error=f"{type(error).__name__}: {error}", time=self.clock.now()
+            )
+            raise
+        self.recorder.event("step_finished", step=step.identifier, time=self.clock.now())
+
+    def _perform(self, action: Action) -> object:
+        self.recorder.event("action", action=type(action).__name__, text=[str(line) for line in action.lines({})])
+        given = self._operator.perform(action)
+        self.recorder.event("action_done", action=type(action).__name__, given=given)
+        return given
+
+    def _get(self, role: Role) -> Instrument:
+        try:
+            return self._instruments[role]
+        except KeyError:
+            raise ProcedureError(
+                text(
+                    "this procedure needs a {role}, and the station has none; add [instruments.{role}] to the station file",
+                    role=role.value,
+                )
+            ) from None

@@ -1,0 +1,44 @@
+"""What a technician can know of a motor before measuring it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Connection(Enum):
+    """How the windings are joined."""
+
+    WYE = "wye"
+    DELTA = "delta"
+
+
+@dataclass(frozen=True)
+class Nameplate:
+    """The motor's plate and data sheet, in SI units; currents are phase, peak.
+
+    `maximum_current` and `rated_speed_rpm` come from the data sheet only and are never guessed: where they
+    are None, the nameplate procedure asks for them. `wire_colours` maps terminal to colour. `pole_pairs` is what the data
+    sheet claims, if anything.
+    """
+
+    name: str
+    connection: Connection
+    rated_current: float
+    maximum_current: float | None = None
+    rated_speed_rpm: float | None = None
+    rated_voltage: float | None = None
+    pole_pairs: int | None = None
+    maximum_speed_rpm: float | None = None
+    maximum_winding_temperature: float | None = None
+    wire_colours: Mapping[str, str] = field(default_factory=dict)
+    serial_number: str = ""
+
+    @property
+    def current_bound(self) -> float:
+        """Largest current (A, peak) that any procedure may ask for: the data sheet's maximum, else the rated one."""
+        return self.maximum_current if self.maximum_current is not None else self.rated_current
+
+    @property
+    def speed_bound_rpm(self) -> float | None:
+        """Highest speed (rpm) that any procedure may ask for, or None where the plate names none."""
+        return self.maximum_speed_rpm if self.maximum_speed_rpm is not None else self.rated_speed_rpm

@@ -1,0 +1,132 @@
+"""Uncertainty budgets: inputs that are common stay common, and every parameter keeps its rows (GUM, JCGM 100)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from GTC import inf, reporting, ureal
+from GTC.lib import UncertainReal
+
+from drivers.interfaces import Accuracy
+from procedures.result import Contribution, Parameter
+
+#: Standard deviation of a rectangular distribution of half-width one.
+_RECTANGULAR = 1.0 / math.sqrt(3.0)
+
+
+@dataclass(frozen=True)
+class _Input:
+    source: str
+    kind: str
+    quantity: UncertainReal
+
+
+class Uncertainties:
+    """The inputs of one run.
+
+    An instrument's gain and offset errors are one input each for all its readings in one range, so they correlate
+    whatever is computed from them; resolution and statistics are inputs of their own every time.
+    """
+
+    def __init__(self) -> None:
+        self._inputs: list[_Input] = []
+        self._common: dict[tuple[str, str], UncertainReal] = {}
+
+    def statistical(
+        self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
+    ) -> UncertainReal:
+        """Return a Type A input: an estimate with the standard uncertainty of its fit or its repeats."""
+        if standard_uncertainty == 0.0:
+            return ureal(value, 0.0)
+        return self._remember(source, "A", ureal(value, standard_uncertainty, max(degrees_of_freedom, 1.0)))
+
+    def limit(self, source: str, value: float, half_width: float) -> UncertainReal:
+        """Return a Type B input: a value known within ± `half_width`, all values in it equally likely."""
+        if half_width == 0.0:
+            return ureal(value, 0.0)
+        return self._remember(source, "B", ureal(value, half_width * _RECTANGULAR))
+
+    def standard(
+        self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
+    ) -> UncertainReal:
+        """Return a Type B input given by its standard uncertainty (a certificate, a tare)."""
+        if standard_uncertainty == 0.0:
+            return ureal(value, 0.0)
+        return self._remember(source, "B", ureal(value, standard_uncertainty, degrees_of_freedom))
+
+    def instrument(self, name: str, quantity: UncertainReal | float, accuracy: Accuracy) -> UncertainReal:
+        """Return a reading (or an estimate that scales with the readings) with its instrument's errors put on."""
+        read = (
+            quantity * (1.0 + accuracy.gain * self._shared(name, f"gain, {accuracy.source}"))
+            if accuracy.gain
+            else quantity
+        )
+        if accuracy.offset:
+            read = read + accuracy.offset * self._shared(name, f"offset, {accuracy.source}")
+        if accuracy.resolution:
+            read = read + self.limit(f"{name}: resolution", 0.0, accuracy.resolution / 2.0)
+        if accuracy.noise:
+            read = read + self.statistical(f"{name}: noise", 0.0, accuracy.noise)
+        return read if isinstance(read, UncertainReal) else ureal(read, 0.0)
+
+    def parameter(
+        self,
+        name: str,
+        unit: str,
+        quantity: UncertainReal,
+        *,
+        procedure: str,
+        section: str,
+        estimator: str,
+        note_value: float | None = None,
+        convention: str = "",
+        winding: float | None = None,
+    ) -> Parameter:
+        """Return the quantity as a parameter with its 95 % coverage interval and its budget."""
+        uncertainty = float(quantity.u)
+        freedom = float(quantity.df) if uncertainty else inf
+        expanded = float(reporting.k_factor(freedom)) * uncertainty if uncertainty else 0.0
+        value = float(quantity.x)
+        return Parameter(
+            name=name,
+            value=value,
+            unit=unit,
+            standard_uncertainty=uncertainty,
+            degrees_of_freedom=freedom,
+            coverage_interval=(value - expanded, value + expanded),
+            procedure=procedure,
+            section=section,
+            estimator=estimator,
+            note_value=note_value,
+            convention=convention,
+            winding=winding,
+            budget=tuple(self.budget(quantity)),
+        )
+
+    def budget(self, quantity: UncertainReal) -> Sequence[Contribution]:
+        """Return the inputs that reach `quantity`, the largest contribution first."""
+        rows = []
+        for entry in self._inputs:
+            contribution = float(reporting.u_component(quantity, entry.quantity))
+            if contribution:
+                rows.append(
+                    Contribution(
+                        source=entry.source,
+                        value=float(entry.quantity.x),
+                        standard_uncertainty=float(entry.quantity.u),
+                        sensitivity=contribution / float(entry.quantity.u),
+                        contribution=abs(contribution),
+                        kind=entry.kind,
+                    )
+                )
+        return sorted(rows, key=lambda row: -row.contribution)
+
+    def _shared(self, name: str, what: str) -> UncertainReal:
+        key = (name, what)
+        if key not in self._common:
+            self._common[key] = self._remember(f"{name}: {what}", "B", ureal(0.0, _RECTANGULAR))
+        return self._common[key]
+
+    def _remember(self, source: str, kind: str, quantity: UncertainReal) -> UncertainReal:
+        self._inputs.append(_Input(source, kind, quantity))
+        return quantity
