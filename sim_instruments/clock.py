@@ -1,0 +1,118 @@
+"""Virtual time: it stands still while anybody works and jumps when everybody waits."""
+
+import heapq
+import itertools
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+class VirtualClock:
+    """A clock whose time jumps to the earliest wake-up as soon as every participant sleeps.
+
+    It starts at 0 s with one participant. Whoever works on a thread of its own joins before it starts and leaves at
+    its end. A server thread may sleep on behalf of a client that is blocked waiting for its reply: what counts is
+    the number of sleepers, not which threads they are.
+    """
+
+    def __init__(self, participants: int = 1) -> None:
+        if participants < 1:
+            raise ValueError(f"a virtual clock needs at least one participant, not {participants}")
+        self._time = 0.0
+        self._participants = participants
+        self._condition = threading.Condition()
+        self._order = itertools.count()
+        self._sleepers: list[tuple[float, int]] = []
+        self._advancing = False
+        self._advancer: int | None = None
+        self._callbacks: list[Callable[[float], None]] = []
+
+    @property
+    def participants(self) -> int:
+        """Number of those that must all sleep before time moves."""
+        return self._participants
+
+    def now(self) -> float:
+        """Return the virtual time (s), without waiting for any lock."""
+        return self._time
+
+    def join(self) -> None:
+        """Add a participant: from now on, time also waits for it."""
+        with self._condition:
+            self._participants += 1
+
+    def leave(self) -> None:
+        """Remove a participant, which may let time move for the others. Raises RuntimeError where none is left."""
+        with self._condition:
+            if self._participants == 0:
+                raise RuntimeError("leave() without a matching join(): the virtual clock has no participants left")
+            self._participants -= 1
+        self._advance()
+
+    @contextmanager
+    def participating(self) -> Iterator[None]:
+        """Take part in the clock for the length of the block."""
+        self.join()
+        try:
+            yield
+        finally:
+            self.leave()
+
+    def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
+        """Have `callback(time)` run after every jump, before any sleeper returns; the function returned undoes it.
+
+        It runs on the thread whose sleeping made time jump; it must not sleep on this clock.
+        """
+        with self._condition:
+            self._callbacks.append(callback)
+
+        def remove() -> None:
+            with self._condition:
+                if callback in self._callbacks:
+                    self._callbacks.remove(callback)
+
+        return remove
+
+    def sleep(self, seconds: float) -> None:
+        """Let `seconds` of virtual time pass. Raises ValueError for a negative or non-finite time."""
+        if not 0.0 <= seconds < float("inf"):
+            raise ValueError(f"cannot sleep {seconds} s: the time must be finite and not negative")
+        if seconds == 0.0:
+            return
+        if self._advancer == threading.get_ident():
+            raise RuntimeError("a callback of on_advance() must not sleep: the clock waits for it")
+        with self._condition:
+            ticket = (self._time + seconds, next(self._order))
+            heapq.heappush(self._sleepers, ticket)
+        try:
+            self._advance()
+            with self._condition:
+                while ticket in self._sleepers or self._advancing:
+                    self._condition.wait()
+        finally:
+            with self._condition:
+                if ticket in self._sleepers:
+                    self._sleepers.remove(ticket)
+                    heapq.heapify(self._sleepers)
+
+    def _advance(self) -> None:
+        """Jump to the earliest wake-up where everybody sleeps."""
+        with self._condition:
+            if self._advancing or not self._sleepers or len(self._sleepers) < self._participants:
+                return
+            self._time = max(self._time, self._sleepers[0][0])
+            self._advancing = True
+            self._advancer = threading.get_ident()
+            time, callbacks = self._time, list(self._callbacks)
+        # Callbacks run without the clock's own lock: they may take other locks whose holders ask for the time.
+        try:
+            for callback in callbacks:
+                callback(time)
+        finally:
+            with self._condition:
+                # Those due leave the queue here, not when their thread gets to run: they no longer count as asleep.
+                while self._sleepers and self._sleepers[0][0] <= self._time:
+                    heapq.heappop(self._sleepers)
+                self._advancing = False
+                self._advancer = None
+                self._condition.notify_all()

@@ -1,0 +1,1 @@
+"""Motor, circuit and shaft of the virtual bench, in closed form wherever one exists."""

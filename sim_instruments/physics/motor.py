@@ -1,0 +1,126 @@
+"""What a virtual motor is made of."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+Connection = Literal["wye", "delta"]
+
+
+@dataclass(frozen=True)
+class VirtualMotor:
+    """The truth of a permanent-magnet motor, in SI units and per winding.
+
+    `connection`: "wye" or "delta". `phase_resistances` (Ω) hold at `resistance_temperature` (°C): phases A, B, C of a
+    wye, windings AB, BC, CA of a delta. Inductances (H) and `flux_linkage` (V·s per electrical rad, peak) are those
+    of a winding; `zero_sequence_inductance` defaults to a tenth of the mean of Ld and Lq. `flux_harmonics` are
+    (order, amplitude of the EMF relative to the fundamental, phase in rad). Winding k has its magnetic axis at
+    k·120° electrical, and the electrical angle p·θ_mech is that of the d axis from winding 0's.
+    `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, `cogging_torque` N·m amplitude with
+    `cogging_order` periods a turn. `temperature_coefficient` (1/K) is copper's at 20 °C, `flux_temperature_coefficient`
+    (1/K) the magnets' from `resistance_temperature`. `thermal_resistance` K/W and `thermal_time_constant` s are those
+    of the winding against ambient. Raises ValueError for values that no motor has.
+    """
+
+    connection: Connection
+    phase_resistances: tuple[float, float, float]
+    d_axis_inductance: float
+    q_axis_inductance: float
+    flux_linkage: float
+    pole_pairs: int
+    inertia: float
+    resistance_temperature: float = 25.0
+    zero_sequence_inductance: float | None = None
+    flux_harmonics: tuple[tuple[int, float, float], ...] = ()
+    coulomb_friction: float = 0.0
+    viscous_friction: float = 0.0
+    cogging_torque: float = 0.0
+    cogging_order: int = 12
+    temperature_coefficient: float = 0.00393
+    flux_temperature_coefficient: float = -0.001
+    thermal_resistance: float = 0.5
+    thermal_time_constant: float = 600.0
+
+    def __post_init__(self) -> None:
+        if self.connection not in ("wye", "delta"):
+            raise ValueError(f"connection is {self.connection!r}; allowed are 'wye' and 'delta'")
+        if len(self.phase_resistances) != 3:
+            raise ValueError(f"phase_resistances has {len(self.phase_resistances)} values; a motor has three windings")
+        positive = {
+            "phase_resistances": min(self.phase_resistances),
+            "d_axis_inductance": self.d_axis_inductance,
+            "q_axis_inductance": self.q_axis_inductance,
+            "flux_linkage": self.flux_linkage,
+            "pole_pairs": self.pole_pairs,
+            "inertia": self.inertia,
+            "zero_sequence_inductance": self.winding_zero_sequence_inductance,
+            "thermal_time_constant": self.thermal_time_constant,
+        }
+        for name, value in positive.items():
+            if not 0.0 < value < math.inf:
+                raise ValueError(f"{name} is {value}; it must be positive and finite")
+        for name in ("coulomb_friction", "viscous_friction", "cogging_torque", "thermal_resistance"):
+            value = getattr(self, name)
+            if not 0.0 <= value < math.inf:
+                raise ValueError(f"{name} is {value}; it must be finite and not negative")
+        for order, amplitude, _ in self.flux_harmonics:
+            if order < 2 or not math.isfinite(amplitude):
+                raise ValueError(f"flux_harmonics has order {order}, amplitude {amplitude}; orders are 2 or more, amplitudes finite")
+
+    @property
+    def winding_zero_sequence_inductance(self) -> float:
+        """Zero-sequence inductance of a winding (H), as given or by default."""
+        if self.zero_sequence_inductance is not None:
+            return self.zero_sequence_inductance
+        return 0.05 * (self.d_axis_inductance + self.q_axis_inductance)
+
+    @property
+    def _impedance_share(self) -> float:
+        return 1.0 / 3.0 if self.connection == "delta" else 1.0
+
+    @property
+    def stator_resistance_y(self) -> float:
+        """Mean resistance (Ω) of a phase of the Y-equivalent at `resistance_temperature`.
+
+        It is half the mean of the three line-to-line values, for a delta of unequal windings too.
+        """
+        a, b, c = self.phase_resistances
+        if self.connection == "wye":
+            return (a + b + c) / 3.0
+        return (a * b + b * c + c * a) / (3.0 * (a + b + c))
+
+    @property
+    def d_axis_inductance_y(self) -> float:
+        """d-axis inductance (H) of a phase of the Y-equivalent."""
+        return self.d_axis_inductance * self._impedance_share
+
+    @property
+    def q_axis_inductance_y(self) -> float:
+        """q-axis inductance (H) of a phase of the Y-equivalent."""
+        return self.q_axis_inductance * self._impedance_share
+
+    @property
+    def flux_linkage_y(self) -> float:
+        """Peak phase flux linkage (V·s per electrical rad) of the Y-equivalent at `resistance_temperature`."""
+        return self.flux_linkage * math.sqrt(self._impedance_share)
+
+    @property
+    def torque_constant(self) -> float:
+        """Torque per peak phase ampere (N·m/A), 1.5·p·λ."""
+        return 1.5 * self.pole_pairs * self.flux_linkage_y
+
+    @property
+    def back_emf_constant_mechanical(self) -> float:
+        """Peak phase voltage over mechanical speed (V·s/rad), p·λ."""
+        return self.pole_pairs * self.flux_linkage_y
+
+    def resistances_at(self, temperature: float) -> tuple[float, float, float]:
+        """Return the three winding resistances (Ω) at a winding temperature (°C), by the law of copper."""
+        alpha = self.temperature_coefficient
+        ratio = (1.0 + alpha * (temperature - 20.0)) / (1.0 + alpha * (self.resistance_temperature - 20.0))
+        a, b, c = self.phase_resistances
+        return a * ratio, b * ratio, c * ratio
+
+    def flux_linkage_at(self, temperature: float) -> float:
+        """Return the winding's flux linkage (V·s per electrical rad) at a temperature (°C)."""
+        return self.flux_linkage * (1.0 + self.flux_temperature_coefficient * (temperature - self.resistance_temperature))

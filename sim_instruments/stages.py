@@ -1,0 +1,92 @@
+"""The machines round the motor under test: data of supply, dynamometer, inverter and leads."""
+
+import math
+from dataclasses import dataclass, fields
+
+
+def _not_negative(part: object) -> None:
+    for entry in fields(part):  # type: ignore[arg-type]
+        value = getattr(part, entry.name)
+        if not 0.0 <= value < math.inf:
+            raise ValueError(f"{type(part).__name__}.{entry.name} is {value}; it must be finite and not negative")
+
+
+@dataclass(frozen=True)
+class SupplyStage:
+    """Output stage of a DC supply.
+
+    `maximum_voltage` V, `maximum_current` A, `output_resistance` Ω, `slew` V/s up and down; with over-current
+    protection on, it trips `over_current_delay` s after it has gone to constant current.
+    """
+
+    maximum_voltage: float = 10.3
+    maximum_current: float = 10.3
+    output_resistance: float = 0.005
+    slew: float = 1000.0
+    over_current_delay: float = 0.05
+
+    def __post_init__(self) -> None:
+        _not_negative(self)
+        if self.slew == 0.0:
+            raise ValueError("SupplyStage.slew is 0 V/s; the output could never rise")
+
+
+@dataclass(frozen=True)
+class DynamometerMachine:
+    """Machine of the dynamometer, on the same shaft as the motor when coupled.
+
+    `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, `maximum_speed` rad/s, `maximum_torque`
+    N·m, `speed_ramp` rad/s², `speed_ripple` relative amplitude, once a turn.
+    """
+
+    inertia: float = 1.0e-4
+    coulomb_friction: float = 0.01
+    viscous_friction: float = 2.0e-5
+    maximum_speed: float = 630.0
+    maximum_torque: float = 10.0
+    speed_ramp: float = 500.0
+    speed_ripple: float = 1.0e-4
+
+    def __post_init__(self) -> None:
+        _not_negative(self)
+        if self.speed_ramp == 0.0:
+            raise ValueError("DynamometerMachine.speed_ramp is 0 rad/s²; the machine could never start")
+
+
+@dataclass(frozen=True)
+class InverterStage:
+    """Three-phase inverter.
+
+    `dc_voltage` V, `maximum_current` A peak, `maximum_frequency` Hz, `frequency_ramp` Hz/s, `switching_frequency` Hz,
+    `current_ripple` at the switching frequency relative to the amplitude of the current.
+    """
+
+    dc_voltage: float = 48.0
+    maximum_current: float = 30.0
+    maximum_frequency: float = 1000.0
+    frequency_ramp: float = 20.0
+    switching_frequency: float = 16_000.0
+    current_ripple: float = 0.01
+
+    def __post_init__(self) -> None:
+        _not_negative(self)
+        if self.frequency_ramp == 0.0:
+            raise ValueError("InverterStage.frequency_ramp is 0 Hz/s; the field could never start to turn")
+
+    @property
+    def maximum_phase_voltage(self) -> float:
+        """Largest phase voltage (V, peak) that space-vector modulation makes of the DC link."""
+        return self.dc_voltage / math.sqrt(3.0)
+
+
+@dataclass(frozen=True)
+class Leads:
+    """`resistance` (Ω) of each lead from supply or inverter to a terminal, and what the bridge's fixture leaves in
+    series with the motor: `lcr_resistance` (Ω), `lcr_inductance` (H)."""
+
+    resistance: float = 0.002
+    lcr_resistance: float = 0.001
+    lcr_inductance: float = 20.0e-9
+
+    def __post_init__(self) -> None:
+        _not_negative(self)
