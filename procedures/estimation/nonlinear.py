@@ -1,0 +1,47 @@
+"""Non-linear least squares of a few parameters, from good start values."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from procedures.estimation.fit import EstimationError, FloatArray
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Optimum: `values` (k,), `covariance` (k, k) for residuals of unit variance, `gain` (k, n) = J⁺, `cost` = Σr²."""
+
+    values: FloatArray
+    covariance: FloatArray
+    gain: FloatArray
+    cost: float
+
+
+def solve(
+    residuals: Callable[[FloatArray], FloatArray], start: FloatArray, scale: FloatArray, names: Sequence[str]
+) -> Solution:
+    """Minimise Σ residuals(p)² from `start`; `scale` (k,) is a typical size of a change of each parameter.
+
+    Raises EstimationError where it does not converge or the data leave a parameter undetermined.
+    """
+
+    def scaled(z: FloatArray) -> FloatArray:
+        return residuals(start + z * scale)
+
+    try:
+        found = least_squares(
+            scaled, np.zeros_like(start), jac="3-point", xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200
+        )
+    except ValueError as error:
+        raise EstimationError(f"the fit of {', '.join(names)} does not start: {error}; check the record") from error
+    if found.status <= 0 or not np.all(np.isfinite(found.x)):
+        raise EstimationError(
+            f"the fit of {', '.join(names)} does not converge; check that the record shows what it should"
+        )
+    u, s, vt = np.linalg.svd(found.jac, full_matrices=False)
+    if s[-1] <= 1e-10 * s[0]:
+        raise EstimationError(f"the record does not determine {', '.join(names)} apart; take a longer or livelier one")
+    inverse = (vt.T / s) @ u.T * scale[:, None]
+    return Solution(start + found.x * scale, inverse @ inverse.T, inverse, float(2 * found.cost))

@@ -1,0 +1,37 @@
+"""Repeated readings and repeated estimates of one quantity."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def mean_of_readings(values: Sequence[float]) -> tuple[float, float, float]:
+    """Return mean, standard uncertainty of the mean and degrees of freedom of readings taken under one condition.
+
+    A single reading has no statistics: its uncertainty is 0 and its degrees of freedom infinite, and what is known of it is the
+    instrument's. Source: JCGM 100, 4.2.
+    """
+    readings = np.asarray(values, dtype=float)
+    if readings.size == 1:
+        return float(readings[0]), 0.0, math.inf
+    return float(readings.mean()), float(readings.std(ddof=1) / math.sqrt(readings.size)), float(readings.size - 1)
+
+
+def mean_of_estimates(values: Sequence[float], uncertainties: Sequence[float]) -> tuple[float, float, float]:
+    """Return weighted mean, standard uncertainty and degrees of freedom of estimates with their own uncertainties.
+
+    Where they scatter more than their uncertainties explain, the scatter decides (Birge ratio).
+    """
+    estimates = np.asarray(values, dtype=float)
+    own = np.asarray(uncertainties, dtype=float)
+    if estimates.size == 1:
+        return float(estimates[0]), float(own[0]), math.inf
+    if np.any(own <= 0.0):
+        return mean_of_readings(values)
+    weights = own**-2
+    mean = float(np.sum(weights * estimates) / np.sum(weights))
+    internal = float(np.sum(weights) ** -0.5)
+    freedom = float(estimates.size - 1)
+    birge = math.sqrt(float(np.sum(weights * (estimates - mean) ** 2)) / freedom)
+    return (mean, internal, math.inf) if birge <= 1.0 else (mean, internal * birge, freedom)

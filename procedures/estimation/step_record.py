@@ -1,0 +1,86 @@
+"""A recorded voltage step, made ready for the fit: where it begins, what the probes read at rest, how noisy it is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from procedures.estimation.checks import same_length, series, uniform_step
+from procedures.estimation.fit import EstimationError, FloatArray
+from procedures.estimation.noise import white_noise
+from procedures.estimation.smoothing import smooth
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """A step as recorded, shape (n,): `drive` is the voltage (V) less its `baseline`, zero before sample `edge`.
+
+    `noise_basis` (n, m) spans the noise left in `drive` where it was smoothed; None where it is as sampled.
+    """
+
+    time: FloatArray
+    drive: FloatArray
+    current: FloatArray
+    step: float
+    edge: int
+    baseline: float
+    voltage_noise: float
+    current_noise: float
+    noise_basis: FloatArray | None
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the voltage changes mostly within one sampling interval, so that the instant is not resolved."""
+        swing = abs(float(np.median(self.drive[self.edge :])))
+        return self.edge > 0 and float(np.max(np.abs(np.diff(self.drive)))) > 0.5 * swing
+
+    @property
+    def jump(self) -> int:
+        """Sample at the end of the steepest interval."""
+        return int(np.argmax(np.abs(np.diff(self.drive)))) + 1
+
+
+def _edge(voltage: FloatArray, noise: float, resolution: float) -> int:
+    """Return the number of samples that certainly lie before the step; 0 where the record begins with it."""
+    first = float(np.median(voltage[: max(3, voltage.size // 200)]))
+    swing = float(np.max(np.abs(voltage - first)))
+    away = np.flatnonzero(np.abs(voltage - first) > max(6 * noise, 0.01 * swing, 1.5 * resolution))
+    if not away.size:
+        return 0
+    # A slow supply has left the baseline some samples before it shows.
+    certain = int(0.9 * away[0]) if np.abs(voltage[away[0]] - first) < 0.5 * swing else int(away[0])
+    return certain if certain >= 5 else 0
+
+
+def read_step(
+    time: ArrayLike, voltage: ArrayLike, current: ArrayLike, voltage_resolution: float, current_resolution: float
+) -> StepRecord:
+    """Return the step in a record (s, V, A; one converter step of each channel, 0 if unknown).
+
+    Raises EstimationError where either channel shows no step or the samples are not evenly spaced.
+    """
+    t, v, i = (series(n, x, least=20) for n, x in (("time", time), ("voltage", voltage), ("current", current)))
+    same_length(time=t, voltage=v, current=i)
+    step = uniform_step(t)
+    v_noise, i_noise = white_noise(v, voltage_resolution), white_noise(i, current_resolution)
+    change = float(np.ptp(i))
+    if change <= max(10 * i_noise, 3 * current_resolution) or change == 0:
+        raise EstimationError(
+            "the current shows no step; check the current probe and the trigger, or use a finer range"
+        )
+    if float(np.max(np.abs(v))) <= 8 * v_noise and np.ptp(v) <= 3 * voltage_resolution:
+        raise EstimationError("the voltage shows no step; check the voltage probe")
+    edge = _edge(v, v_noise, voltage_resolution)
+    if edge >= v.size - max(3, v.size // 20):
+        raise EstimationError("the step comes at the very end of the record; move the trigger towards its beginning")
+    # Exact data have no noise; weights need some.
+    v_noise = max(v_noise, 1e-9 * float(np.max(np.abs(v))))
+    i_noise = max(i_noise, 1e-9 * change)
+    baseline = float(np.mean(v[:edge])) if edge else 0.0
+    drive = np.where(np.arange(v.size) < edge, 0.0, v - baseline)
+    smoothed = smooth(drive[edge:], v_noise)
+    basis = None
+    if smoothed is not None:
+        drive[edge:] = smoothed.values
+        basis = np.vstack((np.zeros((edge, smoothed.basis.shape[1])), smoothed.basis))
+    return StepRecord(t, drive, i, step, edge, baseline, v_noise, i_noise, basis)

@@ -1,0 +1,173 @@
+"""Resistance and inductance from the recorded voltage and current of a step (§3.3.1, erratum E10)."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.signal import lfilter
+
+from procedures.estimation.checks import same_length, series
+from procedures.estimation.first_order import respond
+from procedures.estimation.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.noise import undithered, white_noise
+from procedures.estimation.nonlinear import solve
+from procedures.estimation.step_record import StepRecord, read_step
+
+NAMES = ("resistance", "inductance", "offset", "voltage_offset", "delay")
+
+
+def _start(record: StepRecord) -> tuple[float, float, float]:
+    """Resistance, inductance and current offset from ∫v dt = R·∫i dt + L·i, linear and indifferent to the supply's shape."""
+    offset = float(np.mean(record.current[: record.edge])) if record.edge else float(record.current[0])
+    v, i = record.drive[record.edge :], record.current[record.edge :] - offset
+
+    def integral(x: FloatArray) -> FloatArray:
+        return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * record.step
+
+    design = np.column_stack((integral(i), i, np.ones_like(i)))
+    scale = np.sqrt(np.mean(design**2, axis=0))
+    solution, *_ = np.linalg.lstsq(design / scale, integral(v), rcond=None)
+    resistance, inductance = solution[0] / scale[0], solution[1] / scale[1]
+    if not resistance > 0:
+        raise EstimationError(
+            "the current does not follow the voltage (negative resistance): reverse the current probe, or check that both "
+            "probes are on the stepped circuit"
+        )
+    if not inductance > 0.05 * resistance * record.step:
+        raise EstimationError("the current follows the voltage within a sample: sample faster, or check the probes")
+    return float(resistance), float(inductance), offset
+
+
+def _model(record: StepRecord, p: FloatArray) -> FloatArray:
+    """Current (A) of a circuit at rest before the step, for resistance, inductance, offset, voltage offset and delay."""
+    resistance, inductance, offset, extra, delay = p
+    rate = resistance / inductance
+    drive = record.drive.copy()
+    drive[record.edge :] -= extra
+    current = offset + respond(record.time, drive / inductance, rate)
+    if delay:
+        after = record.jump
+        rise = (record.drive[after] - record.drive[after - 1]) / inductance
+        current[after:] -= delay * rise * np.exp(-rate * (record.time[after:] - record.time[after]))
+    return np.asarray(current, dtype=np.float64)
+
+
+def _whitener(record: StepRecord, resistance: float, inductance: float) -> tuple[FloatArray, FloatArray]:
+    """Filter that makes white the current's noise, plus, where the voltage could not be smoothed, the voltage's through the
+    circuit."""
+    x = resistance / inductance * record.step
+    a = float(np.exp(-x))
+    hold = (1 - a) / x
+    first, last = (hold - a) / resistance, (1 - hold) / resistance
+    vi, vv = record.current_noise**2, (record.voltage_noise**2 if record.noise_basis is None else 0.0)
+    zero = vi * (1 + a**2) + vv * (first**2 + last**2)
+    one = -vi * a + vv * first * last
+    if abs(one) < 1e-9 * zero:
+        root, scale = 0.0, zero
+    else:
+        half = zero / (2 * one)
+        root = float(-half + np.sign(half) * np.sqrt(max(half**2 - 1, 0.0)))
+        scale = -one / root
+    return np.array([1.0, -a]) / np.sqrt(scale), np.array([1.0, -root])
+
+
+def fit_step_response(
+    time: ArrayLike,
+    voltage: ArrayLike,
+    current: ArrayLike,
+    *,
+    voltage_resolution: float = 0.0,
+    current_resolution: float = 0.0,
+) -> Fit:
+    """Fit `resistance` (Ω), `inductance` (H), `offset` (A, of the current probe) to a recorded step (V, A; evenly sampled).
+
+    The circuit is at rest at the start of the record; the voltage's samples are its input, straight between them, so
+    the supply may rise slowly or overshoot. With at least five samples before the step also `voltage_offset` (V), the
+    probe's reading at rest; where the step is sharper than a sampling interval also `delay` (s), its instant against
+    mid-interval. The resolutions (V, A) are one converter step. Raises EstimationError where there is no step, the
+    record is too short, or a probe is reversed.
+    """
+    record = read_step(time, voltage, current, voltage_resolution, current_resolution)
+    resistance, inductance, offset = _start(record)
+    prior_voltage = record.voltage_noise / np.sqrt(record.edge) if record.edge else 0.0
+    prior_delay = record.step / np.sqrt(12.0) if record.sharp else 0.0
+    free = np.array([True, True, True, prior_voltage > 0, prior_delay > 0])
+    names = tuple(m for m, f in zip(NAMES, free, strict=True) if f)
+    full = np.array([resistance, inductance, offset, 0.0, 0.0])
+    level = float(np.max(np.abs(record.current - offset)))
+    scale = np.array([resistance, inductance, level, prior_voltage or 1.0, prior_delay or 1.0])
+    for _ in range(1 if record.noise_basis is not None else 2):
+        numerator, denominator = _whitener(record, full[0], full[1])
+
+        def whitened(r: FloatArray, b: FloatArray = numerator, a: FloatArray = denominator) -> FloatArray:
+            return np.append(lfilter(b, a, r), (0.0, 0.0))
+
+        def residuals(p: FloatArray, base: FloatArray = full) -> FloatArray:
+            q = base.copy()
+            q[free] = p
+            q[:2] = np.maximum(q[:2], 1e-3 * scale[:2])
+            rows = whitened(record.current - _model(record, q))
+            rows[-2:] = q[3] / prior_voltage if free[3] else 0.0, q[4] / prior_delay if free[4] else 0.0
+            return rows
+
+        solution = solve(residuals, full[free], scale[free], names)
+        full = full.copy()
+        full[free] = solution.values
+    _check_window(record, full)
+    freedom = float(record.time.size - 3)
+    covariance = max(1.0, solution.cost / freedom) * solution.covariance
+    for shape in _lasting_errors(record, full, voltage_resolution, current_resolution):
+        shift = solution.gain @ whitened(shape)
+        covariance = covariance + np.outer(shift, shift)
+    left = record.current - _model(record, full)
+    full[3] += record.baseline
+    return Fit(names, full[free], covariance, freedom, left, float(np.sqrt(np.mean(left**2))))
+
+
+def _check_window(record: StepRecord, full: FloatArray) -> None:
+    """Raise EstimationError unless the record is long and fine enough for what was found."""
+    tau = full[1] / full[0]
+    window = record.time[-1] - record.time[record.edge]
+    if tau < 0.5 * record.step:
+        raise EstimationError(f"the time constant ({tau:g} s) is less than half a sampling interval; sample faster")
+    if window < 0.7 * tau:
+        raise EstimationError(
+            f"the record ends {window / tau:.2f} time constants after the step; record at least three (about {3 * tau:g} s)"
+        )
+
+
+def _lasting_errors(
+    record: StepRecord, full: FloatArray, voltage_resolution: float, current_resolution: float
+) -> list[FloatArray]:
+    """Errors of the current's model (A, shape (n,)) of one standard deviation each, that do not average out over the record.
+
+    Rounding without dither may shift the level of the current and of the voltage; noise is left in a smoothed voltage.
+    """
+    rate, inductance = full[0] / full[1], full[1]
+    after = (np.arange(record.time.size) >= record.edge).astype(np.float64)
+    errors = [undithered(record.current_noise, current_resolution) * after]
+    shapes = [undithered(record.voltage_noise, voltage_resolution) * after]
+    if record.noise_basis is not None:
+        shapes += [record.voltage_noise * column for column in record.noise_basis.T]
+    return errors + [respond(record.time, shape / inductance, rate) for shape in shapes if np.any(shape)]
+
+
+def time_constant_63(time: ArrayLike, current: ArrayLike) -> float:
+    """Return the time (s) from the step's start to 63.2 % of the current's change (§3.3.1), as read off a screen.
+
+    Start: the last sample before the current leaves its first level. Raises EstimationError where there is no step.
+    """
+    t, i = series("time", time, least=10), series("current", current, least=10)
+    same_length(time=t, current=i)
+    final = float(np.mean(i[-max(1, i.size // 50) :]))
+    first = float(np.mean(i[: max(1, i.size // 200)]))
+    change = final - first
+    noise = white_noise(i)
+    if abs(change) <= 8 * noise or change == 0:
+        raise EstimationError("the current shows no step; check the current probe and the trigger")
+    rise = (i - first) / change
+    crossed = int(np.argmax(rise >= 1 - np.exp(-1.0)))
+    still = np.flatnonzero(rise[: crossed + 1] <= max(0.02, 4 * noise / abs(change)))
+    begin = int(still[-1]) if still.size else 0
+    if crossed == 0:
+        raise EstimationError("the record begins after the step; move the trigger towards its middle")
+    share = (1 - np.exp(-1.0) - rise[crossed - 1]) / (rise[crossed] - rise[crossed - 1])
+    return float(t[crossed - 1] + share * (t[crossed] - t[crossed - 1]) - t[begin])
