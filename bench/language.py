@@ -1,0 +1,45 @@
+"""The reader's language: English stands in the code, other languages in gettext catalogues."""
+
+import os
+from collections.abc import Callable, Mapping
+from importlib import resources
+
+from bench.errors import UsageError
+from procedures.text import Translate, english
+
+LANGUAGES = ("en", "zh")
+
+
+def language_of(wish: str, environment: Mapping[str, str] | None = None) -> str:
+    """Return the language of a wish `en`, `zh` or `auto`, the last by the locale of the environment."""
+    if wish in LANGUAGES:
+        return wish
+    if wish != "auto":
+        raise UsageError(f"--language {wish}: allowed are {', '.join(LANGUAGES)} and auto")
+    given = os.environ if environment is None else environment
+    for name in ("LC_ALL", "LC_MESSAGES", "LANG"):
+        if given.get(name):
+            return "zh" if given[name].lower().startswith("zh") else "en"
+    return "en"
+
+
+def translator(language: str) -> Translate:
+    """Return what translates templates into a language; a template without a translation stays English."""
+    return english if language == "en" else _looked_up(catalogue(language))
+
+
+def catalogue(language: str) -> dict[str, str]:
+    """Return a language's templates by their English ones."""
+    from babel.messages.pofile import read_po
+
+    path = resources.files("bench") / "locale" / language / "LC_MESSAGES" / "motorbench.po"
+    with path.open("rb") as file:
+        messages = read_po(file, locale=language)
+    return {str(m.id): str(m.string) for m in messages if m.id and m.string and not m.fuzzy}
+
+
+def _looked_up(templates: Mapping[str, str]) -> Callable[[str], str]:
+    def translate(template: str) -> str:
+        return templates.get(template, template)
+
+    return translate

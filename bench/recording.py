@@ -1,0 +1,138 @@
+"""Everything that instruments are told and give, in the journal without procedures or drivers doing anything."""
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from types import TracebackType
+from typing import Any, Protocol
+
+from drivers.interfaces import Instrument, Waveform
+from procedures.bench import Recorder
+
+#: Questions that an instrument answers from its own data, without a measurement.
+_UNRECORDED = frozenset({"accuracy_at", "channels", "close"})
+
+
+class WaveformSink(Protocol):
+    """Where samples go; the journal only holds the reference."""
+
+    def store(self, name: str, waveform: Waveform) -> str:
+        """Keep a waveform under this instrument's name and return what finds it again."""
+
+
+class Recording:
+    """An instrument whose every setting, reading, waveform and energised block becomes an event.
+
+    It passes on whatever the instrument has; `name` is its role. An error of the instrument is an event as well.
+    """
+
+    def __init__(self, instrument: Instrument, name: str, recorder: Recorder, waveforms: WaveformSink) -> None:
+        self._instrument = instrument
+        self._name = name
+        self._recorder = recorder
+        self._waveforms = waveforms
+
+    def __getattr__(self, attribute: str) -> Any:
+        value = getattr(self._instrument, attribute)
+        if not callable(value) or attribute.startswith("_") or attribute in _UNRECORDED:
+            return value
+        recorded = self._recorded(attribute, value)
+        # Found in the instance from now on: the wrapping is paid for once.
+        self.__dict__[attribute] = recorded
+        return recorded
+
+    def _recorded(self, method: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        def recorded(*arguments: Any, **named: Any) -> Any:
+            try:
+                given = call(*arguments, **named)
+            except BaseException as error:
+                self._failed(method, arguments, named, error)
+                raise
+            return self._record(method, arguments, named, given)
+
+        return recorded
+
+    def _record(self, method: str, arguments: tuple[Any, ...], named: Mapping[str, Any], given: Any) -> Any:
+        kind, told = "reading", given
+        if given is None:
+            kind, told = "setting", None
+        elif isinstance(given, AbstractContextManager):
+            return _Energised(given, self._recorder, {"instrument": self._name, "call": method, **_said(arguments, named)})
+        elif isinstance(given, Mapping) and any(isinstance(item, Waveform) for item in given.values()):
+            kind, told = "waveforms", {str(key): self._kept(wave) for key, wave in given.items()}
+        elif isinstance(given, Waveform):
+            kind, told = "waveforms", {str(given.channel): self._kept(given)}
+        event: dict[str, Any] = {"instrument": self._name, "call": method, **_said(arguments, named)}
+        if told is not None:
+            event["value"] = _flat(told)
+        self._recorder.event(kind, **event)
+        return given
+
+    def _kept(self, wave: Waveform) -> dict[str, Any]:
+        return {
+            "waveform": self._waveforms.store(self._name, wave),
+            "samples": len(wave.values),
+            "unit": wave.unit,
+            "resolution": wave.resolution,
+            "clipped": wave.clipped,
+        }
+
+    def _failed(self, method: str, arguments: tuple[Any, ...], named: Mapping[str, Any], error: BaseException) -> None:
+        self._recorder.event(
+            "instrument_error",
+            instrument=self._name,
+            call=method,
+            **_said(arguments, named),
+            error=f"{type(error).__name__}: {error}",
+        )
+
+
+class _Energised(AbstractContextManager[Any]):
+    """An energised block: on its way to the disk before it is entered, and again when it has been left."""
+
+    def __init__(self, inner: AbstractContextManager[Any], recorder: Recorder, said: dict[str, Any]) -> None:
+        self._inner = inner
+        self._recorder = recorder
+        self._said = said
+
+    def __enter__(self) -> Any:
+        self._recorder.event("energising", **self._said)
+        try:
+            given = self._inner.__enter__()
+        except BaseException as error:
+            self._recorder.event("de_energised", **self._said, error=f"{type(error).__name__}: {error}")
+            raise
+        self._recorder.event("energised", **self._said)
+        return given
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool | None:
+        try:
+            swallowed = self._inner.__exit__(kind, error, trace)
+        except BaseException as failure:
+            self._recorder.event("de_energised", **self._said, error=f"{type(failure).__name__}: {failure}")
+            raise
+        self._recorder.event("de_energised", **self._said)
+        return swallowed
+
+
+def _said(arguments: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
+    said: dict[str, Any] = {}
+    if arguments:
+        said["arguments"] = [_flat(argument) for argument in arguments]
+    if named:
+        said["named"] = {name: _flat(value) for name, value in named.items()}
+    return said
+
+
+def _flat(value: Any) -> Any:
+    """Return a reading in JSON's types by the short way; the journal takes the long way for whatever is left."""
+    if isinstance(value, float | int | str | dict | list) and not isinstance(value, Enum):
+        return value
+    if isinstance(value, Enum):
+        return value.value
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: _flat(getattr(value, field.name)) for field in fields(value)}
+    return value
