@@ -249,8 +249,12 @@ class UncoupleDynamometer(_Sentence):
 
 @dataclass(frozen=True)
 class EnterReading(_Sentence):
-    """Type in a number that only a person can read; refused outside `minimum` … `maximum` (in `unit`)."""
+    """Type in a number that only a person can read; refused outside `minimum` … `maximum` (in `unit`).
 
+    `key` names the quantity for a performer that is no person: `winding_temperature`, `maximum_current`, `rated_speed_rpm`.
+    """
+
+    key: str
     quantity: Text
     unit: str
     minimum: float

@@ -3,9 +3,34 @@
 from collections.abc import Mapping
 from typing import Any
 
+from procedures.back_emf_constant import BackEmfConstant
+from procedures.dq_inductance_aligned import DqInductanceAligned
+from procedures.dq_inductance_extremes import DqInductanceExtremes
+from procedures.dq_inductance_time_constant import DqInductanceTimeConstant
+from procedures.inertia import Inertia
+from procedures.nameplate_data import NameplateData
+from procedures.pole_pairs_back_emf import PolePairsBackEmf
+from procedures.pole_pairs_inverter import PolePairsInverter
+from procedures.pole_pairs_static import PolePairsStatic
 from procedures.procedure import Procedure
+from procedures.stator_resistance import StatorResistance
+from procedures.torque_constant import TorqueConstant
+
+_ORDER: tuple[type[Procedure[Any]], ...] = (
+    NameplateData,
+    PolePairsStatic,
+    StatorResistance,
+    DqInductanceExtremes,
+    DqInductanceAligned,
+    DqInductanceTimeConstant,
+    PolePairsInverter,
+    PolePairsBackEmf,
+    BackEmfConstant,
+    Inertia,
+    TorqueConstant,
+)
 
 
 def catalogue() -> Mapping[str, type[Procedure[Any]]]:
     """Return every procedure by its name."""
-    return {}
+    return {procedure.name: procedure for procedure in _ORDER}

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypeVar, get_args
+from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args
 
 from GTC.lib import UncertainReal
 from pydantic import BaseModel, ConfigDict
@@ -73,6 +73,11 @@ class Procedure(ABC, Generic[C]):
     def step_values(self) -> dict[str, object]:
         """Return the settings by name, for the steps' sentences."""
         return {**self.settings.model_dump(), "rated_current": self.nameplate.rated_current}
+
+    @property
+    def winding(self) -> Literal["wye", "delta"]:
+        """How the windings are joined, as the estimators name it."""
+        return "delta" if self.is_delta else "wye"
 
     @property
     def is_delta(self) -> bool:

@@ -31,6 +31,7 @@ class Uncertainties:
     def __init__(self) -> None:
         self._inputs: list[_Input] = []
         self._common: dict[tuple[str, str], UncertainReal] = {}
+        self._reported: dict[tuple[str, str, str], UncertainReal] = {}
 
     def statistical(
         self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
@@ -83,6 +84,7 @@ class Uncertainties:
         winding: float | None = None,
     ) -> Parameter:
         """Return the quantity as a parameter with its 95 % coverage interval and its budget."""
+        self._reported[procedure, name, estimator] = quantity
         uncertainty = float(quantity.u)
         freedom = float(quantity.df) if uncertainty else inf
         expanded = float(reporting.k_factor(freedom)) * uncertainty if uncertainty else 0.0
@@ -101,6 +103,21 @@ class Uncertainties:
             convention=convention,
             winding=winding,
             budget=tuple(self.budget(quantity)),
+        )
+
+    def of_parameter(self, parameter: Parameter) -> UncertainReal:
+        """Return the quantity behind an earlier parameter, correlated with all that shares its inputs.
+
+        A parameter of an earlier process (a resumed run) comes back with its uncertainty, but without its correlations.
+        """
+        key = (parameter.procedure, parameter.name, parameter.estimator)
+        if key in self._reported:
+            return self._reported[key]
+        return self.standard(
+            f"{parameter.procedure}: {parameter.name}",
+            parameter.value,
+            parameter.standard_uncertainty,
+            parameter.degrees_of_freedom,
         )
 
     def budget(self, quantity: UncertainReal) -> Sequence[Contribution]:

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.interfaces.identity import Accuracy, Instrument
+from drivers.interfaces.identity import Accuracy, Instrument, Reading
 
 
 class ProbeKind(Enum):
@@ -62,6 +62,10 @@ class Waveform:
 class Oscilloscope(Instrument, Protocol):
     """A digital oscilloscope with voltage and current probes fixed to its channels by the station file."""
 
+    @property
+    def gives_waveforms(self) -> bool:
+        """Whether `fetch` can give samples; where not (a person reads the screen), `ScreenReadings` is all there is."""
+
     def channels(self, kind: ProbeKind) -> Sequence[int]:
         """Return the numbers of the channels that have a probe of this kind, in order."""
 
@@ -81,4 +85,20 @@ class Oscilloscope(Instrument, Protocol):
         """Wait for the record (at most `timeout` s of bench time) and return it.
 
         Raises MeasurementError where no trigger came, naming the channel and level waited for.
+        """
+
+
+class ScreenReadings(Protocol):
+    """What can be read off an oscilloscope's screen, by its own measurements or by a person."""
+
+    def measure_frequency(self, channel: int) -> Reading:
+        """Return the frequency (Hz) of the trace of a channel.
+
+        Raises MeasurementError where the screen shows none.
+        """
+
+    def measure_amplitude(self, channel: int) -> Reading:
+        """Return half the peak-to-peak value (V or A) of the trace of a channel.
+
+        Raises MeasurementError where the screen shows none, OverloadError where the trace leaves the screen.
         """

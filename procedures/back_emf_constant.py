@@ -1,0 +1,272 @@
+"""Back-EMF constant and flux linkage from the driven motor's voltages (§3.4)."""
+
+import math
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, ClassVar, cast
+
+import numpy as np
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, ProbeKind, Reading
+from drivers.interfaces.oscilloscope import ScreenReadings
+from procedures.actions import (
+    ALL_OPEN,
+    ConnectProbes,
+    CoupleDynamometer,
+    CurrentProbe,
+    Node,
+    ReleaseRotor,
+    VoltageProbe,
+)
+from procedures.bench import ProcedureError, Role
+from procedures.driven import driving_speed_rad
+from procedures.estimation.back_emf import fit_back_emf, peak_amplitude
+from procedures.estimation.repeats import mean_of_estimates
+from procedures.procedure import Procedure, Settings
+from procedures.recording import ranged_record
+from procedures.steps import step
+from procedures.text import text
+
+_POINTS = 20_000
+_RPM = math.pi / 30.0
+
+
+class Probing(Enum):
+    """Where the voltages are taken."""
+
+    THREE_PHASE = "three_phase"
+    LINE = "line"
+
+
+class BackEmfConstantSettings(Settings):
+    """Settings of §3.4."""
+
+    speeds_rpm: tuple[float, ...] = Field(
+        default=(), description="speeds, rpm; shares of the rated speed when not given"
+    )
+    speed_shares: tuple[float, ...] = Field(
+        default=(1.0, 0.625, 0.5), min_length=1, description="speeds, shares of the rated speed"
+    )
+    probing: Probing = Field(
+        default=Probing.THREE_PHASE, description="three phases on an artificial star point, or one line voltage"
+    )
+    record_time: float = Field(default=0.1, gt=0.0, le=10.0, description="length of the record, s")
+    harmonics: tuple[int, ...] = Field(default=(1, 3, 5, 7), description="harmonics to fit")
+    winding_temperature: float | None = Field(
+        default=None, ge=-60.0, le=250.0, description="winding temperature for the record, °C"
+    )
+
+
+@dataclass(frozen=True)
+class SpeedPoint:
+    """What one speed gave: phase EMF amplitude (V, fundamental, peak) with Type A uncertainty, speeds, and the note's figures."""
+
+    amplitude: float
+    amplitude_uncertainty: float
+    accuracy: Accuracy
+    electrical_speed: float
+    mechanical_speed: Reading
+    note_amplitude: float
+    details: dict[str, Any]
+
+
+class BackEmfConstant(Procedure[BackEmfConstantSettings]):
+    """Flux linkage and back-EMF constant from one line voltage or three phases on an artificial star point (§3.4)."""
+
+    name: ClassVar[str] = "back-emf-constant"
+    title: ClassVar[str] = "Back-EMF constant"
+    section: ClassVar[str] = "3.4"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE, Role.TACHOMETER})
+    gives: ClassVar[tuple[str, ...]] = (
+        "flux_linkage",
+        "back_emf_constant_mechanical",
+        "back_emf_constant_v_per_krpm",
+        "back_emf_constant_v_per_rpm",
+    )
+
+    def measure(self) -> None:
+        """Drive at several speeds, record the voltages, and form both constants."""
+        speeds = self.drive()
+        points = self.record(speeds)
+        self.per_krpm(points)
+        self.per_radian(points)
+
+    @step("3.4.2/1", "The drive motor turns it at constant speed, as fast as possible, at several speeds", by_hand=True)
+    def drive(self) -> list[float]:
+        """Open the terminals, couple the drive motor, and return the speeds (rad/s) to take, the highest first."""
+        self.bench.perform(ALL_OPEN)
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(CoupleDynamometer())
+        if self.settings.speeds_rpm:
+            return sorted((rpm * _RPM for rpm in self.settings.speeds_rpm), reverse=True)
+        shares = sorted(set(self.settings.speed_shares), reverse=True)
+        return [driving_speed_rad(self.bench, self.nameplate, share) for share in shares]
+
+    @step(
+        "3.4.2/2", "Probe one line voltage, or three phases against an artificial star point, and record", by_hand=True
+    )
+    def record(self, speeds: Sequence[float]) -> list[SpeedPoint]:
+        """Return the EMF at each speed; probes are fitted while the shaft stands."""
+        channels = self._fit_probes()
+        points = []
+        with ExitStack() as driven:
+            driven.enter_context(self.bench.dynamometer.driving_speed(speeds[0]))
+            for index, speed in enumerate(speeds):
+                if index:
+                    self.bench.dynamometer.set_speed(speed)
+                points.append(self._point(channels, speed))
+        self.findings["points"] = [
+            {
+                "speed_rpm": point.mechanical_speed.value / _RPM,
+                "electrical_speed": point.electrical_speed,
+                "amplitude": point.amplitude,
+                "flux_linkage": point.amplitude / point.electrical_speed,
+                "back_emf_constant_mechanical": point.amplitude / point.mechanical_speed.value,
+                "note_amplitude": point.note_amplitude,
+                **point.details,
+            }
+            for point in points
+        ]
+        return points
+
+    @step("3.4.2/3", "Constant in volts per 1000 rpm, phase: E / n · 1000")
+    def per_krpm(self, points: Sequence[SpeedPoint]) -> None:
+        """Report peak phase volts per 1000 rpm and per rpm."""
+        constant = self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
+        note = float(np.mean([p.note_amplitude / p.mechanical_speed.value for p in points]))
+        for name, unit, factor in (
+            ("back_emf_constant_v_per_krpm", "V/krpm", 1000.0 * _RPM),
+            ("back_emf_constant_v_per_rpm", "V/rpm", _RPM),
+        ):
+            self.report(
+                name,
+                unit,
+                factor * constant,
+                section="3.4.2",
+                estimator="fundamental of all channels and harmonics fitted together",
+                note_value=factor * note,
+                convention="peak phase voltage over mechanical speed",
+            )
+        self.report(
+            "back_emf_constant_mechanical",
+            "V·s/rad",
+            constant,
+            section="3.4.2",
+            estimator="fundamental of all channels and harmonics fitted together",
+            note_value=note,
+            convention="peak phase voltage over mechanical speed",
+        )
+
+    @step("3.4.2/4", "Constant in volt-seconds per radian: phase amplitude over electrical speed")
+    def per_radian(self, points: Sequence[SpeedPoint]) -> None:
+        """Report the flux linkage (V·s per electrical radian)."""
+        flux = self._mean("EMF over electrical speed", [self._over_electrical(p) for p in points], points)
+        note = float(np.mean([p.note_amplitude / p.electrical_speed for p in points]))
+        winding = math.sqrt(3.0) * float(flux.x) if self.is_delta else None
+        self.report(
+            "flux_linkage",
+            "V·s/rad",
+            flux,
+            section="3.4.2",
+            estimator="fundamental of all channels and harmonics fitted together",
+            note_value=note,
+            convention="peak, per phase of the Y-equivalent, per electrical radian",
+            winding=winding,
+        )
+        self.notice(
+            "E4",
+            text(
+                "two constants, two names: {flux:.4g} V·s per electrical radian is the flux linkage that a controller wants; "
+                "the note's table divides by mechanical speed, {mechanical:.4g} V·s/rad, which is the pole pairs times larger",
+                flux=float(flux.x),
+                mechanical=float(np.mean([p.amplitude / p.mechanical_speed.value for p in points])),
+            ),
+        )
+        if self.settings.winding_temperature is not None:
+            self.findings["winding_temperature"] = self.settings.winding_temperature
+
+    def _fit_probes(self) -> list[int]:
+        channels = list(self.bench.oscilloscope.channels(ProbeKind.VOLTAGE))
+        probes: tuple[VoltageProbe | CurrentProbe, ...]
+        if self.settings.probing is Probing.LINE:
+            channels = channels[:1]
+            probes = (VoltageProbe(channels[0], Node.A, Node.B),)
+        else:
+            channels = channels[:3]
+            if len(channels) < 3:
+                raise ProcedureError(
+                    text(
+                        "three phases need three voltage probes, the station has {n}; set probing=line", n=len(channels)
+                    )
+                )
+            probes = tuple(
+                VoltageProbe(channel, node, Node.ARTIFICIAL_STAR)
+                for channel, node in zip(channels, (Node.A, Node.B, Node.C), strict=True)
+            )
+        self.bench.perform(ConnectProbes(probes))
+        return channels
+
+    def _point(self, channels: Sequence[int], speed: float) -> SpeedPoint:
+        if not self.bench.oscilloscope.gives_waveforms:
+            return self._read_off_screen(channels)
+        scope = self.bench.oscilloscope
+        scope.configure_acquisition(self.settings.record_time, _POINTS, 0.0)
+        start = 4.0 * (self.nameplate.rated_voltage or 50.0)
+        waves = ranged_record(self.bench, dict.fromkeys(channels, start), 10.0 + self.settings.record_time)
+        mechanical = self.bench.tachometer.measure_speed()
+        samples = np.vstack([waves[channel].values for channel in channels])
+        fit = fit_back_emf(waves[channels[0]].time, samples, harmonics=self.settings.harmonics)
+        to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
+        amplitudes = np.abs(fit.amplitudes[:, 0]) * to_phase
+        own = fit.amplitude_uncertainties[:, 0] * to_phase
+        worst = max((waves[channel].accuracy for channel in channels), key=lambda a: a.gain)
+        details: dict[str, Any] = {
+            "speed_commanded": speed,
+            "frequency": fit.frequency,
+            "phase_amplitudes": amplitudes.tolist(),
+            "harmonics": {
+                str(h): float(np.mean(np.abs(fit.amplitudes[:, k]))) for k, h in enumerate(self.settings.harmonics)
+            },
+            "residual": fit.residual_rms,
+        }
+        return SpeedPoint(
+            amplitude=float(amplitudes.mean()),
+            amplitude_uncertainty=float(np.sqrt(np.sum(own**2)) / own.size),
+            accuracy=Accuracy(gain=worst.gain, source=worst.source),
+            electrical_speed=2.0 * math.pi * fit.frequency,
+            mechanical_speed=mechanical,
+            note_amplitude=float(np.mean([peak_amplitude(row) for row in samples])) * to_phase,
+            details=details,
+        )
+
+    def _read_off_screen(self, channels: Sequence[int]) -> SpeedPoint:
+        screen = cast("ScreenReadings", self.bench.oscilloscope)
+        to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
+        reading = screen.measure_amplitude(channels[0])
+        mechanical = self.bench.tachometer.measure_speed()
+        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs
+        electrical = pairs * mechanical.value if pairs else 2.0 * math.pi * screen.measure_frequency(channels[0]).value
+        amplitude = reading.value * to_phase
+        return SpeedPoint(
+            amplitude, 0.0, reading.accuracy, electrical, mechanical, amplitude, {"read": "off the screen"}
+        )
+
+    def _over_electrical(self, point: SpeedPoint) -> tuple[float, float]:
+        return point.amplitude / point.electrical_speed, point.amplitude_uncertainty / point.electrical_speed
+
+    def _over_mechanical(self, point: SpeedPoint) -> tuple[float, float]:
+        speed = point.mechanical_speed
+        value = point.amplitude / speed.value
+        limit = (speed.accuracy.gain + (speed.accuracy.offset + speed.accuracy.resolution) / speed.value) / math.sqrt(
+            3.0
+        )
+        return value, math.hypot(point.amplitude_uncertainty / speed.value, value * limit)
+
+    def _mean(self, source: str, estimates: list[tuple[float, float]], points: Sequence[SpeedPoint]) -> UncertainReal:
+        value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
+        mean = self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
+        return self.bench.uncertainties.instrument("oscilloscope, voltage channels", mean, points[0].accuracy)

@@ -1,0 +1,172 @@
+"""Ld and Lq from the smallest and largest line inductance while the shaft is turned slowly (§3.3.2)."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, Aperture
+from procedures.actions import ReleaseRotor, StartTurning, StopTurning, Terminal, UncoupleDynamometer, meter_across
+from procedures.bench import Role
+from procedures.estimation import rotor_sweep
+from procedures.estimation.connections import phase_factor
+from procedures.inductance import CONVENTION, connection_of, short_correct
+from procedures.procedure import Procedure, Settings
+from procedures.steps import step
+from procedures.text import text
+
+#: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
+_CAUTIOUS_POLE_PAIRS = 10
+_WARM_UP = 3
+
+
+class DqInductanceExtremesSettings(Settings):
+    """Settings of §3.3.2."""
+
+    frequency: float = Field(default=1000.0, gt=0.0, le=1e6, description="test frequency, Hz")
+    level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
+    aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
+    short_correction: bool = Field(default=True, description="measure and subtract the leads first")
+    electrical_turns: float = Field(default=2.0, ge=1.0, le=100.0, description="electrical turns of the sweep")
+    readings_per_period: int = Field(default=24, ge=8, le=1000, description="readings a period of the inductance")
+    turning_speed: float | None = Field(
+        default=None, gt=0.0, le=10.0, description="speed of the hand, rad/s; chosen when not given"
+    )
+    class_threshold: float = Field(
+        default=0.10, gt=0.0, lt=1.0, description="difference below which the note calls it an SPMSM"
+    )
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Inductance between two lines (H, shape (n,)) over bench time (s), and the bridge's accuracy at its mean."""
+
+    time: NDArray[np.float64]
+    inductance: NDArray[np.float64]
+    accuracy: Accuracy
+
+
+class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
+    """Ld and Lq from a slow sweep of the rotor between two lines (§3.3.2)."""
+
+    name: ClassVar[str] = "dq-inductance-extremes"
+    title: ClassVar[str] = "dq inductance, smallest and largest"
+    section: ClassVar[str] = "3.3.2"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
+    gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+
+    def measure(self) -> None:
+        """Sweep, classify, conclude."""
+        reading_time = self.connect_bridge()
+        sweep = self.sweep(reading_time)
+        motor_class = self.classify(sweep)
+        self.conclude(sweep, motor_class)
+
+    @step("3.3.2/1", "Connect the bridge between A and B, C open, and set {frequency:g} Hz", by_hand=True)
+    def connect_bridge(self) -> float:
+        """Return how long one reading takes (s)."""
+        bridge = self.bench.lcr_meter
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(ReleaseRotor())
+        bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
+        if self.settings.short_correction:
+            short_correct(self.bench, bridge)
+        self.bench.perform(meter_across(Terminal.A, Terminal.B))
+        started = self.bench.clock.now()
+        for _ in range(_WARM_UP):
+            bridge.measure()
+        return (self.bench.clock.now() - started) / _WARM_UP
+
+    @step(
+        "3.3.2/2",
+        "Turn the shaft very slowly through {electrical_turns:g} electrical turns, recording the inductance",
+        by_hand=True,
+    )
+    def sweep(self, reading_time: float) -> Sweep:
+        """Return the sweep; the shaft is turned by hand, so its angle is not known."""
+        bridge = self.bench.lcr_meter
+        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or _CAUTIOUS_POLE_PAIRS
+        # The inductance has two periods an electrical turn.
+        readings = math.ceil(2.0 * self.settings.electrical_turns * self.settings.readings_per_period)
+        speed = self.settings.turning_speed
+        if speed is None:
+            speed = 2.0 * math.pi * self.settings.electrical_turns / (pairs * readings * max(reading_time, 1e-3))
+        self.bench.perform(StartTurning(speed))
+        taken = [bridge.measure() for _ in range(readings)]
+        self.bench.perform(StopTurning())
+        inductance = np.array([r.inductance for r in taken])
+        self.findings["sweep"] = {"time": [r.time for r in taken], "inductance": inductance.tolist()}
+        middle = taken[int(np.argsort(inductance)[inductance.size // 2])]
+        return Sweep(np.array([r.time for r in taken]), inductance, middle.inductance_accuracy)
+
+    @step("3.3.2/3", "Class: less than {class_threshold:.0%} between smallest and largest is a surface-magnet machine")
+    def classify(self, sweep: Sweep) -> str:
+        """Return the class by the note's rule."""
+        low, high = rotor_sweep.extremes(sweep.inductance)
+        motor_class = str(rotor_sweep.motor_class(low, high, self.settings.class_threshold))
+        self.findings |= {"smallest": low, "largest": high, "motor_class": motor_class}
+        return motor_class
+
+    @step("3.3.2/4", "From line to phase: wye 0.5, delta 1.5 of the smallest (Ld) and the largest (Lq)")
+    def conclude(self, sweep: Sweep, motor_class: str) -> None:
+        """Fit the whole sweep; the extremes stand beside, and whether the saliency is more than noise."""
+        fit = rotor_sweep.fit_timed_sweep(sweep.time, sweep.inductance)
+        significant, p_value = rotor_sweep.saliency_significant(fit)
+        mean, amplitude = fit.value("mean"), fit.value("amplitude") if significant else 0.0
+        self.findings |= {
+            "saliency_significant": significant,
+            "saliency_p_value": p_value,
+            "residual": fit.residual_rms,
+        }
+        if significant and motor_class == "SPMSM":
+            self.notice(
+                "E3",
+                text(
+                    "the note's rule calls this a surface-magnet machine with one inductance, but Lq and Ld differ by {share:.1%}, "
+                    "which is more than noise: both are given",
+                    share=2.0 * amplitude / (mean - amplitude),
+                ),
+            )
+        if significant and fit.residual_rms > 0.25 * amplitude:
+            self.notice(
+                "rough-sweep",
+                text(
+                    "the readings scatter by {scatter:.2g} µH about the sweep's curve of amplitude {amplitude:.2g} µH: the shaft was "
+                    "turned too fast or unevenly (the induced voltage spoils a reading). Turn more slowly",
+                    scatter=1e6 * fit.residual_rms,
+                    amplitude=1e6 * amplitude,
+                ),
+            )
+        low, high = rotor_sweep.extremes(sweep.inductance)
+        one = 0.5 * (low + high)
+        notes = {"d": one, "q": one} if motor_class == "SPMSM" else {"d": low, "q": high}
+        factors = phase_factor(self.winding, connection_of(meter_across(Terminal.A, Terminal.B)))
+        if self.is_delta:
+            self.notice(
+                "E8",
+                text(
+                    "delta: 1.5 times the reading is the inductance of one winding; a controller wants the Y-equivalent, "
+                    "half the reading. Both are given"
+                ),
+            )
+        for name, axis, sign in (("d_axis_inductance", "d", -1.0), ("q_axis_inductance", "q", 1.0)):
+            line = mean + sign * amplitude
+            spread = math.hypot(fit.uncertainty("mean"), fit.uncertainty("amplitude") if significant else 0.0)
+            statistics = self.bench.uncertainties.statistical(
+                f"sweep fit of L_{axis}", line, spread, fit.degrees_of_freedom
+            )
+            reading = self.bench.uncertainties.instrument("LCR meter", statistics, sweep.accuracy)
+            self.report(
+                name,
+                "H",
+                factors.y_equivalent * reading,
+                section="3.3.2",
+                estimator="fit of mean and second harmonic to the whole sweep",
+                note_value=factors.y_equivalent * notes[axis],
+                convention=CONVENTION,
+                winding=float((factors.winding * reading).x) if self.is_delta else None,
+            )

@@ -1,0 +1,305 @@
+"""Ld and Lq from the current's response to a voltage step on the locked rotor (§3.3.1)."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import Enum
+from typing import ClassVar
+
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, ProbeKind, Slope, Trigger, Waveform
+from procedures.actions import (
+    ALIGN_D,
+    ALIGN_Q,
+    STEP_NEGATIVE,
+    STEP_POSITIVE,
+    ConnectProbes,
+    CurrentProbe,
+    LockRotor,
+    Node,
+    ReleaseRotor,
+    Terminal,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
+from procedures.alignment import Alignment, aligning
+from procedures.bench import Role
+from procedures.estimation.connections import ReadingConnection, phase_factor
+from procedures.estimation.repeats import mean_of_estimates
+from procedures.estimation.step_response import fit_step_response, time_constant_63
+from procedures.inductance import CONVENTION
+from procedures.procedure import Procedure, Settings
+from procedures.recording import configure, record
+from procedures.steps import step
+from procedures.text import text
+
+_POINTS = 10_000
+_PRE_TRIGGER = 0.1
+#: The record is long enough when it holds this many time constants, and not more than twice as many.
+_TIME_CONSTANTS = 8.0
+_ATTEMPTS = 12
+
+
+class Polarity(Enum):
+    """Direction of the d-axis step against the aligning current."""
+
+    AGAINST = "against"
+    ALONG = "along"
+
+
+class DqInductanceTimeConstantSettings(Settings):
+    """Settings of §3.3.1."""
+
+    align_share: float = Field(
+        default=1.0, gt=0.0, le=1.0, description="aligning current, at most this share of the rated current"
+    )
+    settle: float = Field(default=1.0, gt=0.0, le=60.0, description="time for the rotor to come to rest, s")
+    step_share: float = Field(
+        default=0.10, gt=0.0, le=1.0, description="current at the end of the step, share of the rated current"
+    )
+    polarity: Polarity = Field(
+        default=Polarity.AGAINST, description="d-axis step against (as in the note) or along the magnet"
+    )
+    record_time: float = Field(default=0.05, gt=0.0, le=100.0, description="first guess of the record's length, s")
+    repeats: int = Field(default=4, ge=1, le=100, description="steps on each axis")
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """Voltage and current of one step, and the time constant that it shows."""
+
+    voltage: Waveform
+    current: Waveform
+
+
+class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
+    """Ld and Lq from the time constant of a current step (§3.3.1)."""
+
+    name: ClassVar[str] = "dq-inductance-time-constant"
+    title: ClassVar[str] = "dq inductance, time constant"
+    section: ClassVar[str] = "3.3.1"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
+    gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+
+    def measure(self) -> None:
+        """Align, lock and step: d first, then q."""
+        with ExitStack() as energised:
+            alignment = self.align_d(energised)
+            self.lock_d(energised)
+        voltage = self.set_step_d(alignment)
+        self.conclude_d(self.record_d(voltage))
+        with ExitStack() as energised:
+            self.align_q(energised)
+            self.lock_q(energised)
+        voltage = self.set_step_q(alignment)
+        self.conclude_q(self.record_q(voltage))
+
+    @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
+    def align_d(self, energised: ExitStack) -> Alignment:
+        """Align with up to the rated current, as far as the supply gives it: friction holds a weakly aligned rotor off."""
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(ALIGN_D)
+        current = self._align_current()
+        self.findings["aligning_current"] = current
+        if current <= 0.15 * self.nameplate.rated_current:
+            self.notice(
+                "E11",
+                text(
+                    "the rotor was aligned with {current:.3g} A only, {share:.0%} of rated: friction may have held it off d and q; "
+                    "align with more current",
+                    current=current,
+                    share=current / self.nameplate.rated_current,
+                ),
+            )
+        return energised.enter_context(aligning(self.bench, current, self.settings.settle))
+
+    @step("3.3.1-d/2", "Lock the shaft", by_hand=True)
+    def lock_d(self, energised: ExitStack) -> None:
+        """Lock under current, then switch it off."""
+        self.bench.perform(LockRotor())
+        energised.close()
+
+    @step(
+        "3.3.1-d/3",
+        "Prepare the step: B and C to plus, A to minus, level for about {step_share:.0%} of rated",
+        by_hand=True,
+    )
+    def set_step_d(self, alignment: Alignment) -> float:
+        """Return the step's voltage (V); polarity is recorded, and changeable."""
+        against = self.settings.polarity is Polarity.AGAINST
+        self.bench.perform(STEP_NEGATIVE if against else STEP_POSITIVE)
+        self.findings["polarity"] = self.settings.polarity.value
+        if against:
+            self.notice(
+                "E15",
+                text(
+                    "the d-axis step drives phase A against the aligning current, as the note has it: it weakens the magnet, and with "
+                    "saturation reads a larger Ld than a step along it"
+                ),
+            )
+        return self._step_voltage(alignment)
+
+    @step("3.3.1-d/4", "Switch on and record the current's step response")
+    def record_d(self, voltage: float) -> list[StepRecord]:
+        """Return the recorded steps."""
+        return self._record(voltage, forward=self.settings.polarity is Polarity.ALONG)
+
+    @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
+    def conclude_d(self, steps: list[StepRecord]) -> None:
+        """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
+        self._conclude("d_axis_inductance", "d", steps)
+
+    @step("3.3.1-q/1", "Align the rotor to q: B to plus, C to minus, A open", by_hand=True)
+    def align_q(self, energised: ExitStack) -> None:
+        """Turn the rotor to where phase A sees its q axis."""
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(ALIGN_Q)
+        energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
+
+    @step("3.3.1-q/2", "Lock the shaft against the torque of the step", by_hand=True)
+    def lock_q(self, energised: ExitStack) -> None:
+        """Lock under current, then switch it off."""
+        self.bench.perform(LockRotor())
+        energised.close()
+
+    @step(
+        "3.3.1-q/3",
+        "Prepare the step: A to plus, B and C to minus, level for about {step_share:.0%} of rated",
+        by_hand=True,
+    )
+    def set_step_q(self, alignment: Alignment) -> float:
+        """Return the step's voltage (V)."""
+        self.bench.perform(STEP_POSITIVE)
+        return self._step_voltage(alignment)
+
+    @step("3.3.1-q/4", "Switch on and record the current's step response")
+    def record_q(self, voltage: float) -> list[StepRecord]:
+        """Return the recorded steps."""
+        return self._record(voltage, forward=True)
+
+    @step("3.3.1-q/5", "Lq is two thirds of time constant times resistance")
+    def conclude_q(self, steps: list[StepRecord]) -> None:
+        """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
+        self._conclude("q_axis_inductance", "q", steps)
+
+    def _align_current(self) -> float:
+        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current)
+        return self.current_level(
+            min(self.settings.align_share, bound / self.nameplate.rated_current), "aligning current"
+        )
+
+    def _step_voltage(self, alignment: Alignment) -> float:
+        current = self.current_level(self.settings.step_share, "step current")
+        return current * alignment.loop_resistance
+
+    def _record(self, voltage: float, *, forward: bool) -> list[StepRecord]:
+        """Step until the record's length fits the time constant, then repeat."""
+        scope = self.bench.oscilloscope
+        v_channel = scope.channels(ProbeKind.VOLTAGE)[0]
+        i_channel = scope.channels(ProbeKind.CURRENT)[0]
+        self.bench.perform(
+            ConnectProbes((VoltageProbe(v_channel, Node.A, Node.B), CurrentProbe(i_channel, Terminal.A)))
+        )
+        sign = 1.0 if forward else -1.0
+        current = self.settings.step_share * self.nameplate.rated_current
+        for channel, top in ((v_channel, voltage), (i_channel, current)):
+            configure(
+                scope, channel, min(-0.1 * sign * top, 1.3 * sign * top), max(-0.1 * sign * top, 1.3 * sign * top)
+            )
+        trigger = Trigger(i_channel, 0.3 * sign * current, Slope.RISING if forward else Slope.FALLING)
+        # Twice the step's current: the limit is a safety net that must not act on the step.
+        limit = min(2.0 * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
+
+        def once(record_time: float) -> StepRecord:
+            scope.configure_acquisition(record_time, _POINTS, _PRE_TRIGGER)
+            waves = record(
+                self.bench,
+                (v_channel, i_channel),
+                trigger,
+                timeout=10.0 + 2.0 * record_time,
+                event=lambda: self.bench.supply.energised(voltage, limit),
+            )
+            return StepRecord(waves[v_channel], waves[i_channel])
+
+        record_time = self.settings.record_time
+        for _ in range(_ATTEMPTS):
+            wave = once(record_time).current
+            wanted = _TIME_CONSTANTS * time_constant_63(wave.time, wave.values)
+            if 0.5 * record_time <= wanted <= record_time:
+                break
+            record_time = min(max(1.2 * wanted, 0.05 * record_time), 4.0 * record_time)
+        return [once(record_time) for _ in range(self.settings.repeats)]
+
+    def _conclude(self, name: str, axis: str, steps: list[StepRecord]) -> None:
+        fits = [
+            fit_step_response(
+                s.current.time,
+                s.voltage.values,
+                s.current.values,
+                voltage_resolution=s.voltage.resolution,
+                current_resolution=s.current.resolution,
+            )
+            for s in steps
+        ]
+        inductance = self._mean(
+            f"step fits of L_{axis}", [(f.value("inductance"), f.uncertainty("inductance")) for f in fits]
+        )
+        resistance = self._mean(
+            f"step fits of R_{axis}", [(f.value("resistance"), f.uncertainty("resistance")) for f in fits]
+        )
+        loop = self._with_probes(inductance, steps[0])
+        factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
+        last = steps[-1]
+        tau = time_constant_63(last.current.time, last.current.values)
+        tail = slice(-len(last.current.values) // 10, None)
+        loop_resistance = float(last.voltage.values[tail].mean() / last.current.values[tail].mean())
+        self.findings[axis] = {
+            "loop_resistance": float(resistance.x),
+            "loop_inductance": float(inductance.x),
+            "time_constant": float(inductance.x) / float(resistance.x),
+            "time_constant_63": tau,
+            "residual_current": fits[-1].residual_rms,
+        }
+        self._compare_with_bridge_resistance(axis, tau, loop_resistance)
+        self.report(
+            name,
+            "H",
+            factors.y_equivalent * loop,
+            section="3.3.1",
+            estimator="output-error fit of R, L and offsets to recorded voltage and current",
+            note_value=factors.y_equivalent * tau * loop_resistance,
+            convention=CONVENTION,
+            winding=float((factors.winding * loop).x) if self.is_delta else None,
+        )
+
+    def _mean(self, source: str, estimates: list[tuple[float, float]]) -> UncertainReal:
+        value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
+        return self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
+
+    def _with_probes(self, quantity: UncertainReal, recorded: StepRecord) -> UncertainReal:
+        """Put on the gains of the voltage and the current channel; their offsets are fitted."""
+        for wave, label in ((recorded.voltage, "voltage"), (recorded.current, "current")):
+            gain = Accuracy(gain=wave.accuracy.gain, source=wave.accuracy.source)
+            quantity = self.bench.uncertainties.instrument(f"oscilloscope, {label} channel", quantity, gain)
+        return quantity
+
+    def _compare_with_bridge_resistance(self, axis: str, tau: float, loop_resistance: float) -> None:
+        known = self.known_value("stator_resistance")
+        if known is None:
+            return
+        from_bridge, from_loop = tau * known, tau * loop_resistance / 1.5
+        self.findings[axis]["with_bridge_resistance"] = from_bridge
+        difference = from_bridge / from_loop - 1.0
+        if abs(difference) > 0.02:
+            self.notice(
+                "E10",
+                text(
+                    "L{axis} from the time constant with the bridge's resistance would be {difference:+.1%} off: the R of L = τ·R is "
+                    "the whole loop's, with leads, contacts and source",
+                    axis=axis,
+                    difference=difference,
+                ),
+            )

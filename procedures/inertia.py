@@ -1,0 +1,281 @@
+"""Inertia and friction from a driven ramp and a coast-down (§3.5)."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import ClassVar
+
+import numpy as np
+from GTC.lib import UncertainReal
+from numpy.typing import NDArray
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, DynamometerReading
+from procedures.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
+from procedures.bench import ProcedureError, Role
+from procedures.driven import driving_speed_rad
+from procedures.estimation import inertia as estimation
+from procedures.estimation.fit import Fit
+from procedures.procedure import Procedure, Settings
+from procedures.steps import step
+from procedures.text import text
+
+NAMES = ("inertia", "coulomb_friction", "viscous_friction")
+_UNITS = {"inertia": "kg·m²", "coulomb_friction": "N·m", "viscous_friction": "N·m·s/rad"}
+
+
+class TorqueSource(Enum):
+    """Where the accelerating torque comes from."""
+
+    MEASURED = "measured"
+    POWER = "power"
+
+
+class Tare(Enum):
+    """Where the dynamometer's own inertia and friction come from."""
+
+    MEASURED = "measured"
+    GIVEN = "given"
+
+
+class InertiaSettings(Settings):
+    """Settings of §3.5."""
+
+    speed_share: float = Field(
+        default=0.8, gt=0.0, le=1.0, description="speed at the end of the ramp, share of the rated speed"
+    )
+    ramp_time: float = Field(default=1.0, gt=0.05, le=120.0, description="time aimed at for the driven ramp, s")
+    coast_share: float = Field(
+        default=0.5, gt=0.02, lt=1.0, description="the coast is followed down to this share of the top speed"
+    )
+    longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time to follow the coast, s")
+    sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
+    torque: float | None = Field(
+        default=None, gt=0.0, description="accelerating torque, N·m; found by trial when not given"
+    )
+    torque_source: TorqueSource = Field(
+        default=TorqueSource.MEASURED, description="torque as measured, or from shaft power and speed"
+    )
+    tare: Tare = Field(
+        default=Tare.MEASURED, description="measure the dynamometer alone first, or take the three figures below"
+    )
+    tare_inertia: float = Field(default=0.0, ge=0.0, description="inertia of dynamometer and coupling, kg·m²")
+    tare_inertia_uncertainty: float = Field(default=0.0, ge=0.0, description="its standard uncertainty, kg·m²")
+    tare_coulomb_friction: float = Field(default=0.0, ge=0.0, description="Coulomb friction of the dynamometer, N·m")
+    tare_viscous_friction: float = Field(
+        default=0.0, ge=0.0, description="viscous friction of the dynamometer, N·m·s/rad"
+    )
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One ramp: bench time (s), speed (rad/s) and torque (N·m), each of shape (n,), and the readings' accuracies."""
+
+    time: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    torque: NDArray[np.float64]
+    torque_accuracy: Accuracy
+    speed_accuracy: Accuracy
+
+
+@dataclass(frozen=True)
+class Ramps:
+    """A driven ramp and the coast after it."""
+
+    driven: Curve
+    coast: Curve
+
+
+class Inertia(Procedure[InertiaSettings]):
+    """Inertia, Coulomb and viscous friction of the motor, the dynamometer's own subtracted (§3.5)."""
+
+    name: ClassVar[str] = "inertia"
+    title: ClassVar[str] = "Inertia and friction"
+    section: ClassVar[str] = "3.5"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
+    gives: ClassVar[tuple[str, ...]] = NAMES
+
+    def measure(self) -> None:
+        """Take the tare, drive, coast, solve."""
+        tare = self.open_terminals()
+        top = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
+        driven = self.accelerate(top)
+        coast = self.coast(top)
+        self.solve(Ramps(driven, coast), tare)
+
+    @step("3.5/1", "Leave the stator's terminals open", by_hand=True)
+    def open_terminals(self) -> Ramps | None:
+        """Open the terminals; return the dynamometer's own ramps where its tare is to be measured."""
+        bench = self.bench
+        bench.perform(ALL_OPEN)
+        bench.perform(ReleaseRotor())
+        bench.dynamometer.stop()
+        tare = None
+        if self.settings.tare is Tare.MEASURED:
+            bench.perform(UncoupleDynamometer())
+            bench.dynamometer.zero_torque()
+            top = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
+            tare = Ramps(self._accelerate(top), self._coast(top))
+        bench.perform(CoupleDynamometer())
+        return tare
+
+    @step("3.5/2", "The dynamometer accelerates the motor with constant torque: record speed over time")
+    def accelerate(self, top: float) -> Curve:
+        """Return the driven ramp, up to `top` (rad/s)."""
+        return self._accelerate(top)
+
+    @step("3.5/3", "Let it coast: record speed over time")
+    def coast(self, top: float) -> Curve:
+        """Return the coast, then stop the shaft."""
+        return self._coast(top)
+
+    @step("3.5/4", "Solve both equations for inertia and no-load torque")
+    def solve(self, ramps: Ramps, tare: Ramps | None) -> None:
+        """Fit J, Coulomb and viscous friction to both whole curves; the two-point figures stand beside."""
+        total = self._fit(ramps)
+        own = self._fit(tare) if tare else None
+        simple, no_load = self._two_points(ramps)
+        simple_tare = self._two_points(tare)[0] if tare else self.settings.tare_inertia
+        self.findings |= {
+            "with_dynamometer": {name: total.value(name) for name in NAMES},
+            "dynamometer": {name: own.value(name) if own else getattr(self.settings, f"tare_{name}") for name in NAMES},
+            "no_load_torque": no_load,
+            "two_point_inertia": simple - simple_tare,
+        }
+        for name in NAMES:
+            statistics = self._statistics("ramps", total, name) - (
+                self._statistics("tare ramps", own, name) if own else self._given_tare(name)
+            )
+            quantity = self._with_transducer(statistics, ramps.driven)
+            self.report(
+                name,
+                _UNITS[name],
+                quantity,
+                section="3.5",
+                estimator="fit of inertia, Coulomb and viscous friction to both whole ramps, tare subtracted",
+                note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load}.get(name),
+                convention="motor alone" if name == "inertia" else "motor alone, at the measured temperature",
+            )
+        self._say_what_two_points_cost(
+            simple - simple_tare, total.value("inertia") - (own.value("inertia") if own else 0.0)
+        )
+
+    def _accelerate(self, top: float) -> Curve:
+        dynamometer, clock = self.bench.dynamometer, self.bench.clock
+        torque = self.settings.torque or self._find_torque(top)
+        deadline = clock.now() + 20.0 * self.settings.ramp_time
+        readings: list[DynamometerReading] = []
+        with dynamometer.driving_torque(torque):
+            while not readings or readings[-1].speed < top:
+                if clock.now() > deadline:
+                    raise ProcedureError(
+                        text(
+                            "{torque:.3g} N·m brought the shaft to {speed:.0f} rpm only, {top:.0f} rpm were wanted: something brakes "
+                            "it, or the torque is too small",
+                            torque=torque,
+                            speed=readings[-1].speed * 30.0 / math.pi,
+                            top=top * 30.0 / math.pi,
+                        )
+                    )
+                readings.append(dynamometer.measure())
+                clock.sleep(self.settings.sample_interval)
+        return self._curve(readings)
+
+    def _coast(self, top: float) -> Curve:
+        dynamometer, clock = self.bench.dynamometer, self.bench.clock
+        deadline = clock.now() + self.settings.longest_coast
+        readings: list[DynamometerReading] = []
+        while not readings or (readings[-1].speed > self.settings.coast_share * top and clock.now() < deadline):
+            readings.append(dynamometer.measure())
+            clock.sleep(self.settings.sample_interval)
+        dynamometer.stop()
+        return self._curve(readings)
+
+    def _find_torque(self, top: float) -> float:
+        """Return a torque (N·m) that reaches `top` in about the ramp time, from short trials."""
+        dynamometer, clock = self.bench.dynamometer, self.bench.clock
+        torque = 0.01 * dynamometer.maximum_torque
+        trial = 0.1 * self.settings.ramp_time
+        while True:
+            with dynamometer.driving_torque(torque):
+                clock.sleep(trial)
+                reached = dynamometer.measure().speed
+            dynamometer.stop()
+            if reached * self.settings.ramp_time / trial > 0.7 * top:
+                return torque
+            if torque >= dynamometer.maximum_torque:
+                raise ProcedureError(
+                    text(
+                        "the dynamometer's full torque of {torque:.3g} N·m does not bring the shaft to speed; is the rotor free?",
+                        torque=torque,
+                    )
+                )
+            torque = min(1.5 * torque, dynamometer.maximum_torque)
+
+    def _curve(self, readings: list[DynamometerReading]) -> Curve:
+        by_power = self.settings.torque_source is TorqueSource.POWER
+        speed = np.array([r.speed for r in readings])
+        if by_power:
+            power = np.array([r.power for r in readings])
+            torque = np.divide(power, speed, out=np.full_like(power, np.nan), where=np.abs(speed) > 1.0)
+            torque = np.where(np.isfinite(torque), torque, np.nanmedian(torque) if np.isfinite(torque).any() else 0.0)
+        else:
+            torque = np.array([r.torque for r in readings])
+        time = np.array([r.time for r in readings])
+        return Curve(time - time[0], speed, torque, readings[-1].torque_accuracy, readings[-1].speed_accuracy)
+
+    def _fit(self, ramps: Ramps) -> Fit:
+        if self.settings.torque_source is TorqueSource.POWER:
+            self.notice(
+                "E5",
+                text(
+                    "the torque is shaft power over mechanical speed, P/ω; the note's P/(p·ω) would be the pole pairs too small"
+                ),
+            )
+        driven, coast = ramps.driven, ramps.coast
+        return estimation.fit_ramps(
+            [
+                estimation.Ramp(driven.time, driven.speed, float(np.mean(driven.torque))),
+                estimation.Ramp(coast.time, coast.speed, 0.0),
+            ]
+        )
+
+    def _two_points(self, ramps: Ramps) -> tuple[float, float]:
+        """Return the note's figures, from points near the ends of each ramp."""
+        driven, coast = ramps.driven, ramps.coast
+        first, last = driven.time.size // 10, -1 - driven.time.size // 10
+        early, late = coast.time.size // 10, -1 - coast.time.size // 10
+        return estimation.two_point(
+            driven.time[first], driven.speed[first], driven.time[last], driven.speed[last], float(np.mean(driven.torque)),
+            coast.time[early], coast.speed[early], coast.time[late], coast.speed[late],
+        )  # fmt: skip
+
+    def _statistics(self, what: str, fit: Fit, name: str) -> UncertainReal:
+        return self.bench.uncertainties.statistical(
+            f"fit of {what}: {name}", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom
+        )
+
+    def _given_tare(self, name: str) -> UncertainReal:
+        uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0
+        return self.bench.uncertainties.standard(f"tare: {name}", getattr(self.settings, f"tare_{name}"), uncertainty)
+
+    def _with_transducer(self, quantity: UncertainReal, curve: Curve) -> UncertainReal:
+        """Put on the torque transducer's gain, and its offset as it reaches the result through the mean torque."""
+        accuracy = curve.torque_accuracy
+        mean = abs(float(np.mean(curve.torque)))
+        relative = accuracy.gain + (accuracy.offset / mean if mean else 0.0)
+        return self.bench.uncertainties.instrument(
+            "dynamometer, torque", quantity, Accuracy(gain=relative, source=accuracy.source)
+        )
+
+    def _say_what_two_points_cost(self, two_point: float, fitted: float) -> None:
+        difference = two_point / fitted - 1.0
+        if abs(difference) > 0.01:
+            self.notice(
+                "E6",
+                text(
+                    "two points on each ramp give an inertia {difference:+.1%} off: with friction that grows with speed they compare "
+                    "ramps at different speeds; the fit of both whole curves is reported",
+                    difference=difference,
+                ),
+            )

@@ -1,0 +1,130 @@
+"""Pole pairs from the inverter's frequency and the rotor's speed (§3.1.2.2, method 1)."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from drivers.interfaces import ProbeKind, Reading
+from procedures.actions import INVERTER, ConnectProbes, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer
+from procedures.bench import ProcedureError, Role
+from procedures.estimation.back_emf import fit_back_emf
+from procedures.pole_pair_count import count, frequency_reading
+from procedures.procedure import Procedure, Settings
+from procedures.recording import ranged_record
+from procedures.steps import step
+from procedures.text import text
+
+_RECORD_PERIODS = 10
+_POINTS = 20_000
+
+
+class PolePairsInverterSettings(Settings):
+    """Settings of §3.1.2.2, method 1."""
+
+    frequency: float | None = Field(
+        default=None, gt=0.0, le=2000.0, description="electrical frequency, Hz; from the rated speed when not given"
+    )
+    speed_share: float = Field(default=0.5, gt=0.0, le=1.0, description="speed aimed at, share of the rated speed")
+    current_share: float = Field(default=0.3, gt=0.0, le=1.0, description="phase current, share of the rated current")
+    settle: float = Field(default=1.0, ge=0.0, le=60.0, description="time at constant speed before reading, s")
+    frequency_tolerance: float = Field(
+        default=0.01, gt=0.0, lt=0.5, description="allowed difference to the inverter's frequency"
+    )
+
+
+@dataclass(frozen=True)
+class PhaseCurrent:
+    """Fitted frequency of the phase current (Hz) with its standard uncertainty."""
+
+    frequency: float
+    uncertainty: float
+
+
+class PolePairsInverter(Procedure[PolePairsInverterSettings]):
+    """Pole pairs from the phase current's frequency and the tachometer (§3.1.2.2, method 1)."""
+
+    name: ClassVar[str] = "pole-pairs-inverter"
+    title: ClassVar[str] = "Pole pairs by inverter"
+    section: ClassVar[str] = "3.1.2.2"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.INVERTER, Role.OSCILLOSCOPE, Role.TACHOMETER})
+    gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
+
+    def measure(self) -> None:
+        """Turn the motor by the inverter, read frequency and speed, divide."""
+        with ExitStack() as turning:
+            self.turn(turning)
+            current = self.read_frequency()
+            speed = self.read_speed()
+        self.conclude(current, speed)
+
+    @step("3.1.2.2-1/1", "The inverter turns the motor at a fixed frequency, as fast as possible", by_hand=True)
+    def turn(self, turning: ExitStack) -> None:
+        """Leave the motor turning until the stack is closed."""
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(INVERTER)
+        channel = self.bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
+        self.bench.perform(ConnectProbes((CurrentProbe(channel, Terminal.A),)))
+        frequency = min(self._frequency(), self.bench.inverter.maximum_frequency)
+        wanted = self.settings.current_share * self.nameplate.rated_current
+        current = min(wanted, self.bench.inverter.maximum_current, self.nameplate.current_bound)
+        turning.enter_context(self.bench.inverter.driving_frequency(frequency, current))
+        self.bench.clock.sleep(self.settings.settle)
+
+    @step("3.1.2.2-1/2", "Read the phase current's frequency on the oscilloscope; it must equal the inverter's")
+    def read_frequency(self) -> PhaseCurrent:
+        """Return the fitted frequency.
+
+        Raises ProcedureError where it is not the inverter's: control was lost.
+        """
+        scope = self.bench.oscilloscope
+        commanded = self.bench.inverter.measure_frequency()
+        channel = scope.channels(ProbeKind.CURRENT)[0]
+        if hand_read := frequency_reading(self.bench, channel):
+            measured = PhaseCurrent(
+                hand_read.value, hand_read.accuracy.offset + hand_read.accuracy.gain * hand_read.value
+            )
+        else:
+            record_time = _RECORD_PERIODS / abs(commanded.value)
+            scope.configure_acquisition(record_time, _POINTS, 0.0)
+            amplitude = self.settings.current_share * self.nameplate.rated_current
+            wave = ranged_record(self.bench, {channel: 3.0 * amplitude}, 10.0 + record_time)[channel]
+            fit = fit_back_emf(wave.time, np.atleast_2d(wave.values), harmonics=(1,))
+            measured = PhaseCurrent(fit.frequency, fit.frequency_uncertainty)
+        self.findings |= {"current_frequency": measured.frequency, "inverter_frequency": commanded.value}
+        if abs(measured.frequency - abs(commanded.value)) > self.settings.frequency_tolerance * abs(commanded.value):
+            raise ProcedureError(
+                text(
+                    "the phase current has {measured:.4g} Hz, the inverter puts out {commanded:.4g} Hz: control was lost; "
+                    "lower the frequency or raise the current",
+                    measured=measured.frequency,
+                    commanded=commanded.value,
+                )
+            )
+        return measured
+
+    @step("3.1.2.2-1/3", "Read the rotor's speed on the tachometer")
+    def read_speed(self) -> Reading:
+        """Return the speed (rad/s)."""
+        return self.bench.tachometer.measure_speed()
+
+    @step("3.1.2.2-1/4", "Pole pairs are the nearest whole number to 60 f / n")
+    def conclude(self, current: PhaseCurrent, speed: Reading) -> None:
+        """Report the count where frequency and speed are known well enough for one whole number only."""
+        count(self, current.frequency, current.uncertainty, speed, section="3.1.2.2")
+
+    def _frequency(self) -> float:
+        if self.settings.frequency is not None:
+            return self.settings.frequency
+        if self.nameplate.rated_speed_rpm is None:
+            raise ProcedureError(
+                text(
+                    "the motor file gives no rated_speed_rpm, so no frequency can be chosen; set it with --set frequency=…"
+                )
+            )
+        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or 1
+        return self.settings.speed_share * self.nameplate.rated_speed_rpm / 60.0 * pairs

@@ -1,0 +1,96 @@
+"""Pole pairs of a motor with few of them: count the stable positions of one turn (§3.1.2.1)."""
+
+from contextlib import ExitStack
+from typing import ClassVar
+
+from GTC import ureal
+from pydantic import Field
+
+from procedures.actions import ALIGN_D, MarkRestPositions, ReleaseRotor, TurnToRest, UncoupleDynamometer
+from procedures.alignment import aligning
+from procedures.bench import ProcedureError, Role
+from procedures.estimation import pole_pairs
+from procedures.procedure import Procedure, Settings
+from procedures.steps import step
+from procedures.text import text
+
+
+class PolePairsStaticSettings(Settings):
+    """Settings of §3.1.2.1."""
+
+    current_share: float = Field(
+        default=0.10, gt=0.0, le=1.0, description="supply's current limit, share of the rated current"
+    )
+    settle: float = Field(default=1.0, gt=0.0, le=60.0, description="time for the rotor to come to rest, s")
+    turns: int = Field(default=1, ge=1, le=10, description="full turns over which positions are marked")
+
+
+class PolePairsStatic(Procedure[PolePairsStaticSettings]):
+    """Pole pairs from the stable positions of the energised rotor (§3.1.2.1)."""
+
+    name: ClassVar[str] = "pole-pairs-static"
+    title: ClassVar[str] = "Pole pairs by stable positions"
+    section: ClassVar[str] = "3.1.2.1"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY})
+    gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
+
+    def measure(self) -> None:
+        """Hold, turn, mark, count."""
+        self.connect()
+        with ExitStack() as energised:
+            self.energise(energised)
+            angles = self.mark()
+        self.count(angles)
+
+    @step("3.1.2.1/1", "Connect phase A to the supply's plus, B and C together to minus", by_hand=True)
+    def connect(self) -> None:
+        """Any one phase to plus will do, the other two to minus."""
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(ALIGN_D)
+
+    @step(
+        "3.1.2.1/2",
+        "Limit the supply to {current_share:.0%} of the rated current, switch on, turn the shaft until it snaps in",
+        by_hand=True,
+    )
+    def energise(self, energised: ExitStack) -> None:
+        """Leave the supply on until the stack is closed."""
+        current = self.current_level(self.settings.current_share, "holding current")
+        energised.enter_context(aligning(self.bench, current, self.settings.settle))
+        self.bench.perform(TurnToRest())
+
+    @step("3.1.2.1/3", "Mark every stable position over one full turn", by_hand=True)
+    def mark(self) -> list[float]:
+        """Return the marked angles (rad)."""
+        return self.bench.angles(MarkRestPositions(self.settings.turns))
+
+    @step("3.1.2.1/4", "The number of stable positions is the number of pole pairs")
+    def count(self, angles: list[float]) -> None:
+        """Report the smallest count that the marks are evenly spaced for; the bare count stands beside it."""
+        if not angles:
+            raise ProcedureError(
+                text("no stable position was marked; is the supply on, and does the shaft turn freely?")
+            )
+        pairs, concentration = pole_pairs.from_angles(angles)
+        counted = len(angles) / self.settings.turns
+        self.findings |= {"marked_angles": angles, "concentration": concentration, "counted": counted}
+        if counted != pairs:
+            self.notice(
+                "marks",
+                text(
+                    "{counted:g} positions were marked, but their spacing fits {pairs} pole pairs: a mark was missed or made twice",
+                    counted=counted,
+                    pairs=pairs,
+                ),
+            )
+        self.report(
+            "pole_pairs",
+            "1",
+            ureal(float(pairs), 0.0),
+            section="3.1.2.1",
+            estimator="smallest number of equal spacings that the marked angles fit",
+            note_value=counted,
+            convention="pole pairs, half the number of poles",
+        )
