@@ -1,0 +1,1 @@
+"""Transports: how a client reaches the faces of the virtual bench."""

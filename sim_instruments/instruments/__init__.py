@@ -1,0 +1,1 @@
+"""Faces: instruments of the virtual bench that speak their makers' protocols."""

@@ -1,0 +1,277 @@
+"""Message exchange control: input buffer, output queue, and what waits in between (IEEE 488.2, chapter 6)."""
+
+from collections import deque
+from collections.abc import Generator
+from enum import Enum
+from types import GeneratorType
+from typing import Protocol, cast
+
+import numpy as np
+
+from sim_instruments.faults import Fault, FaultKind, Faults, spoil
+from sim_instruments.scpi.errors import ScpiError
+from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
+from sim_instruments.scpi.tree import Call, CommandTree, Handler, Handling, Reply
+
+_CACHED_MESSAGES = 512
+_CACHED_LENGTH = 256
+_INPUT_BUFFER = 1 << 20
+
+Step = tuple[Handler, Call]
+Message = tuple[tuple[Step, ...], str]
+
+
+class Clock(Protocol):
+    """The virtual time (s)."""
+
+    def now(self) -> float:
+        """Return the time."""
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass."""
+
+
+class ReadEnd(Enum):
+    """Why a read came to its end."""
+
+    MESSAGE = "end of message"
+    COUNT = "count reached"
+    TERMINATION = "termination character"
+
+
+class NoReplyError(Exception):
+    """Nothing came within the time-out."""
+
+
+class MessageExchange:
+    """Takes program messages apart, has their units handled in order and keeps the one response message.
+
+    Handlers that take virtual time run as generators: a write returns at once, and the reader waits. Errors of the
+    messages go to `report`, never to the caller.
+    """
+
+    def __init__(self, clock: Clock, generator: np.random.Generator) -> None:
+        self.clock = clock
+        self.tree = CommandTree()
+        self.faults = Faults()
+        self._generator = generator
+        self._plans: dict[bytes, tuple[Message, ...]] = {}
+        self._partial = b""
+        self._backlog: deque[Message] = deque()
+        self._running: Generator[float, None, None] | None = None
+        self._wake = 0.0
+        self._fault: Fault | None = None
+        self._output: bytes | None = None
+        self._position = 0
+        self._ended = True
+        self._ready = 0.0
+        self._mute = False
+        self._working = False
+
+    def report(self, error: ScpiError) -> None:
+        """Take note of an error; instruments put it into their queue."""
+        raise NotImplementedError
+
+    # the client's side
+
+    def write(self, data: bytes, end: bool = True) -> None:
+        """Take bytes of a program message; `end` says that the last one came with END."""
+        if self._partial or not end:
+            self._partial += data
+            if len(self._partial) > _INPUT_BUFFER:
+                self._partial = b""
+                self.report(ScpiError(-363))
+            if not end:
+                return
+            data, self._partial = self._partial, b""
+        if self._running is not None:
+            self.poll()
+        messages = self._plans.get(data)
+        if messages is None:
+            messages = self._compile(data)
+        if self._running is None and len(messages) == 1:
+            self._begin(messages[0])
+            if self._running is not None:
+                self.poll()
+            return
+        self._backlog.extend(messages)
+        self.poll()
+
+    def read(self, count: int, timeout: float | None, termination: int | None = None) -> tuple[bytes, ReadEnd]:
+        """Return at most `count` bytes of the response and why it is not more.
+
+        `timeout` in virtual seconds, None for ever; `termination` is the byte to stop after. Raises NoReplyError.
+        """
+        if self._output is None or self._ready > 0.0:
+            self._wait(timeout)
+        output = cast("bytes", self._output)
+        start = self._position
+        stop = min(start + count, len(output))
+        reason = ReadEnd.MESSAGE if stop == len(output) else ReadEnd.COUNT
+        if termination is not None:
+            found = output.find(termination, start, stop)
+            if found >= 0:
+                stop, reason = found + 1, ReadEnd.TERMINATION
+        if stop < len(output):
+            self._position = stop
+            return output[start:stop], reason
+        self._output, self._position = None, 0
+        if not self._ended and reason is ReadEnd.MESSAGE:
+            # The rest of the message never comes: the reader gets what there is and then waits in vain.
+            self._mute, reason = True, ReadEnd.COUNT
+        return (output if start == 0 else output[start:]), reason
+
+    def clear(self) -> None:
+        """Device clear: forget input, output and whatever is being waited for."""
+        if self._running is not None:
+            self._running.close()
+        self._running = None
+        self._backlog.clear()
+        self._partial = b""
+        self._output, self._position, self._ready, self._mute = None, 0, 0.0, False
+
+    @property
+    def message_available(self) -> bool:
+        """Whether a response can be read now."""
+        self.poll()
+        return self._output is not None and self._ready <= self.clock.now()
+
+    @property
+    def busy(self) -> bool:
+        """Whether messages are still waiting to be handled."""
+        return self._running is not None or bool(self._backlog)
+
+    # the instrument's side
+
+    def poll(self) -> None:
+        """Go on with whatever was due by now; a handler that asks for the status in between changes nothing."""
+        if self._working:
+            return
+        self._working = True
+        try:
+            while True:
+                if self._running is None:
+                    if not self._backlog:
+                        return
+                    self._begin(self._backlog.popleft())
+                elif self._wake <= self.clock.now():
+                    self._step(self._running)
+                else:
+                    return
+        finally:
+            self._working = False
+
+    def _step(self, running: Generator[float, None, None]) -> None:
+        try:
+            self._wake = next(running)
+        except StopIteration:
+            self._running = None
+
+    def _wait(self, timeout: float | None) -> None:
+        now = self.clock.now()
+        deadline = float("inf") if timeout is None else now + timeout
+        while True:
+            self.poll()
+            now = self.clock.now()
+            if self._output is not None and self._ready <= now:
+                self._ready = 0.0
+                return
+            if self._output is not None:
+                wake = self._ready
+            elif self._running is not None:
+                wake = self._wake
+            else:
+                if not self._mute:
+                    self.report(ScpiError(-420))
+                wake = float("inf")
+            if wake > deadline or wake == float("inf"):
+                if now < deadline < float("inf"):
+                    self.clock.sleep(deadline - now)
+                raise NoReplyError
+            self.clock.sleep(max(wake - now, 0.0))
+
+    def _compile(self, data: bytes) -> tuple[Message, ...]:
+        messages = tuple((tuple(self._steps(text)), text) for text in split_messages(data))
+        if len(data) <= _CACHED_LENGTH:
+            if len(self._plans) >= _CACHED_MESSAGES:
+                self._plans.clear()
+            self._plans[data] = messages
+        return messages
+
+    def _steps(self, message: str) -> list[Step]:
+        steps: list[Step] = []
+        path: tuple[str, ...] = ()
+        for text in split_units(message):
+            try:
+                unit = parse_unit(text)
+                handler, suffixes, path = self.tree.find(unit, path)
+            except ScpiError as error:
+                # Where a header ends is unknown after a command error, so the rest of the message is dropped.
+                steps.append((_raising(error), Call((), ())))
+                break
+            steps.append((handler, Call(suffixes, unit.arguments)))
+        return steps
+
+    def _begin(self, message: Message) -> None:
+        steps, text = message
+        self._mute = False
+        if self._output is not None:
+            self._output, self._position, self._ready = None, 0, 0.0
+            self.report(ScpiError(-410))
+        self._fault = self.faults.strike(text) if self.faults else None
+        if len(steps) == 1:
+            handler, call = steps[0]
+            try:
+                reply = handler(call)
+            except ScpiError as error:
+                self.report(error)
+                return
+            if type(reply) is not GeneratorType:
+                if reply is not None:
+                    self._respond(cast("str | bytes", reply))
+                return
+            self._running = self._run(steps[1:], cast("Handling", reply))
+        else:
+            self._running = self._run(steps)
+        self._wake = 0.0
+
+    def _run(self, steps: tuple[Step, ...], first: Handling | None = None) -> Generator[float, None, None]:
+        replies: list[str | bytes] = []
+        pending: list[Handling | Step] = [*([first] if first is not None else []), *steps]
+        for item in pending:
+            try:
+                reply: Reply | Handling = item[0](item[1]) if isinstance(item, tuple) else item
+                if isinstance(reply, GeneratorType):
+                    reply = yield from reply
+            except ScpiError as error:
+                self.report(error)
+                if -199 <= error.number <= -100:
+                    break
+                continue
+            if reply is not None:
+                replies.append(cast("str | bytes", reply))
+        if len(replies) == 1:
+            self._respond(replies[0])
+        elif replies:
+            self._respond(b";".join(part if isinstance(part, bytes) else part.encode("latin-1") for part in replies))
+
+    def _respond(self, reply: str | bytes) -> None:
+        output = (reply if isinstance(reply, bytes) else reply.encode("latin-1")) + b"\n"
+        self._ended = True
+        if (fault := self._fault) is not None:
+            self._fault = None
+            output = spoil(fault, output, self._generator)
+            self._ended = fault.kind not in (FaultKind.HALF, FaultKind.SILENCE)
+            self._mute = fault.kind is FaultKind.SILENCE
+            self._ready = self.clock.now() + fault.delay if fault.kind is FaultKind.LATE else 0.0
+            if not output:
+                self._mute = True
+                return
+        self._output = output
+
+
+def _raising(error: ScpiError) -> Handler:
+    def handler(_: Call) -> Reply:
+        raise ScpiError(error.number, error.text)
+
+    return handler

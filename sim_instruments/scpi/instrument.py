@@ -1,0 +1,173 @@
+"""What every SCPI instrument answers: identity, common commands, status, errors (IEEE 488.2, SCPI-99)."""
+
+import numpy as np
+
+from sim_instruments.scpi.errors import ErrorQueue, ScpiError
+from sim_instruments.scpi.exchange import Clock, MessageExchange
+from sim_instruments.scpi.parameters import exactly, integer
+from sim_instruments.scpi.status import StatusRegister
+from sim_instruments.scpi.tree import Call, Handling
+
+POWER_ON, OPERATION_COMPLETE = 0x80, 0x01
+MESSAGE_AVAILABLE, EVENT_SUMMARY, REQUEST = 0x10, 0x20, 0x40
+
+
+class ScpiInstrument(MessageExchange):
+    """Base of the faces that speak SCPI.
+
+    A subclass gives the identity, adds its headers to `tree`, and overrides `reset` and, where operations overlap,
+    `pending`. `queue_bit` is the bit of the status byte that shows a filled error queue, where the maker has one.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        generator: np.random.Generator,
+        identity: str,
+        *,
+        queue_depth: int = 20,
+        queue_bit: int = 0,
+        version: str = "1999.0",
+    ) -> None:
+        super().__init__(clock, generator)
+        self.identity = identity
+        self.errors = ErrorQueue(queue_depth)
+        self._queue_bit = queue_bit
+        self._version = version
+        self._event_status = POWER_ON
+        self._event_enable = 0
+        self._service_enable = 0
+        self._opc_armed = False
+        self._registers: list[tuple[int, StatusRegister]] = []
+        self._add_common()
+
+    def reset(self) -> None:
+        """Bring the settings to what the manual says of *RST."""
+        raise NotImplementedError
+
+    def pending(self) -> float | None:
+        """Return the virtual time at which to look again whether overlapped operations are done; None: they are."""
+        return None
+
+    def trigger(self) -> str | bytes | Handling | None:
+        """Act on *TRG or a bus trigger. Raises ScpiError -211 where none is awaited."""
+        raise ScpiError(-211)
+
+    def options(self) -> str:
+        """Return the reply to *OPT?."""
+        return "0"
+
+    def report(self, error: ScpiError) -> None:
+        """Queue an error and set its bit in the standard event status register."""
+        self._event_status |= error.event_bit
+        self.errors.push(error)
+
+    def add_register(self, header: str, register: StatusRegister, summary_bit: int) -> None:
+        """Add a status register with its queries below a header; its summary shows in the status byte."""
+        self._registers.append((summary_bit, register))
+
+        def set_enable(call: Call) -> None:
+            exactly(call.arguments, 1)
+            register.enable = integer(call.arguments[0], 0, 65535)
+
+        self.tree.add(f"{header}[:EVENt]", query=lambda _: f"{register.read_event():+d}")
+        self.tree.add(f"{header}:CONDition", query=lambda _: f"{register.condition():+d}")
+        self.tree.add(f"{header}:ENABle", command=set_enable, query=lambda _: f"{register.enable:+d}")
+
+    def status_byte(self) -> int:
+        """Return the status byte with MSS in bit 6."""
+        value = MESSAGE_AVAILABLE if self.message_available else 0
+        self._settle()
+        if self._queue_bit and len(self.errors):
+            value |= self._queue_bit
+        if self._event_status & self._event_enable:
+            value |= EVENT_SUMMARY
+        for bit, register in self._registers:
+            if register.summary():
+                value |= bit
+        if value & self._service_enable & ~REQUEST:
+            value |= REQUEST
+        return value
+
+    def bus_trigger(self) -> None:
+        """Take a trigger of the bus, as *TRG would be."""
+        self.write(b"*TRG\n")
+
+    def clear(self) -> None:
+        """Device clear; an *OPC that is awaited is forgotten with the rest."""
+        super().clear()
+        self._opc_armed = False
+
+    def _settle(self) -> None:
+        if self._opc_armed and self.pending() is None:
+            self._opc_armed = False
+            self._event_status |= OPERATION_COMPLETE
+
+    def _add_common(self) -> None:
+        add = self.tree.add
+        add("*IDN", query=lambda _: self.identity)
+        add("*OPT", query=lambda _: self.options())
+        add("*TST", query=lambda _: "+0")
+        add("*RST", command=self._reset)
+        add("*CLS", command=self._clear_status)
+        add("*ESE", command=self._set_event_enable, query=lambda _: f"{self._event_enable:+d}")
+        add("*ESR", query=self._read_events)
+        add("*SRE", command=self._set_service_enable, query=lambda _: f"{self._service_enable & ~REQUEST:+d}")
+        add("*STB", query=lambda _: f"{self.status_byte():+d}")
+        add("*OPC", command=self._arm_complete, query=self._when_complete)
+        add("*WAI", command=self._wait_complete)
+        add("*TRG", command=lambda _: self.trigger())
+        add("SYSTem:ERRor[:NEXT]", query=self._next_error)
+        add("SYSTem:VERSion", query=lambda _: self._version)
+        add("STATus:PRESet", command=self._preset)
+
+    def _reset(self, _: Call) -> None:
+        self._opc_armed = False
+        self.reset()
+
+    def _clear_status(self, _: Call) -> None:
+        self.errors.clear()
+        self._event_status = 0
+        self._opc_armed = False
+        for _bit, register in self._registers:
+            register.clear()
+
+    def _preset(self, _: Call) -> None:
+        for _bit, register in self._registers:
+            register.enable = 0
+
+    def _set_event_enable(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._event_enable = integer(call.arguments[0], 0, 255)
+
+    def _set_service_enable(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._service_enable = integer(call.arguments[0], 0, 255)
+
+    def _read_events(self, _: Call) -> str:
+        self._settle()
+        events, self._event_status = self._event_status, 0
+        return f"{events:+d}"
+
+    def _arm_complete(self, _: Call) -> None:
+        self._opc_armed = True
+        self._settle()
+
+    def _when_complete(self, _: Call) -> str | Handling:
+        return "1" if self.pending() is None else self._reply_when_complete()
+
+    def _reply_when_complete(self) -> Handling:
+        yield from self._until_complete()
+        return "1"
+
+    def _wait_complete(self, _: Call) -> Handling | None:
+        return None if self.pending() is None else self._until_complete()
+
+    def _until_complete(self) -> Handling:
+        while (wake := self.pending()) is not None:
+            yield wake
+        return None
+
+    def _next_error(self, _: Call) -> str:
+        error = self.errors.pop()
+        return f'{error.number:+d},"{error.text}"'
