@@ -13,6 +13,7 @@ from procedures.actions import ReleaseRotor, StartTurning, StopTurning, Terminal
 from procedures.bench import Role
 from procedures.estimation import rotor_sweep
 from procedures.estimation.connections import phase_factor
+from procedures.estimation.timed_sweep import fit_timed_sweep
 from procedures.inductance import CONVENTION, connection_of, short_correct
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
@@ -114,7 +115,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     @step("3.3.2/4", "From line to phase: wye 0.5, delta 1.5 of the smallest (Ld) and the largest (Lq)")
     def conclude(self, sweep: Sweep, motor_class: str) -> None:
         """Fit the whole sweep; the extremes stand beside, and whether the saliency is more than noise."""
-        fit = rotor_sweep.fit_timed_sweep(sweep.time, sweep.inductance)
+        fit = fit_timed_sweep(sweep.time, sweep.inductance)
+        lines = rotor_sweep.axis_inductances(fit)
         significant, p_value = rotor_sweep.saliency_significant(fit)
         mean, amplitude = fit.value("mean"), fit.value("amplitude") if significant else 0.0
         self.findings |= {
@@ -153,11 +155,9 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                     "half the reading. Both are given"
                 ),
             )
-        for name, axis, sign in (("d_axis_inductance", "d", -1.0), ("q_axis_inductance", "q", 1.0)):
-            line = mean + sign * amplitude
-            spread = math.hypot(fit.uncertainty("mean"), fit.uncertainty("amplitude") if significant else 0.0)
+        for name, axis in (("d_axis_inductance", "d"), ("q_axis_inductance", "q")):
             statistics = self.bench.uncertainties.statistical(
-                f"sweep fit of L_{axis}", line, spread, fit.degrees_of_freedom
+                f"sweep fit of L_{axis}", lines.value(name), lines.uncertainty(name), lines.degrees_of_freedom
             )
             reading = self.bench.uncertainties.instrument("LCR meter", statistics, sweep.accuracy)
             self.report(
