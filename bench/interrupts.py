@@ -19,9 +19,17 @@ class Interrupted(BaseException):
 
 @contextmanager
 def raising() -> Iterator[None]:
-    """Within the block, Ctrl-C, SIGTERM and SIGHUP raise Interrupted in the main thread."""
+    """Within the block, the first Ctrl-C, SIGTERM or SIGHUP raises Interrupted in the main thread.
 
-    def interrupt(number: int, frame: FrameType | None) -> None:
+    Those that follow do nothing: what the first one set going is the way down, and it is walked to its end.
+    """
+    interrupted = False
+
+    def interrupt(number: int, _frame: FrameType | None) -> None:
+        nonlocal interrupted
+        if interrupted:
+            return
+        interrupted = True
         raise Interrupted("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
 
     with _handled(interrupt):
@@ -32,7 +40,7 @@ def raising() -> Iterator[None]:
 def held_back() -> Iterator[None]:
     """Within the block those signals do nothing: the way down is walked to its end."""
 
-    def nothing(number: int, frame: FrameType | None) -> None:
+    def nothing(_number: int, _frame: FrameType | None) -> None:
         return None
 
     with _handled(nothing):

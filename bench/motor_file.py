@@ -110,7 +110,7 @@ class VirtualSection(Section):
     q_axis_inductance: float = _number("H", above=0.0, up_to=10.0)
     zero_sequence_inductance: float | None = _number("H", None, above=0.0, up_to=10.0)
     flux_linkage: float = _number("V·s/rad", above=0.0, up_to=100.0, description="peak, per electrical radian")
-    flux_harmonics: list[FluxHarmonic] = []
+    flux_harmonics: tuple[FluxHarmonic, ...] = ()
     pole_pairs: int = _number("", at_least=1, up_to=200)
     inertia: float = _number("kg·m²", above=0.0, up_to=1e3)
     coulomb_friction: float = _number("N·m", 0.0, at_least=0.0, up_to=1e3)

@@ -58,7 +58,9 @@ class Recording:
         if given is None:
             kind, told = "setting", None
         elif isinstance(given, AbstractContextManager):
-            return _Energised(given, self._recorder, {"instrument": self._name, "call": method, **_said(arguments, named)})
+            return _Energised(
+                given, self._recorder, {"instrument": self._name, "call": method, **_said(arguments, named)}
+            )
         elif isinstance(given, Mapping) and any(isinstance(item, Waveform) for item in given.values()):
             kind, told = "waveforms", {str(key): self._kept(wave) for key, wave in given.items()}
         elif isinstance(given, Waveform):

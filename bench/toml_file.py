@@ -90,7 +90,20 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
 
 
 def _also(fault: ErrorDetails) -> str:
-    known = ("greater", "less", "float", "int", "finite", "string_type", "literal", "enum", "list", "tuple", "dict", "bool")
+    known = (
+        "greater",
+        "less",
+        "float",
+        "int",
+        "finite",
+        "string_type",
+        "literal",
+        "enum",
+        "list",
+        "tuple",
+        "dict",
+        "bool",
+    )
     return "" if fault["type"].startswith(known) else f" ({fault['msg']})"
 
 
@@ -207,13 +220,13 @@ def _bounds(field: FieldInfo) -> tuple[str, str]:
     low = high = ""
     for rule in field.metadata:
         if isinstance(rule, Gt):
-            low = f"above {rule.gt:g}"  # type: ignore[str-format]
+            low = f"above {rule.gt:g}"
         elif isinstance(rule, Ge):
-            low = f"of at least {rule.ge:g}"  # type: ignore[str-format]
+            low = f"of at least {rule.ge:g}"
         elif isinstance(rule, Lt):
-            high = f"below {rule.lt:g}"  # type: ignore[str-format]
+            high = f"below {rule.lt:g}"
         elif isinstance(rule, Le):
-            high = f"up to {rule.le:g}"  # type: ignore[str-format]
+            high = f"up to {rule.le:g}"
         elif isinstance(rule, MinLen | MaxLen):
             continue
     return low, high

@@ -1,0 +1,104 @@
+"""Readings from a file instead of from a person: the same procedures, replayed."""
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.errors import InputError
+from bench.toml_file import nearest, read
+from procedures.actions import Action, EnterReading, MarkRestPositions
+from procedures.bench import ProcedureError
+from procedures.text import text
+
+#: The key of the marked angles of `MarkRestPositions`.
+ANGLES_KEY = "rest_positions_deg"
+
+
+class Answers:
+    """Lists of answers by what is asked, each used up from its start.
+
+    `[readings]` of the file maps the key of a reading to a number, a list of numbers, or for marked angles a list of lists.
+    """
+
+    def __init__(self, answers: Mapping[str, Any], source: str) -> None:
+        self._source = source
+        self._left: dict[str, deque[Any]] = {}
+        for key, given in answers.items():
+            items = given if isinstance(given, list) else [given]
+            if key == ANGLES_KEY and items and not isinstance(items[0], list):
+                items = [items]
+            for item in items:
+                numbers = item if isinstance(item, list) else [item]
+                if any(isinstance(number, bool) or not isinstance(number, int | float) for number in numbers):
+                    raise InputError(f"{source}: readings.{key} = {item!r}; give numbers without units")
+            self._left[key] = deque(items)
+
+    def next(self, key: str, asked: str) -> Any:
+        """Return the next answer to `key`; ProcedureError names what was `asked` where there is none or none is left."""
+        if key not in self._left:
+            known = nearest(key, list(self._left)) if self._left else "the file has none"
+            raise ProcedureError(
+                text(
+                    "{source} has no answers for {key}, asked as '{asked}'; {known}",
+                    source=self._source,
+                    key=key,
+                    asked=asked,
+                    known=known,
+                )
+            )
+        if not self._left[key]:
+            raise ProcedureError(
+                text(
+                    "{source}: the answers for {key} have run out; still asked is '{asked}'. Add one to readings.{key}",
+                    source=self._source,
+                    key=key,
+                    asked=asked,
+                )
+            )
+        return self._left[key].popleft()
+
+    def unused(self) -> dict[str, int]:
+        """Return how many answers are left by key, for a warning at the end."""
+        return {key: len(left) for key, left in self._left.items() if left}
+
+
+def load_answers(path: Path) -> Answers:
+    """Read an answers file. Raises InputError where it is not one."""
+    _, data = read(path, "answers file")
+    for key in data:
+        if key != "readings":
+            raise InputError(f"{path}: unknown key {key}; {nearest(key, ['readings'])}")
+    readings = data.get("readings", {})
+    if not isinstance(readings, dict):
+        raise InputError(f"{path}: readings = {readings!r}; allowed is a table [readings]")
+    return Answers(readings, str(path))
+
+
+class AnswersOperator:
+    """Performs every action by saying that it was done, and every reading from the file."""
+
+    def __init__(self, answers: Answers) -> None:
+        self._answers = answers
+
+    def perform(self, action: Action) -> object:
+        """Answer a reading or the marked angles (degrees in the file, rad returned); everything else is done at once."""
+        if isinstance(action, EnterReading):
+            value = float(self._answers.next(action.key, action.sentence().render()))
+            if not action.minimum <= value <= action.maximum:
+                raise ProcedureError(
+                    text(
+                        "the answer {value:g} to {key} is outside {minimum:g} … {maximum:g} {unit}",
+                        value=value,
+                        key=action.key,
+                        minimum=action.minimum,
+                        maximum=action.maximum,
+                        unit=action.unit,
+                    )
+                )
+            return value
+        if isinstance(action, MarkRestPositions):
+            degrees = self._answers.next(ANGLES_KEY, action.sentence().render())
+            return [math.radians(angle) for angle in degrees]
+        return None

@@ -1,0 +1,106 @@
+"""A person at a terminal: every action in plain words, Enter when it is done."""
+
+import math
+import sys
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from bench.interrupts import Interrupted
+from procedures.actions import Action, EnterReading, MarkRestPositions
+from procedures.text import Text, Translate, text
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+class TerminalOperator:
+    """Prints each action in the reader's language and waits; readings are asked again until they make sense.
+
+    `ask` shows a question and returns the line typed (default: the terminal). `colours` are the motor's wires.
+    """
+
+    def __init__(
+        self,
+        console: "Console",
+        translate: Translate,
+        colours: Mapping[str, str],
+        ask: Callable[[str], str] | None = None,
+    ) -> None:
+        self._console = console
+        self._translate = translate
+        self._colours = colours
+        self._ask = ask or self._typed
+
+    def perform(self, action: Action) -> object:
+        """Say what to do and wait until it is done; return the reading typed, or the angles in rad."""
+        if isinstance(action, EnterReading):
+            return self.number(action.quantity, action.unit, action.minimum, action.maximum)
+        lines = [line.render(self._translate) for line in action.lines(self._colours)]
+        self._console.print(f"\n[bold]▶ {_plain(lines[0])}[/bold]")
+        for line in lines[1:]:
+            self._console.print(f"    {_plain(line)}")
+        if isinstance(action, MarkRestPositions):
+            return self._angles(text("angles in degrees, separated by spaces"))
+        self._line(text("Done? Press Enter"))
+        return None
+
+    def number(self, quantity: Text, unit: str, minimum: float, maximum: float) -> float:
+        """Ask for a number in `unit` within `minimum` … `maximum`, again and again until it is one."""
+        question = EnterReading("", quantity, unit, minimum, maximum).sentence()
+        while True:
+            typed = self._line(question)
+            value = _number(typed, unit)
+            if value is None:
+                self._say(text("'{typed}' is not a number; type it like 12.3, in {unit}", typed=typed, unit=unit))
+            elif not minimum <= value <= maximum:
+                self._say(
+                    text(
+                        "{value:g} {unit} is outside {minimum:g} … {maximum:g} {unit}; read again",
+                        value=value,
+                        unit=unit,
+                        minimum=minimum,
+                        maximum=maximum,
+                    )
+                )
+            else:
+                return value
+
+    def _angles(self, question: Text) -> list[float]:
+        while True:
+            typed = self._line(question)
+            values = [_number(word, "°") for word in typed.replace(";", " ").split()]
+            known = [value for value in values if value is not None]
+            if known and len(known) == len(values):
+                return [math.radians(value) for value in known]
+            self._say(text("'{typed}' is not a list of angles; type them like 10 100.5 190 280", typed=typed))
+
+    def _line(self, question: Text) -> str:
+        try:
+            return self._ask(question.render(self._translate) + ": ").strip()
+        except EOFError:
+            raise Interrupted("the end of the input") from None
+
+    def _say(self, message: Text) -> None:
+        self._console.print(f"[yellow]{_plain(message.render(self._translate))}[/yellow]")
+
+    def _typed(self, question: str) -> str:
+        # The question goes where the console writes: with --json the standard output carries the result alone.
+        self._console.print(_plain(question), end="")
+        line = sys.stdin.readline()
+        if not line:
+            raise EOFError
+        return line
+
+
+def _plain(words: str) -> str:
+    """Return words that rich prints as they are."""
+    return words.replace("[", "\\[")
+
+
+def _number(typed: str, unit: str) -> float | None:
+    word = typed.strip().removesuffix(unit).strip().replace(",", ".")
+    try:
+        value = float(word)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,161 @@
+"""A pair of hands on the virtual bench: not quite steady, and with eyes that read a dial to a degree."""
+
+import math
+from collections.abc import Callable
+from typing import assert_never
+
+import numpy as np
+
+from procedures.actions import (
+    Action,
+    Connect,
+    ConnectProbes,
+    CoupleDynamometer,
+    EnterReading,
+    LockRotor,
+    MarkRestPositions,
+    ReleaseRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    StartTurning,
+    StopTurning,
+    TurnToRest,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
+from procedures.bench import ProcedureError
+from procedures.text import text
+from sim_instruments.world import World
+
+#: What the hands need for each kind of work (s), as a practised person does.
+_WIRING, _PROBE, _LEADS, _LOCK, _COUPLING, _READING = 15.0, 8.0, 5.0, 3.0, 30.0, 5.0
+#: A dial is read to this (rad, all errors within it equally likely).
+_DIAL = math.radians(1.0)
+#: The speed of a hand that tries to turn evenly varies by about this share.
+_WOBBLE = 0.1
+#: A shaft slower than this (rad/s) may be stopped by hand.
+_SLOW = 5.0
+_SETTLE = 0.5
+_CHANNELS = range(1, 9)
+_MOST_MARKS = 500
+
+
+class VirtualOperator:
+    """Performs actions on a World; the unsteadiness of hand and eye follows from `seed`.
+
+    `hand_time` counts the bench time (s) that hand work took.
+    """
+
+    def __init__(self, world: World, seed: int = 0) -> None:
+        self._world = world
+        self._random = np.random.default_rng([seed, 0x0BE4A7])
+        self.hand_time = 0.0
+
+    def perform(self, action: Action) -> object:
+        """Do it; ProcedureError where the world does not let it be done."""
+        start = self._world.clock.now()
+        try:
+            return self._do(action)
+        except (RuntimeError, ValueError) as finding:
+            raise ProcedureError(
+                text("the virtual operator cannot do it: {finding}", finding=str(finding))
+            ) from finding
+        finally:
+            self.hand_time += self._world.clock.now() - start
+
+    def _do(self, action: Action) -> object:
+        world = self._world
+        match action:
+            case Connect():
+                self._take(_WIRING)
+                world.connect({terminal.value: socket.value for terminal, socket in action.complete().items()})
+            case ConnectProbes():
+                self._fit(action)
+            case ShortMeterLeads() | SeparateMeterLeads():
+                self._take(_LEADS)
+                world.short_leads(isinstance(action, ShortMeterLeads))
+            case LockRotor():
+                self._take(_LOCK)
+                world.lock_rotor()
+            case ReleaseRotor():
+                self._take(_LOCK)
+                world.release_rotor()
+            case TurnToRest():
+                self._next_rest()
+            case MarkRestPositions():
+                return self._mark(action.turns)
+            case StartTurning():
+                world.turn_shaft(action.speed, _WOBBLE)
+            case StopTurning():
+                world.hold_shaft()
+                world.let_go()
+            case CoupleDynamometer():
+                self._at_rest(world.couple_dynamometer)
+            case UncoupleDynamometer():
+                self._at_rest(world.uncouple_dynamometer)
+            case EnterReading():
+                return self._read(action)
+            case _:
+                assert_never(action)
+        return None
+
+    def _take(self, seconds: float) -> None:
+        self._world.clock.sleep(seconds)
+
+    def _fit(self, action: ConnectProbes) -> None:
+        world = self._world
+        self._take(_PROBE * len(action.probes))
+        for channel in _CHANNELS:
+            world.detach_probe(channel)
+        for probe in action.probes:
+            if isinstance(probe, VoltageProbe):
+                world.attach_voltage_probe(probe.channel, probe.positive.value, probe.negative.value)
+            else:
+                world.attach_current_probe(probe.channel, probe.terminal.value)
+
+    def _next_rest(self) -> float:
+        self._take(self._world.nudge_to_next_rest() + _SETTLE)
+        return self._world.dial_angle()
+
+    def _mark(self, turns: int) -> list[float]:
+        start = here = self._world.dial_angle()
+        marks = [start + self._dial_error()]
+        while len(marks) < _MOST_MARKS:
+            before, here = here, self._next_rest()
+            spacing = here - before
+            if spacing <= 0.0:
+                break
+            # The mark made first comes round again: the turn is complete.
+            if here - start > 2.0 * math.pi * turns - 0.5 * spacing:
+                break
+            self._take(_READING)
+            marks.append(here + self._dial_error())
+        return marks
+
+    def _dial_error(self) -> float:
+        return float(self._random.uniform(-_DIAL, _DIAL))
+
+    def _at_rest(self, work: Callable[[], None]) -> None:
+        world = self._world
+        for _ in range(600):
+            if abs(world.truth()["shaft_speed"]) < _SLOW:
+                break
+            self._take(1.0)
+        locked = world.truth()["rotor_locked"]
+        if not locked:
+            world.hold_shaft()
+        self._take(_COUPLING)
+        work()
+        if not locked:
+            world.let_go()
+
+    def _read(self, action: EnterReading) -> float:
+        self._take(_READING)
+        if action.key == "winding_temperature":
+            return float(self._world.truth()["winding_temperature"] + self._random.uniform(-0.5, 0.5))
+        raise ProcedureError(
+            text(
+                "the virtual operator has nothing to read {key} from; put it into the motor file's [nameplate]",
+                key=action.key,
+            )
+        )

@@ -1,0 +1,71 @@
+"""Which procedures a run takes, each with its settings."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bench.errors import UsageError
+from bench.toml_file import nearest, validate
+from procedures.procedure import Procedure, Settings
+
+Catalogue = Mapping[str, type[Procedure[Any]]]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A procedure and the settings it is to run with."""
+
+    name: str
+    procedure: type[Procedure[Any]]
+    settings: Settings
+
+
+def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catalogue) -> list[Planned]:
+    """Return the procedures named (all of them for `all`) with settings from `name=value` or `procedure.name=value`.
+
+    Without a procedure's name a setting goes to every planned procedure that knows it. Raises UsageError for an unknown
+    procedure or setting, InputError for a value that is not allowed.
+    """
+    wanted = list(catalogue) if list(names) == ["all"] else list(dict.fromkeys(names))
+    for name in wanted:
+        if name not in catalogue:
+            raise UsageError(f"there is no procedure {name!r}: {nearest(name, list(catalogue))}; or all")
+    given: dict[str, dict[str, Any]] = {name: {} for name in wanted}
+    for assignment in assignments:
+        _assign(assignment, given, catalogue)
+    return [
+        Planned(
+            name,
+            catalogue[name],
+            validate(catalogue[name].settings_type(), given[name], "--set", name),
+        )
+        for name in wanted
+    ]
+
+
+def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalogue) -> None:
+    key, equals, typed = assignment.partition("=")
+    owner, dot, setting = key.strip().rpartition(".")
+    if not equals or not setting:
+        raise UsageError(f"--set {assignment}: give name=value or procedure.name=value")
+    if dot and owner not in given:
+        raise UsageError(f"--set {assignment}: {owner} is not among the procedures of this run: {', '.join(given)}")
+    owners = [name for name in ([owner] if dot else given) if setting in _settings(catalogue[name])]
+    if not owners:
+        known = sorted({known for name in ([owner] if dot else given) for known in _settings(catalogue[name])})
+        hint = nearest(setting, known) if known else "these procedures have no settings"
+        raise UsageError(f"--set {assignment}: no setting {setting}; {hint}")
+    for name in owners:
+        given[name][setting] = _value(typed.strip())
+
+
+def _settings(procedure: type[Procedure[Any]]) -> list[str]:
+    return list(procedure.settings_type().model_fields)
+
+
+def _value(typed: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {typed}")["value"]
+    except tomllib.TOMLDecodeError:
+        return typed

@@ -1,0 +1,51 @@
+"""One line that says which step is under way."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+class Progress:
+    """Hears a journal's events and shows the present step: one changing line on a live terminal, else a line a step."""
+
+    def __init__(self, console: "Console", names: Sequence[str], *, live: bool) -> None:
+        self._console = console
+        self._names = list(names)
+        self._live = live and console.is_terminal
+        self._procedure = ""
+        self._sentences: Mapping[str, str] = {}
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take an event; those that begin no step are passed over."""
+        if kind == "procedure_started":
+            self._procedure = data["procedure"]
+            self._sentences = data["steps"]
+            if self._live:
+                self._show(f"{self._place()} {self._procedure}")
+        elif kind == "step_started":
+            sentence = self._sentences.get(data["step"], data["text"])
+            self._show(f"{self._place()} {self._procedure}  §{data['step']}  {sentence}")
+        elif kind == "run_finished":
+            self.end()
+
+    def end(self) -> None:
+        """Clear the changing line."""
+        if self._live:
+            self._console.file.write("\r\x1b[2K")
+            self._console.file.flush()
+
+    def _place(self) -> str:
+        number = self._names.index(self._procedure) + 1 if self._procedure in self._names else 0
+        return f"[{number}/{len(self._names)}]"
+
+    def _show(self, line: str) -> None:
+        from rich.cells import set_cell_size
+
+        if self._live:
+            line = "\r\x1b[2K" + set_cell_size(line, self._console.width - 1).rstrip()
+        else:
+            line += "\n"
+        self._console.file.write(line)
+        self._console.file.flush()

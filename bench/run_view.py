@@ -1,0 +1,163 @@
+"""What a journal comes to: the run's state, results and warnings, whole or cut off anywhere."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bench.journal import Event
+from bench.stored_result import restore
+from procedures.parameter_set import ParameterSet, merge
+from procedures.result import Notice, ProcedureResult
+from procedures.text import Text, Translate, english
+
+
+@dataclass
+class ProcedureView:
+    """One procedure of a run: its steps as they went, its result once it finished, its cause where it failed."""
+
+    steps: list[dict[str, Any]] = field(default_factory=list)
+    result: ProcedureResult | None = None
+    cause: str = ""
+    sentences: Mapping[str, str] = field(default_factory=dict)
+
+
+class RunView:
+    """The state that a run's events add up to; feed it events in order."""
+
+    def __init__(self) -> None:
+        self.start: Mapping[str, Any] = {}
+        self.planned: tuple[str, ...] = ()
+        self.settings: Mapping[str, Any] = {}
+        self.procedures: dict[str, ProcedureView] = {}
+        self.status = "interrupted"
+        self.cause = ""
+        self.bench_time = 0.0
+        self.wall_time = 0.0
+        self._here: ProcedureView | None = None
+
+    def apply(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take one event into account; kinds that the view does not show pass by."""
+        take = getattr(self, f"_{kind}", None)
+        if take is not None:
+            take(data)
+
+    @property
+    def finished(self) -> dict[str, ProcedureResult]:
+        """Results of the procedures that came to their end."""
+        return {name: view.result for name, view in self.procedures.items() if view.result is not None}
+
+    def parameters(self) -> ParameterSet:
+        """Return the best figure of each parameter and the others beside it."""
+        return merge(self.finished.values())
+
+    def warnings(self) -> list[tuple[str, Notice]]:
+        """Return all warnings, each with the procedure it came from; empty for what concerns several."""
+        own = [(name, notice) for name, result in self.finished.items() for notice in result.warnings]
+        return own + [("", notice) for notice in self.parameters().notices]
+
+    @property
+    def truth(self) -> dict[str, float]:
+        """The virtual motor's true values by parameter name; empty for a real motor."""
+        return dict(self.start.get("truth", {}))
+
+    def as_dict(self, translate: Translate = english) -> dict[str, Any]:
+        """Return it as it stands in `result.json`."""
+        merged = self.parameters()
+        truth = self.truth
+        parameters = {}
+        for name, parameter in merged.parameters.items():
+            entry = parameter.as_dict()
+            entry["alternatives"] = [other.as_dict() for other in merged.alternatives[name]]
+            if name in truth:
+                entry["truth"] = truth[name]
+            parameters[name] = entry
+        made: dict[str, Any] = {
+            key: self.start.get(key) for key in ("run", "motor", "station", "language", "software", "seed")
+        }
+        made |= {
+            "status": self.status,
+            "parameters": parameters,
+            "warnings": [
+                {**notice.as_dict(translate), "procedure": procedure or None} for procedure, notice in self.warnings()
+            ],
+            "procedures": {name: _procedure(view, translate) for name, view in self.procedures.items()},
+            "bench_time": self.bench_time,
+            "wall_time": self.wall_time,
+        }
+        if self.cause:
+            made["cause"] = self.cause
+        return made
+
+    def _run_started(self, data: Mapping[str, Any]) -> None:
+        self.start = data
+        self.planned = tuple(data["procedures"])
+        self.settings = data["settings"]
+
+    def _run_resumed(self, data: Mapping[str, Any]) -> None:
+        self.status, self.cause = "interrupted", ""
+
+    def _procedure_started(self, data: Mapping[str, Any]) -> None:
+        self._here = ProcedureView(sentences=data["steps"])
+        self.procedures[data["procedure"]] = self._here
+
+    def _step_started(self, data: Mapping[str, Any]) -> None:
+        if self._here is not None:
+            words = self._here.sentences.get(data["step"], data["text"])
+            self._here.steps.append({"id": data["step"], "text": words, "status": "started", "started": data["time"]})
+
+    def _step_finished(self, data: Mapping[str, Any]) -> None:
+        self._end_step(data, "finished")
+
+    def _step_failed(self, data: Mapping[str, Any]) -> None:
+        self._end_step(data, "failed")
+
+    def _end_step(self, data: Mapping[str, Any], status: str) -> None:
+        steps = self._here.steps if self._here is not None else []
+        for entry in reversed(steps):
+            if entry["id"] == data["step"] and entry["status"] == "started":
+                entry["status"] = status
+                entry["ended"] = data["time"]
+                if "error" in data:
+                    entry["error"] = data["error"]
+                return
+
+    def _procedure_finished(self, data: Mapping[str, Any]) -> None:
+        view = self.procedures[data["result"]["procedure"]]
+        view.result = restore(data["result"])
+
+    def _procedure_failed(self, data: Mapping[str, Any]) -> None:
+        self.procedures[data["procedure"]].cause = data["cause"]
+
+    def _run_finished(self, data: Mapping[str, Any]) -> None:
+        self.status, self.cause = data["status"], data.get("cause", "")
+        self.bench_time += data["bench_time"]
+        self.wall_time += data["wall_time"]
+
+
+def view_of(events: Iterable[Event]) -> RunView:
+    """Return what a journal's events come to."""
+    view = RunView()
+    for event in events:
+        view.apply(event.kind, event.data)
+    return view
+
+
+def message(cause: BaseException, translate: Translate) -> str:
+    """Return what went wrong in the reader's language, with the notes that the way down added."""
+    words = getattr(cause, "text", None)
+    said = words.render(translate) if isinstance(words, Text) else str(cause)
+    return "\n".join([said or type(cause).__name__, *getattr(cause, "__notes__", ())])
+
+
+def _procedure(view: ProcedureView, translate: Translate) -> dict[str, Any]:
+    result = view.result
+    made: dict[str, Any] = {
+        "status": "completed" if result else ("failed" if view.cause else "interrupted"),
+        "parameters": {p.name: p.as_dict() for p in result.parameters} if result else {},
+        "findings": dict(result.findings) if result else {},
+        "warnings": [notice.as_dict(translate) for notice in result.warnings] if result else [],
+        "steps": view.steps,
+    }
+    if view.cause:
+        made["cause"] = view.cause
+    return made

@@ -1,0 +1,134 @@
+"""Runs procedures one after the other, and takes the way down however it ends."""
+
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from time import monotonic
+from typing import Any, Protocol
+
+from bench import interrupts
+from bench.journal import Journal
+from bench.plan import Planned
+from bench.run_view import RunView, message
+from bench.stored_result import store
+from bench.way_down import make_safe
+from drivers.interfaces import Clock, Instrument, InstrumentError
+from procedures.bench import Bench, Operator, ProcedureError, Role
+from procedures.nameplate import Nameplate
+from procedures.text import Translate
+
+
+class Instruments(Protocol):
+    """The station's instruments, opened when first needed."""
+
+    def available(self) -> Mapping[Role, Instrument]:
+        """Return one for every role of the station; what is not open yet opens when first used."""
+
+    def open(self, role: Role) -> None:
+        """Open the instrument of a role now, where the station has one."""
+
+    def opened(self) -> Mapping[Role, Instrument]:
+        """Return those that are open, without anything in front of them."""
+
+    def close(self) -> Sequence[str]:
+        """Close all, each on its own; return what went wrong."""
+
+
+@dataclass(frozen=True)
+class Runner:
+    """What a run needs; the journal's view is `view`, which also holds what an earlier run of the same folder finished."""
+
+    instruments: Instruments
+    operator: Operator
+    clock: Clock
+    journal: Journal
+    view: RunView
+    nameplate: Nameplate
+    translate: Translate
+
+    def run(self, plan: Sequence[Planned], begin: str, about: Mapping[str, Any], *, go_on: bool = False) -> RunView:
+        """Run what is not finished yet and return the view; never raises for what happens on the bench.
+
+        `begin` is the first event's kind and `about` its data. The status is `completed`, `failed` or `aborted`. `go_on`
+        has the next procedure run where one failed.
+        """
+        started, bench_started = monotonic(), self.clock.now()
+        status, causes = "completed", list[str]()
+        with interrupts.raising():
+            try:
+                self.journal.event(begin, **about)
+                bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal)
+                for planned in plan:
+                    if planned.name in self.view.finished:
+                        continue
+                    cause = self._procedure(bench, planned)
+                    if cause:
+                        status = "failed"
+                        causes.append(f"{planned.name}: {cause}")
+                        if not go_on:
+                            break
+            except (interrupts.Interrupted, KeyboardInterrupt) as stop:
+                status = "aborted"
+                causes.append(str(stop) or "interrupted")
+            except Exception as error:  # noqa: BLE001  the journal itself may have failed; the way down follows all the same
+                status = "failed"
+                causes.append(message(error, self.translate))
+            finally:
+                with interrupts.held_back():
+                    unsafe = self._down()
+                    causes += unsafe
+                    if unsafe and status == "completed":
+                        status = "failed"
+                    self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
+        return self.view
+
+    def _procedure(self, bench: Bench, planned: Planned) -> str:
+        """Run one; return why it failed, or nothing."""
+        procedure = planned.procedure(bench, self.nameplate, planned.settings, self.view.parameters().parameters)
+        values = procedure.step_values()
+        self.journal.event(
+            "procedure_started",
+            procedure=planned.name,
+            section=planned.procedure.section,
+            settings=planned.settings.model_dump(mode="json"),
+            steps={step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()},
+        )
+        try:
+            for role in sorted(planned.procedure.roles, key=lambda role: role.value):
+                self.instruments.open(role)
+            result = procedure.run()
+            self.journal.event("procedure_finished", result=store(result))
+        except BaseException as error:
+            cause = _cause(error, self.translate)
+            self.journal.event(
+                "procedure_failed", procedure=planned.name, cause=cause, trace=traceback.format_exception(error)
+            )
+            if not isinstance(error, Exception):
+                raise
+            make_safe(self.instruments.opened(), self.journal)
+            return cause
+        return ""
+
+    def _down(self) -> list[str]:
+        outcomes = make_safe(self.instruments.opened(), self.journal)
+        unsafe = [
+            f"{outcome.role.value} could not be made safe: {outcome.error}" for outcome in outcomes if outcome.error
+        ]
+        return unsafe + list(self.instruments.close())
+
+    def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:
+        ended = {"status": status, "cause": "\n".join(causes), "bench_time": bench_time, "wall_time": wall_time}
+        try:
+            self.journal.event("run_finished", **ended)
+        except OSError as error:
+            # The disk is full or gone: the view is told directly, so that the caller still learns how it ended.
+            ended |= {"status": "failed", "cause": "\n".join([*causes, f"the journal cannot be written: {error}"])}
+            self.view.apply("run_finished", ended)
+        self.journal.close()
+
+
+def _cause(error: BaseException, translate: Translate) -> str:
+    if isinstance(error, ProcedureError | InstrumentError | interrupts.Interrupted):
+        return message(error, translate)
+    # Anything else is a fault of the program: its kind belongs to the message, its trace is in the journal.
+    return f"{type(error).__name__}: {message(error, translate)}"

@@ -1,0 +1,27 @@
+"""What readers call the parameters."""
+
+from collections.abc import Mapping
+
+from procedures.text import Text, text
+
+PARAMETER_NAMES: Mapping[str, Text] = {
+    "pole_pairs": text("Pole pairs"),
+    "stator_resistance": text("Stator resistance"),
+    "d_axis_inductance": text("d-axis inductance"),
+    "q_axis_inductance": text("q-axis inductance"),
+    "flux_linkage": text("Flux linkage"),
+    "back_emf_constant_mechanical": text("Back-EMF constant, mechanical"),
+    "back_emf_constant_v_per_krpm": text("Back-EMF constant per 1000 rpm"),
+    "back_emf_constant_v_per_rpm": text("Back-EMF constant per rpm"),
+    "torque_constant": text("Torque constant"),
+    "inertia": text("Inertia"),
+    "coulomb_friction": text("Coulomb friction"),
+    "viscous_friction": text("Viscous friction"),
+    "maximum_current": text("Maximum current"),
+    "rated_speed": text("Rated speed"),
+}
+
+
+def parameter_name(name: str) -> Text:
+    """Return a parameter's name for readers; one without such a name keeps its own."""
+    return PARAMETER_NAMES.get(name, Text("{name}", {"name": name}))

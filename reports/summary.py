@@ -1,0 +1,114 @@
+"""A run in one table: what was measured, how well, what the note's formula says, and where it stands in the note."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from procedures.parameter_set import ParameterSet
+from procedures.result import Notice, Parameter
+from procedures.text import Translate, text
+from reports.figures import decimals_for, figure, percent, scale_of
+from reports.names import parameter_name
+
+if TYPE_CHECKING:
+    from rich.console import Group
+    from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the summary, ready to print; `other` marks another procedure's figure of the parameter above."""
+
+    name: str
+    value: str
+    unit: str
+    uncertainty: str
+    relative: str
+    note: str
+    truth: str
+    section: str
+    other: bool = False
+
+
+def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Translate) -> list[Row]:
+    """Return the lines: every reported figure, and beneath it those of other procedures."""
+    found = []
+    for name, parameter in parameters.parameters.items():
+        found.append(_row(parameter, parameter_name(name).render(translate), truth.get(name), translate))
+        found.extend(
+            _row(
+                other,
+                text("· by {procedure}", procedure=other.procedure).render(translate),
+                None,
+                translate,
+                other=True,
+            )
+            for other in parameters.alternatives.get(name, ())
+        )
+    return found
+
+
+def table(lines: Sequence[Row], translate: Translate, *, with_truth: bool) -> "Table":
+    """Return the summary as a table of about 100 columns."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    made.add_column(text("Parameter").render(translate), no_wrap=True)
+    made.add_column(text("Value").render(translate), justify="right", no_wrap=True)
+    made.add_column(text("Unit").render(translate), no_wrap=True)
+    made.add_column(text("u").render(translate), justify="right", no_wrap=True)
+    made.add_column(text("u, %").render(translate), justify="right", no_wrap=True)
+    made.add_column(text("Note's").render(translate), justify="right", no_wrap=True)
+    if with_truth:
+        made.add_column(text("Truth").render(translate), justify="right", no_wrap=True)
+    made.add_column("§", no_wrap=True)
+    for line in lines:
+        cells = [line.name, line.value, line.unit, line.uncertainty, line.relative, line.note]
+        if with_truth:
+            cells.append(line.truth)
+        made.add_row(*cells, line.section, style="dim" if line.other else None)
+    return made
+
+
+def summary(
+    parameters: ParameterSet,
+    warnings: Sequence[tuple[str, Notice]],
+    truth: Mapping[str, float],
+    translate: Translate,
+) -> "Group":
+    """Return the whole summary: the table, what u means, and the warnings with the procedure each came from."""
+    from rich.console import Group
+    from rich.padding import Padding
+    from rich.text import Text as Words
+
+    made = table(rows(parameters, truth, translate), translate, with_truth=bool(truth))
+    legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.").render(translate)
+    parts: list[Table | Words | Padding] = [made, Words(legend, style="dim")]
+    if warnings:
+        parts.append(Words("\n" + text("Warnings").render(translate), style="bold"))
+        for procedure, notice in warnings:
+            origin = f" ({procedure})" if procedure else ""
+            parts.append(
+                Padding(Words(f"{notice.identifier}{origin}: {notice.message.render(translate)}"), (0, 0, 0, 2))
+            )
+    return Group(*parts)
+
+
+def _row(parameter: Parameter, name: str, truth: float | None, translate: Translate, *, other: bool = False) -> Row:
+    unit = "Wb" if parameter.name == "flux_linkage" else parameter.unit
+    scale = scale_of(parameter.value, unit)
+    value, spread = parameter.value / scale.factor, parameter.standard_uncertainty / scale.factor
+    decimals = decimals_for(spread, value)
+    sheet = parameter.source != "measured"
+    return Row(
+        name=name,
+        value=figure(value, decimals),
+        unit=scale.unit,
+        uncertainty=text("data sheet").render(translate) if sheet else (figure(spread, decimals) if spread else "–"),
+        relative=percent(abs(spread / value)) if value else "–",
+        note=figure(None if parameter.note_value is None else parameter.note_value / scale.factor, decimals),
+        truth=figure(None if truth is None else truth / scale.factor, decimals),
+        section=parameter.section,
+        other=other,
+    )
