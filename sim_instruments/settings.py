@@ -61,12 +61,13 @@ class InverterSettings:
 
 @dataclass
 class ShaftSettings:
-    """Who holds or turns the shaft. `pull_until` (s) and `pull_speed` (rad/s) belong to a pull by hand."""
+    """Who holds or turns the shaft. `wobble_phase` (rad) starts the wobble. `pull_until` (s) and `pull_speed` (rad/s) belong to a pull by hand."""
 
     holder: Holder = "free"
     coupled: bool = False
     turning_speed: float = 0.0
     wobble: float = 0.0
+    wobble_phase: float = 0.0
     pull_speed: float = 0.0
     pull_until: float = 0.0
 

@@ -1,0 +1,42 @@
+"""When a closed-form signal first passes a threshold."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import brentq
+
+from sim_instruments.physics.windings import FloatArray
+
+
+def first_rise(
+    signal: Callable[[FloatArray], FloatArray], start: float, end: float, time_constants: FloatArray
+) -> float:
+    """Return the first time (s) in start … end at which the signal rises through zero, infinite where it never does.
+
+    The signal is a sum of exponentials of the given time constants and a ramp until `end`: it is looked at densely
+    where it can bend, then the crossing is found to full precision.
+    """
+    if len(time_constants):
+        settled = 40.0 * float(time_constants.max())
+        finest = 1e-4 * float(time_constants.min())
+    else:
+        settled = finest = 0.0
+    last = min(end - start, settled) if settled else (end - start if math.isfinite(end) else 0.0)
+    if last <= 0.0:
+        return math.inf
+    steps = np.unique(
+        np.concatenate([[0.0], np.geomspace(min(finest, 0.5 * last) or 1e-6 * last, last, 200), np.linspace(0, last, 100)])
+    )
+    if math.isfinite(end) and end - start > last:
+        steps = np.append(steps, end - start)
+    values = signal(start + steps)
+    # What starts on the threshold has passed it already, upwards or not, in the eyes of whoever chose this regime.
+    rises = np.nonzero((values[:-1] <= 0.0) & (values[1:] > 0.0))[0]
+    for index in rises:
+        low, high = start + steps[index], start + steps[index + 1]
+        if values[index] == 0.0:
+            return float(low)
+        found = brentq(lambda t: float(signal(np.array([t]))[0]), low, high, xtol=1e-15, rtol=8.9e-16)
+        return float(found)
+    return math.inf

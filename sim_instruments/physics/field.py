@@ -1,0 +1,148 @@
+"""Currents that an inverter impresses: a field that rotates in the motor's coordinates."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sim_instruments.physics.motion import Motion, Ramp
+from sim_instruments.physics.network import Network
+from sim_instruments.physics.source import constant
+from sim_instruments.physics.windings import FloatArray
+
+_PHASES = np.arange(3)[:, np.newaxis] * (2.0 * math.pi / 3.0)
+
+
+class ImpressedField:
+    """Terminal currents I·cos(ψ − k·120°), with ψ the electrical angle of the field and I its amplitude (A, peak).
+
+    The ripple at the switching frequency is seen in the currents; voltages are the mean over a switching period.
+    A delta's circulating current from triple harmonics of the EMF is left out here.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        motion: Motion,
+        field: Motion | None,
+        amplitude: Callable[[FloatArray], FloatArray],
+        *,
+        ripple: float,
+        switching_frequency: float,
+    ) -> None:
+        self.network = network
+        self.motion = motion
+        self.field = field
+        self.amplitude = amplitude
+        self._ripple = ripple
+        self._switching = 2.0 * math.pi * switching_frequency
+        # Of all winding currents that give the terminals theirs, those without a circulating part.
+        self._to_windings = np.linalg.pinv(network.windings.incidence)
+
+    def field_angle(self, times: FloatArray) -> FloatArray:
+        """Return the field's electrical angle (rad) from terminal A's axis."""
+        if self.field is not None:
+            return self.field.angle(times)
+        windings = self.network.windings
+        return self.motion.angle(times) * windings.pole_pairs - windings.phase_shift + 0.5 * math.pi
+
+    def field_speed(self, times: FloatArray) -> FloatArray:
+        """Return the field's electrical speed (rad/s)."""
+        if self.field is not None:
+            return self.field.speed(times)
+        return self.motion.speed(times) * self.network.windings.pole_pairs
+
+    def winding_currents(self, times: FloatArray) -> FloatArray:
+        """Return the winding currents (A, shape (3, n)), switching ripple included."""
+        amplitude = self.amplitude(times)
+        terminals = amplitude * np.cos(self.field_angle(times) - _PHASES)
+        terminals += self._ripple * amplitude * np.cos(self._switching * times - _PHASES)
+        result: FloatArray = self._to_windings @ terminals
+        return result
+
+    def smooth_currents(self, times: FloatArray) -> FloatArray:
+        """Return the winding currents (A, shape (3, n)) without the ripple."""
+        result: FloatArray = self._to_windings @ (self.amplitude(times) * np.cos(self.field_angle(times) - _PHASES))
+        return result
+
+    def drops(self, times: FloatArray) -> FloatArray:
+        """Return the voltage drops (V, shape (3, n)) along the windings."""
+        windings = self.network.windings
+        angles = self.motion.angle(times) * windings.pole_pairs
+        speeds = self.motion.speed(times) * windings.pole_pairs
+        currents = self.smooth_currents(times)
+        turning = -self.amplitude(times) * np.sin(self.field_angle(times) - _PHASES) * self.field_speed(times)
+        result: FloatArray = (
+            windings.resistance[:, np.newaxis] * currents
+            + windings.inductance_times(angles, self._to_windings @ turning)
+            + speeds * windings.inductance_slope_times(angles, currents)
+            + speeds * windings.emf_per_speed(angles)
+        )
+        return result
+
+    def source_voltage(self, times: FloatArray) -> FloatArray:
+        """Return zeros: no supply is part of this circuit."""
+        return constant(times, 0.0)
+
+
+class Synchronous:
+    """What a rotating field of given amplitude can carry: pull-out torque, load angle, and the voltage it takes.
+
+    All for the Y-equivalent; `resistance` Ω, inductances H, `flux_linkage` V·s/rad, `amplitude` A peak.
+    """
+
+    def __init__(
+        self, resistance: float, ld: float, lq: float, flux_linkage: float, pole_pairs: int, amplitude: float
+    ) -> None:
+        self._resistance = resistance
+        self._ld, self._lq, self._flux = ld, lq, flux_linkage
+        self._p = pole_pairs
+        self._amplitude = amplitude
+        self._angles = np.linspace(0.0, math.pi, 1441)
+        torque = self._torque(self._angles)
+        self._peak = int(np.argmax(torque))
+        self._torques = torque[: self._peak + 1]
+        self.pull_out_torque = float(torque[self._peak])
+
+    def _torque(self, load_angle: FloatArray) -> FloatArray:
+        along, across = self._amplitude * np.cos(load_angle), self._amplitude * np.sin(load_angle)
+        result: FloatArray = 1.5 * self._p * (self._flux * across + (self._ld - self._lq) * along * across)
+        return result
+
+    def load_angle(self, torque: float) -> float:
+        """Return the angle (rad, 0…π) by which the field leads the d axis at a torque (N·m); π/2-like at pull-out."""
+        size = min(abs(torque), self.pull_out_torque)
+        found = float(np.interp(size, np.maximum.accumulate(self._torques), self._angles[: self._peak + 1]))
+        return math.copysign(found, torque)
+
+    def voltage(self, electrical_speed: float, torque: float) -> float:
+        """Return the phase voltage (V, peak) that the current takes at an electrical speed (rad/s) and torque (N·m)."""
+        angle = self.load_angle(abs(torque))
+        speed = abs(electrical_speed)
+        along, across = self._amplitude * math.cos(angle), self._amplitude * math.sin(angle)
+        direct = self._resistance * along - speed * self._lq * across
+        quadrature = self._resistance * across + speed * (self._flux + self._ld * along)
+        return math.hypot(direct, quadrature)
+
+
+def q_current_within(
+    wanted: float, electrical_speed: FloatArray, *, voltage: float, resistance: float, inductance: float, flux_linkage: float
+) -> FloatArray:
+    """Return the q-axis current (A) nearest to the one wanted that a phase voltage (V, peak) allows at given speeds.
+
+    Zero where not even the best current would bring the EMF within the voltage.
+    """
+    emf = electrical_speed * flux_linkage
+    a = resistance**2 + (electrical_speed * inductance) ** 2
+    half_b = resistance * emf
+    discriminant = half_b**2 - a * (emf**2 - voltage**2)
+    root = np.sqrt(np.maximum(discriminant, 0.0))
+    result: FloatArray = np.where(
+        discriminant > 0.0, np.clip(wanted, (-half_b - root) / a, (-half_b + root) / a), 0.0
+    )
+    return result
+
+
+def steady_field(start: float, angle: float, electrical_speed: float, rate: float = 0.0) -> Ramp:
+    """Return a field that turns at an electrical speed (rad/s) with a rate (rad/s²)."""
+    return Ramp(start, angle, electrical_speed, rate)

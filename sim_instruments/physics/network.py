@@ -1,0 +1,150 @@
+"""Which currents a wiring allows, and what drives them."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import eigh, null_space
+
+from sim_instruments.physics.windings import FloatArray, Windings
+
+
+class Network:
+    """Windings whose terminals meet sockets; equal sockets are joined, "open" ones are not.
+
+    Winding currents are w = basis·x: the loops that Kirchhoff's current law leaves. With a `source` (two socket
+    names, + and −) they obey M·x' + K·x + basisᵀ·EMF = drive·u, and the source's current is driveᵀ·x.
+    """
+
+    def __init__(
+        self,
+        windings: Windings,
+        sockets: Sequence[str],
+        source: tuple[str, str] | None = None,
+        *,
+        source_resistance: float = 0.0,
+        lead_resistance: float = 0.0,
+    ) -> None:
+        self.windings = windings
+        self.sockets = tuple(sockets)
+        self.source_resistance = source_resistance
+        self.lead_resistance = lead_resistance
+        incidence = windings.incidence
+        groups: dict[str, list[int]] = {}
+        for terminal, socket in enumerate(self.sockets):
+            groups.setdefault(f"open {terminal}" if socket == "open" else socket, []).append(terminal)
+        closed = source is not None and all(pole in groups for pole in source)
+        self.source = source if closed else None
+        rows = [np.ones(3)] if windings.motor.connection == "wye" else []
+        for socket, members in groups.items():
+            if self.source is None or socket not in self.source:
+                rows.append(incidence[members].sum(axis=0))
+        self.basis: FloatArray = null_space(np.array(rows)) if rows else np.eye(3)
+        plus = np.zeros(3)
+        if self.source is not None:
+            plus[groups[self.source[0]]] = 1.0
+        self._plus = plus @ incidence
+        self.drive: FloatArray = self.basis.T @ self._plus
+        joined = np.array([float(len(groups.get(socket, ())) > 1 or socket in (self.source or ())) for socket in self.sockets])
+        loss = np.diag(windings.resistance) + lead_resistance * incidence.T @ np.diag(joined) @ incidence
+        loss += source_resistance * np.outer(self._plus, self._plus)
+        self.damping: FloatArray = self.basis.T @ loss @ self.basis
+
+    @property
+    def loops(self) -> int:
+        """Number of independent currents."""
+        return int(self.basis.shape[1])
+
+    @property
+    def drives_current(self) -> bool:
+        """Whether the source has a path through the motor."""
+        return bool(self.loops) and float(self.drive @ self.drive) > 1e-12
+
+    def inertance(self, angle: float) -> FloatArray:
+        """Return M = basisᵀ·L(θ)·basis (H) at an electrical angle."""
+        result: FloatArray = self.basis.T @ self.windings.inductance(angle) @ self.basis
+        return result
+
+    @cached_property
+    def mean_inertance(self) -> FloatArray:
+        """M with the inductance averaged over a turn."""
+        result: FloatArray = self.basis.T @ self.windings.inductance_mean @ self.basis
+        return result
+
+    def loop_currents(self, winding_currents: FloatArray, angle: float) -> FloatArray:
+        """Return the loop currents (A) into which given winding currents fall when this network is joined: flux in its loops stays."""
+        if self.loops == 0:
+            return np.zeros(0)
+        flux = self.basis.T @ self.windings.inductance(angle) @ winding_currents
+        return np.asarray(np.linalg.solve(self.inertance(angle), flux), dtype=np.float64)
+
+    def voltage_for_constant_current(self, loops: FloatArray, angle: float, electrical_speed: float) -> float:
+        """Return the source voltage (V) at which its current would not change, for given loop currents and rotor."""
+        windings = self.windings
+        emf = windings.emf_per_speed(np.array([angle]))[:, 0]
+        slope = windings.inductance_slope(angle) @ (self.basis @ loops)
+        left = -self.damping @ loops - electrical_speed * (self.basis.T @ (slope + emf))
+        inertance, reach = self.inertance(angle), null_space(self.drive[np.newaxis, :])
+        slopes = reach @ np.linalg.solve(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
+        return float(self.drive @ (inertance @ slopes - left)) / float(self.drive @ self.drive)
+
+    def source_current(self, winding_currents: FloatArray) -> FloatArray:
+        """Return the current (A, shape (n,)) that the source delivers at winding currents (3, n)."""
+        result: FloatArray = self._plus @ winding_currents
+        return result
+
+    def terminal_currents(self, winding_currents: FloatArray) -> FloatArray:
+        """Return the currents (A, shape (3, n)) into the terminals."""
+        result: FloatArray = self.windings.incidence @ winding_currents
+        return result
+
+    def node_potentials(self, drops: FloatArray, winding_currents: FloatArray, source_voltage: FloatArray) -> FloatArray:
+        """Return potentials (V, shape (5, n)) of A, B, C, N and the artificial star, from the windings' voltage drops.
+
+        Zero is the source's − pole, or without a source the star. N of a delta is its artificial star.
+        """
+        a, b, c = drops
+        if self.windings.motor.connection == "wye":
+            terminals = np.array([a, b, c])
+            star = np.zeros_like(a)
+        else:
+            terminals = np.array([a - c, b - a, c - b]) / 3.0
+            star = terminals.mean(axis=0)
+        currents = self.terminal_currents(winding_currents)
+        shift = np.zeros_like(a)
+        if self.source is not None:
+            for pole, potential in ((self.source[1], 0.0), (self.source[0], source_voltage)):
+                if pole in self.sockets:
+                    at = self.sockets.index(pole)
+                    behind = self.source_resistance * self.source_current(winding_currents) if pole == self.source[0] else 0.0
+                    shift = potential - behind - self.lead_resistance * currents[at] - terminals[at]
+                    break
+        terminals = terminals + shift
+        return np.vstack([terminals, star + shift, terminals.mean(axis=0)])
+
+    def driving_point_impedance(self, angles: FloatArray, angular_frequency: float) -> np.ndarray:
+        """Return the impedance (Ω, complex, shape (n,)) between the source's poles at n electrical angles.
+
+        Raises ValueError where the source has no path.
+        """
+        if not self.drives_current:
+            raise ValueError("driving_point_impedance(): the source has no path through the motor")
+        windings = self.windings
+        parts = [self.basis.T @ part @ self.basis for part in (windings.inductance_cos, windings.inductance_sin)]
+        inertance = (
+            self.mean_inertance
+            + np.cos(2 * angles)[:, np.newaxis, np.newaxis] * parts[0]
+            + np.sin(2 * angles)[:, np.newaxis, np.newaxis] * parts[1]
+        )
+        matrix = self.damping + 1j * angular_frequency * inertance
+        loops = np.linalg.solve(matrix, np.broadcast_to(self.drive[:, np.newaxis], (len(angles), self.loops, 1)))
+        result: np.ndarray = 1.0 / (self.drive @ loops[:, :, 0].T)
+        return result
+
+
+def modes(damping: FloatArray, inertance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return decay rates (1/s) and shapes V of M·x' = −K·x, with Vᵀ·M·V = 1."""
+    if len(damping) == 0:
+        return np.zeros(0), np.zeros((0, 0))
+    rates, shapes = eigh(damping, inertance)
+    return np.asarray(rates, dtype=np.float64), np.asarray(shapes, dtype=np.float64)

@@ -1,0 +1,82 @@
+"""Currents and voltages of a rotor that is turned from outside: a phasor for each harmonic of the EMF."""
+
+import numpy as np
+from scipy.linalg import null_space
+
+from sim_instruments.physics.motion import Motion
+from sim_instruments.physics.network import Network, modes
+from sim_instruments.physics.source import Source, VoltageSource
+from sim_instruments.physics.windings import FloatArray
+
+
+class Rotating:
+    """Steady-state currents at the present speed; exact for open terminals, and for a delta's circulating current.
+
+    Closed paths carry what the EMF drives through resistance and the inductance averaged over a turn; the transient
+    on entering, and saliency, are left out.
+    """
+
+    def __init__(self, network: Network, motion: Motion, source: Source) -> None:
+        self.network = network
+        self.motion = motion
+        self.source = source
+        loops = network.loops
+        if isinstance(source, VoltageSource):
+            self._reach = np.eye(loops)
+            offset = np.zeros(loops)
+            force = network.drive * source.voltage
+        else:
+            self._reach = null_space(network.drive[np.newaxis, :])
+            offset = network.drive * (source.current / float(network.drive @ network.drive))
+            force = -network.damping @ offset
+        reach = self._reach
+        self._rates, shapes = modes(reach.T @ network.damping @ reach, reach.T @ network.mean_inertance @ reach)
+        self._shapes = reach @ shapes
+        self._direct = offset + self._shapes @ (self._shapes.T @ force / self._rates)
+
+    def _phasors(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return loop currents and their slopes, shapes (loops, n)."""
+        windings = self.network.windings
+        speed = self.motion.speed(times) * windings.pole_pairs
+        angle = self.motion.angle(times) * windings.pole_pairs
+        currents = np.repeat(self._direct[:, np.newaxis], len(times), axis=1)
+        slopes = np.zeros_like(currents)
+        for order, amplitude, phase in windings.harmonics if len(self._rates) else ():
+            emf = self._shapes.T @ (self.network.basis.T @ windings.emf_phasors(order, amplitude, phase))
+            if np.all(np.abs(emf) <= 1e-12 * abs(amplitude)):
+                continue
+            turning = speed * np.exp(1j * order * angle)
+            modal = -emf[:, np.newaxis] * turning / (self._rates[:, np.newaxis] + 1j * order * speed)
+            currents += self._shapes @ modal.real
+            slopes += self._shapes @ (1j * order * speed * modal).real
+        return currents, slopes
+
+    def winding_currents(self, times: FloatArray) -> FloatArray:
+        """Return the winding currents (A, shape (3, n))."""
+        result: FloatArray = self.network.basis @ self._phasors(times)[0]
+        return result
+
+    def drops(self, times: FloatArray) -> FloatArray:
+        """Return the voltage drops (V, shape (3, n)) along the windings."""
+        windings = self.network.windings
+        result: FloatArray = self._emf(times)
+        if self.network.loops:
+            currents, slopes = self._phasors(times)
+            result = result + windings.resistance[:, np.newaxis] * (self.network.basis @ currents)
+            result = result + windings.inductance_mean @ (self.network.basis @ slopes)
+        return result
+
+    def source_voltage(self, times: FloatArray) -> FloatArray:
+        """Return the voltage (V) behind the source's resistance."""
+        if isinstance(self.source, VoltageSource):
+            return self.source.at(times)
+        network = self.network
+        currents, slopes = self._phasors(times)
+        needed = network.mean_inertance @ slopes + network.damping @ currents + network.basis.T @ self._emf(times)
+        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
+        return result
+
+    def _emf(self, times: FloatArray) -> FloatArray:
+        windings = self.network.windings
+        speed = self.motion.speed(times) * windings.pole_pairs
+        return windings.emf_per_speed(self.motion.angle(times) * windings.pole_pairs) * speed

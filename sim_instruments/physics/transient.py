@@ -1,0 +1,78 @@
+"""Currents of a standing rotor: a linear circuit, solved mode by mode."""
+
+import numpy as np
+from scipy.linalg import null_space
+
+from sim_instruments.physics.network import Network, modes
+from sim_instruments.physics.source import Source, VoltageSource
+from sim_instruments.physics.windings import FloatArray
+
+
+class LinearTransient:
+    """Loop currents from given initial ones, under a voltage of constant slope or a regulated current."""
+
+    def __init__(self, network: Network, angle: float, start: float, initial: FloatArray, source: Source) -> None:
+        self.network = network
+        self.angle = angle
+        self.start = start
+        self.source = source
+        self._inertance = network.inertance(angle)
+        if isinstance(source, VoltageSource):
+            self._reach = np.eye(network.loops)
+            self._offset = np.zeros(network.loops)
+            force, slope = network.drive * source.voltage, network.drive * source.slope
+        else:
+            self._reach = null_space(network.drive[np.newaxis, :])
+            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
+            force, slope = -network.damping @ self._offset, np.zeros(network.loops)
+        reach = self._reach
+        self.rates, shapes = modes(reach.T @ network.damping @ reach, reach.T @ self._inertance @ reach)
+        self._shapes = reach @ shapes
+        # Each mode z' = −λ·z + f + s·τ has the particular solution (f + s·τ)/λ − s/λ².
+        slope_share = self._shapes.T @ slope / self.rates
+        self._steady = (self._shapes.T @ force - slope_share) / self.rates
+        self._steady_slope = slope_share
+        inner = self._inertance @ (initial - self._offset)
+        self._free = self._shapes.T @ inner - self._steady
+
+    def loop_currents(self, times: FloatArray) -> FloatArray:
+        """Return the loop currents (A, shape (loops, n))."""
+        passed = times - self.start
+        decay = np.exp(-np.outer(self.rates, passed))
+        amplitudes = self._free[:, np.newaxis] * decay + self._steady[:, np.newaxis] + np.outer(self._steady_slope, passed)
+        result: FloatArray = self._offset[:, np.newaxis] + self._shapes @ amplitudes
+        return result
+
+    def loop_slopes(self, times: FloatArray) -> FloatArray:
+        """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
+        decay = np.exp(-np.outer(self.rates, times - self.start))
+        amplitudes = -(self.rates * self._free)[:, np.newaxis] * decay + self._steady_slope[:, np.newaxis]
+        result: FloatArray = self._shapes @ amplitudes
+        return result
+
+    def winding_currents(self, times: FloatArray) -> FloatArray:
+        """Return the winding currents (A, shape (3, n))."""
+        result: FloatArray = self.network.basis @ self.loop_currents(times)
+        return result
+
+    def source_voltage(self, times: FloatArray) -> FloatArray:
+        """Return the voltage (V) behind the source's resistance."""
+        if isinstance(self.source, VoltageSource):
+            return self.source.at(times)
+        network = self.network
+        needed = self._inertance @ self.loop_slopes(times) + network.damping @ self.loop_currents(times)
+        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
+        return result
+
+    def drops(self, times: FloatArray) -> FloatArray:
+        """Return the voltage drops (V, shape (3, n)) along the windings."""
+        windings = self.network.windings
+        slopes = self.network.basis @ self.loop_slopes(times)
+        result: FloatArray = (
+            windings.resistance[:, np.newaxis] * self.winding_currents(times) + windings.inductance(self.angle) @ slopes
+        )
+        return result
+
+    def slowest_time_constant(self) -> float:
+        """Return the longest time constant (s), 0 where nothing changes."""
+        return float(1.0 / self.rates.min()) if len(self.rates) else 0.0

@@ -1,0 +1,109 @@
+"""Three windings and a rotor: inductance, flux, EMF and torque for any winding currents."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_instruments.physics.motor import VirtualMotor
+
+FloatArray = NDArray[np.float64]
+
+_CLARKE = np.array([[1.0, -0.5, -0.5], [0.0, math.sqrt(0.75), -math.sqrt(0.75)]])
+_AXES = np.arange(3) * (2.0 * math.pi / 3.0)
+
+#: Terminal currents from winding currents: of a wye the same, of a delta (windings AB, BC, CA) their differences.
+_INCIDENCE = {
+    "wye": np.eye(3),
+    "delta": np.array([[1.0, 0.0, -1.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]]),
+}
+
+
+class Windings:
+    """A motor's windings at one temperature. Angles are electrical, from winding 0's axis to the d axis."""
+
+    def __init__(self, motor: VirtualMotor, temperature: float) -> None:
+        self.motor = motor
+        self.temperature = temperature
+        self.incidence: FloatArray = _INCIDENCE[motor.connection]
+        self.resistance: FloatArray = np.array(motor.resistances_at(temperature))
+        self.flux_linkage = motor.flux_linkage_at(temperature)
+        ld, lq = motor.d_axis_inductance, motor.q_axis_inductance
+        mean, half = 0.5 * (ld + lq), 0.5 * (ld - lq)
+        zero = motor.winding_zero_sequence_inductance / 3.0
+        # L(θ) = L_mean + L_cos·cos 2θ + L_sin·sin 2θ: Clarke's transform of the dq values, amplitude-invariant.
+        self.inductance_mean: FloatArray = mean * (2.0 / 3.0) * _CLARKE.T @ _CLARKE + zero
+        self.inductance_cos: FloatArray = half * (2.0 / 3.0) * _CLARKE.T @ np.diag([1.0, -1.0]) @ _CLARKE
+        self.inductance_sin: FloatArray = half * (2.0 / 3.0) * _CLARKE.T @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ _CLARKE
+        #: (order, EMF amplitude per electrical speed, phase)
+        self.harmonics = ((1, self.flux_linkage, 0.0),) + tuple(
+            (order, self.flux_linkage * amplitude, phase) for order, amplitude, phase in motor.flux_harmonics
+        )
+
+    @property
+    def pole_pairs(self) -> int:
+        """Pole pairs."""
+        return self.motor.pole_pairs
+
+    @property
+    def phase_shift(self) -> float:
+        """Electrical angle (rad) by which terminal A's axis, of the Y-equivalent, lies ahead of winding 0's."""
+        return math.pi / 6.0 if self.motor.connection == "delta" else 0.0
+
+    @property
+    def flux_linkage_y(self) -> float:
+        """Peak phase flux linkage (V·s/rad) of the Y-equivalent at this temperature."""
+        return self.flux_linkage / math.sqrt(3.0) if self.motor.connection == "delta" else self.flux_linkage
+
+    @property
+    def resistance_y(self) -> float:
+        """Mean phase resistance (Ω) of the Y-equivalent at this temperature."""
+        ratio = float(self.resistance[0]) / self.motor.phase_resistances[0]
+        return self.motor.stator_resistance_y * ratio
+
+    def inductance(self, angle: float) -> FloatArray:
+        """Return the inductance matrix (H, 3×3) at an electrical angle (rad)."""
+        return self.inductance_mean + self.inductance_cos * math.cos(2 * angle) + self.inductance_sin * math.sin(2 * angle)
+
+    def inductance_slope(self, angle: float) -> FloatArray:
+        """Return dL/dθ (H/rad, 3×3) at an electrical angle (rad)."""
+        return 2.0 * (self.inductance_sin * math.cos(2 * angle) - self.inductance_cos * math.sin(2 * angle))
+
+    def inductance_times(self, angles: FloatArray, currents: FloatArray) -> FloatArray:
+        """Return L(θ)·i for n angles and currents of shape (3, n)."""
+        return (
+            self.inductance_mean @ currents
+            + np.cos(2 * angles) * (self.inductance_cos @ currents)
+            + np.sin(2 * angles) * (self.inductance_sin @ currents)
+        )
+
+    def inductance_slope_times(self, angles: FloatArray, currents: FloatArray) -> FloatArray:
+        """Return dL/dθ·i for n angles and currents of shape (3, n)."""
+        return 2.0 * (
+            np.cos(2 * angles) * (self.inductance_sin @ currents) - np.sin(2 * angles) * (self.inductance_cos @ currents)
+        )
+
+    def emf_per_speed(self, angles: FloatArray) -> FloatArray:
+        """Return EMF over electrical speed (V·s/rad, shape (3, n)) at n electrical angles: dψ/dθ of the magnets."""
+        shifted = angles[np.newaxis, :] - _AXES[:, np.newaxis]
+        total: FloatArray = np.zeros_like(shifted)
+        for order, amplitude, phase in self.harmonics:
+            total -= amplitude * np.sin(order * shifted + phase)
+        return total
+
+    def torque(self, angles: FloatArray, currents: FloatArray) -> FloatArray:
+        """Return the electromagnetic torque (N·m, shape (n,)) from the coenergy, at angles (n,) and currents (3, n)."""
+        reluctance = 0.5 * np.sum(currents * self.inductance_slope_times(angles, currents), axis=0)
+        magnets = np.sum(currents * self.emf_per_speed(angles), axis=0)
+        result: FloatArray = self.pole_pairs * (reluctance + magnets)
+        return result
+
+    def cogging(self, shaft_angle: FloatArray) -> FloatArray:
+        """Return the cogging torque (N·m) at mechanical angles (rad); zero is one of its rest positions."""
+        result: FloatArray = -self.motor.cogging_torque * np.sin(self.motor.cogging_order * shaft_angle)
+        return result
+
+    def emf_phasors(self, order: int, amplitude: float, phase: float) -> NDArray[np.complex128]:
+        """Return one harmonic's EMF per electrical speed as phasors (3,) that turn with exp(j·order·θ)."""
+        result: NDArray[np.complex128] = 1j * amplitude * np.exp(1j * (phase - order * _AXES))
+        return result

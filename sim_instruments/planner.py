@@ -1,0 +1,114 @@
+"""Which laws hold next: from what is set on the bench and the present state to a segment."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from sim_instruments import free_shaft, inverter_drive
+from sim_instruments.parts import Parts
+from sim_instruments.physics.motion import Motion, Rest, Wavering
+from sim_instruments.physics.rotating import Rotating
+from sim_instruments.physics.windings import Windings
+from sim_instruments.plan import Plan, dynamometer_ramp
+from sim_instruments.segment import DynamometerLaw, Segment, State
+from sim_instruments.settings import Settings
+from sim_instruments.supply_regime import over_voltage, regime
+from sim_instruments.thermal import next_update
+
+#: Rate (rad/s) at which a hand's speed wavers.
+_HAND_RATE = 2.0 * math.pi * 0.7
+
+
+def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment:
+    """Return the segment that starts at `time` (s) from a state.
+
+    What a protection does at once (a trip, a fault of the inverter) is written into the settings first.
+    """
+    if over_voltage(settings.supply, state.source_voltage):
+        settings.supply.tripped, settings.supply.on = "voltage", False
+    direction = parts.inverter_direction(settings)
+    if settings.inverter.enabled and direction == 0:
+        settings.inverter.enabled, settings.inverter.fault = False, "output phase missing"
+    windings = Windings(parts.motor, state.temperature)
+    supplied = parts.network(windings, settings, supplied=True)
+    output = regime(settings.supply, parts.supply, state, supplied, time)
+    network = supplied if output is not None else parts.network(windings, settings, supplied=False)
+    made = Plan(parts, settings, state, time, windings, network, output)
+    segment = _with_shaft(made, direction)
+    segment = _with_over_current(parts, settings, state, segment)
+    return next_update(parts.motor, settings.ambient_temperature, state.temperature, segment)
+
+
+def _with_shaft(made: Plan, direction: int) -> Segment:
+    """Choose the law of the shaft, and with it that of the circuit."""
+    settings, state, time = made.settings, made.state, made.time
+    held = settings.stuck_rotor or settings.shaft.holder in ("locked", "hand")
+    driven = settings.shaft.coupled and settings.dynamometer.enabled
+    speed_mode = driven and settings.dynamometer.mode == "speed"
+    if held:
+        law = DynamometerLaw()
+        if driven:
+            limit = made.parts.dynamometer.maximum_torque
+            command = settings.dynamometer.command
+            law = DynamometerLaw("constant", math.copysign(limit, command) if speed_mode and command else 0.0)
+            if not speed_mode:
+                law = DynamometerLaw("constant", command)
+        if settings.inverter.enabled:
+            return inverter_drive.imposed(made, Rest(state.angle), math.inf, law, direction)
+        return resting(made, law)
+    if settings.shaft.holder in ("turning", "pulling"):
+        motion, end = _hand(made)
+        outcome = "let go" if settings.shaft.holder == "pulling" else "none"
+        if settings.inverter.enabled:
+            segment = inverter_drive.imposed(made, motion, end, DynamometerLaw(), direction)
+        else:
+            segment = turning(made, motion, end, DynamometerLaw())
+        return replace(segment, outcome=outcome) if segment.end == end else segment
+    if speed_mode:
+        motion, end = dynamometer_ramp(made)
+        if settings.inverter.enabled:
+            return inverter_drive.imposed(made, motion, end, DynamometerLaw("balance"), direction)
+        if isinstance(motion, Rest):
+            return resting(made, DynamometerLaw("balance"))
+        return turning(made, motion, end, DynamometerLaw("balance"))
+    torque = settings.dynamometer.command if driven else 0.0
+    law = DynamometerLaw("constant", torque) if driven else DynamometerLaw()
+    if settings.inverter.enabled:
+        return inverter_drive.free(made, torque, law, direction)
+    if made.output is None:
+        return free_shaft.coasting(made, torque, law)
+    return free_shaft.energised(made, torque, law, time)
+
+
+def resting(made: Plan, law: DynamometerLaw) -> Segment:
+    """Return the segment of a shaft that something holds."""
+    state = made.state
+    circuit, end, outcome = made.standing_circuit()
+    return made.segment(Rest(state.angle), circuit, end, law, outcome=outcome, live=bool(made.network.loops))
+
+
+def turning(made: Plan, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
+    """Return the segment of a shaft that is turned from outside."""
+    source = made.rotating_source()
+    circuit = Rotating(made.network, motion, source)
+    return made.segment(motion, circuit, end, law, live=bool(made.network.loops))
+
+
+def _hand(made: Plan) -> tuple[Motion, float]:
+    shaft, state = made.settings.shaft, made.state
+    if shaft.holder == "pulling":
+        return Wavering(made.time, state.angle, shaft.pull_speed, 0.0, 0.0), max(shaft.pull_until, made.time)
+    phase = shaft.wobble_phase + _HAND_RATE * made.time
+    return Wavering(made.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), math.inf
+
+
+def _with_over_current(parts: Parts, settings: Settings, state: State, segment: Segment) -> Segment:
+    """Cut the segment short where over-current protection is due."""
+    if segment.supply_mode != "cc" or not settings.supply.over_current:
+        return segment
+    since = segment.start if state.constant_current_since is None else state.constant_current_since
+    due = max(since + parts.supply.over_current_delay, np.nextafter(segment.start, math.inf))
+    return replace(segment, end=due, outcome="trip current") if due < segment.end else segment
+
+

@@ -1,0 +1,167 @@
+"""A stretch of bench time in which one set of closed-form laws holds."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+import numpy as np
+
+from sim_instruments.physics.field import ImpressedField
+from sim_instruments.physics.motion import Motion
+from sim_instruments.physics.network import Network
+from sim_instruments.physics.swing import Shaft
+from sim_instruments.physics.windings import FloatArray, Windings
+
+Outcome = Literal["none", "standstill", "breakaway", "trip voltage", "trip current", "lost step", "let go"]
+SupplyMode = Literal["off", "cv", "cc", "unregulated", "tripped"]
+
+
+class Circuit(Protocol):
+    """Currents and voltages over time."""
+
+    network: Network
+
+    def winding_currents(self, times: FloatArray) -> FloatArray:
+        """Return the winding currents (A, shape (3, n))."""
+
+    def drops(self, times: FloatArray) -> FloatArray:
+        """Return the voltage drops (V, shape (3, n)) along the windings."""
+
+    def source_voltage(self, times: FloatArray) -> FloatArray:
+        """Return the voltage (V) behind the source's resistance."""
+
+
+@dataclass(frozen=True)
+class FieldState:
+    """The inverter's field: electrical `angle` (rad) from terminal A's axis, `speed` (rad/s), rotor in step or not."""
+
+    angle: float
+    speed: float
+    in_step: bool
+
+
+@dataclass(frozen=True)
+class State:
+    """What carries over from one segment to the next."""
+
+    angle: float
+    speed: float
+    winding_currents: FloatArray
+    source_voltage: float
+    temperature: float
+    constant_current_since: float | None = None
+    breaking_away: bool = False
+    field: FieldState | None = None
+
+
+@dataclass(frozen=True)
+class DynamometerLaw:
+    """What the dynamometer's machine does: nothing, a constant torque (N·m), or whatever the motion takes."""
+
+    kind: Literal["idle", "constant", "balance"] = "idle"
+    torque: float = 0.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Laws that hold from `start` until `end` (s, infinite while nothing is due), and what then happens by itself."""
+
+    start: float
+    end: float
+    motion: Motion
+    circuit: Circuit
+    windings: Windings
+    shaft: Shaft
+    live: bool
+    supply_mode: SupplyMode = "off"
+    outcome: Outcome = "none"
+    dynamometer: DynamometerLaw = field(default_factory=DynamometerLaw)
+    in_step: bool = True
+
+    def winding_currents(self, times: FloatArray) -> FloatArray:
+        """Return the winding currents (A, shape (3, n))."""
+        return self.circuit.winding_currents(times)
+
+    def terminal_currents(self, times: FloatArray) -> FloatArray:
+        """Return the currents (A, shape (3, n)) into terminals A, B, C."""
+        return self.circuit.network.terminal_currents(self.winding_currents(times))
+
+    def node_potentials(self, times: FloatArray) -> FloatArray:
+        """Return the potentials (V, shape (5, n)) of A, B, C, N and the artificial star."""
+        circuit = self.circuit
+        return circuit.network.node_potentials(
+            circuit.drops(times), circuit.winding_currents(times), circuit.source_voltage(times)
+        )
+
+    def output_voltage(self, times: FloatArray) -> FloatArray:
+        """Return the voltage (V) at the supply's output."""
+        loss = self.circuit.network.source_resistance * self.output_current(times)
+        return self.circuit.source_voltage(times) - loss
+
+    def output_current(self, times: FloatArray) -> FloatArray:
+        """Return the supply's output current (A)."""
+        return self.circuit.network.source_current(self.winding_currents(times))
+
+    def motor_torque(self, times: FloatArray) -> FloatArray:
+        """Return the motor's electromagnetic torque (N·m); without the switching ripple's share."""
+        if not self.live:
+            return np.zeros_like(times)
+        circuit = self.circuit
+        currents = (
+            circuit.smooth_currents(times) if isinstance(circuit, ImpressedField) else circuit.winding_currents(times)
+        )
+        return self.windings.torque(self.motion.angle(times) * self.windings.pole_pairs, currents)
+
+    def dynamometer_torque(self, times: FloatArray) -> FloatArray:
+        """Return the dynamometer machine's air-gap torque (N·m)."""
+        if self.dynamometer.kind == "idle":
+            return np.zeros_like(times)
+        if self.dynamometer.kind == "constant":
+            return np.full_like(times, self.dynamometer.torque)
+        speed, shaft = self.motion.speed(times), self.shaft
+        friction = shaft.coulomb_friction * np.sign(speed) + shaft.viscous_friction * speed
+        return shaft.inertia * self.motion.acceleration(times) + friction - self.motor_torque(times)
+
+    def copper_loss(self, times: FloatArray) -> FloatArray:
+        """Return the loss (W) in the windings."""
+        if not self.live:
+            return np.zeros_like(times)
+        result: FloatArray = self.windings.resistance @ self.winding_currents(times) ** 2
+        return result
+
+    def field_frequency(self, time: float) -> float:
+        """Return the frequency (Hz, signed) of the inverter's field, 0 without one."""
+        if not isinstance(self.circuit, ImpressedField):
+            return 0.0
+        return float(self.circuit.field_speed(np.array([time]))[0]) / (2.0 * math.pi)
+
+    def current_amplitude(self, time: float) -> float:
+        """Return the amplitude (A, peak) of the inverter's currents, 0 without them."""
+        if not isinstance(self.circuit, ImpressedField):
+            return 0.0
+        return float(self.circuit.amplitude(np.array([time]))[0])
+
+    def q_axis_current(self, time: float) -> float:
+        """Return the part (A, peak, signed) of the inverter's current that makes torque, 0 without one."""
+        if not isinstance(self.circuit, ImpressedField):
+            return 0.0
+        at = np.array([time])
+        rotor = self.motion.angle(at) * self.windings.pole_pairs - self.windings.phase_shift
+        return float((self.circuit.amplitude(at) * np.sin(self.circuit.field_angle(at) - rotor))[0])
+
+    def nodes_between(self, start: float, end: float) -> tuple[FloatArray, FloatArray]:
+        """Return times and weights (s) of a quadrature over a part of the segment.
+
+        Fine near the segment's start, where transients are, and fine enough for the rotor's turning.
+        """
+        turned = abs(float(np.diff(self.motion.angle(np.array([start, end])))[0])) * self.windings.pole_pairs
+        pieces = int(min(max(4.0 * turned / math.pi, 1.0), 512.0)) + 1
+        edges = np.linspace(start, end, pieces + 1)
+        if not math.isinf(self.start):
+            near = self.start + (end - self.start) * 0.5 ** np.arange(24.0)
+            edges = np.unique(np.concatenate([edges, near[(near > start) & (near < end)]]))
+        points, weights = np.polynomial.legendre.leggauss(8)
+        half = 0.5 * np.diff(edges)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        times = (middle[:, np.newaxis] + half[:, np.newaxis] * points).ravel()
+        return times, (half[:, np.newaxis] * weights).ravel()

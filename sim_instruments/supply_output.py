@@ -1,0 +1,82 @@
+"""The supply's output as its front panel or remote interface sees it."""
+
+from typing import Literal
+
+from sim_instruments.stages import SupplyStage
+from sim_instruments.timeline import Timeline
+
+SupplyMode = Literal["off", "cv", "cc", "unregulated", "tripped"]
+
+
+class SupplyOutput:
+    """Set points and true readings of the supply's output. Ranges and noise belong to the instrument's face."""
+
+    def __init__(self, timeline: Timeline, stage: SupplyStage) -> None:
+        self._timeline = timeline
+        self.stage = stage
+
+    def set_voltage(self, voltage: float) -> None:
+        """Set the voltage level (V). Raises ValueError outside 0 … the stage's maximum."""
+        self._check("voltage", voltage, self.stage.maximum_voltage, "V")
+        with self._timeline.changing() as settings:
+            settings.supply.voltage = voltage
+
+    def set_current_limit(self, current: float) -> None:
+        """Set the current limit (A). Raises ValueError outside 0 … the stage's maximum."""
+        self._check("current limit", current, self.stage.maximum_current, "A")
+        with self._timeline.changing() as settings:
+            settings.supply.current_limit = current
+
+    def switch(self, on: bool) -> None:
+        """Switch the output on or off; a tripped output stays off until its trip is cleared."""
+        with self._timeline.changing() as settings:
+            settings.supply.on = on and settings.supply.tripped is None
+
+    def set_over_voltage(self, voltage: float | None) -> None:
+        """Set the over-voltage protection (V), None for off."""
+        with self._timeline.changing() as settings:
+            settings.supply.over_voltage = voltage
+
+    def set_over_current(self, on: bool) -> None:
+        """Switch the over-current protection: it trips once the output stays in constant current."""
+        with self._timeline.changing() as settings:
+            settings.supply.over_current = on
+
+    def clear_trip(self) -> None:
+        """Clear a trip; the output stays off."""
+        with self._timeline.changing() as settings:
+            settings.supply.tripped = None
+
+    @property
+    def tripped(self) -> Literal["voltage", "current"] | None:
+        """Which protection has switched the output off, or None."""
+        with self._timeline.observing():
+            return self._timeline.settings.supply.tripped
+
+    @property
+    def is_on(self) -> bool:
+        """Whether the output is on."""
+        with self._timeline.observing():
+            return self._timeline.settings.supply.on
+
+    def voltage(self, aperture: float = 0.0) -> float:
+        """Return the mean voltage (V) at the output's terminals over the last `aperture` s; 0 is the present value."""
+        with self._timeline.observing():
+            return self._timeline.mean(lambda segment, times: segment.output_voltage(times), aperture)
+
+    def current(self, aperture: float = 0.0) -> float:
+        """Return the mean output current (A) over the last `aperture` s; 0 is the present value."""
+        with self._timeline.observing():
+            return self._timeline.mean(lambda segment, times: segment.output_current(times), aperture)
+
+    def mode(self) -> SupplyMode:
+        """Return what regulates the output now: off, cv, cc, unregulated (neither holds yet) or tripped."""
+        with self._timeline.observing():
+            if self._timeline.settings.supply.tripped is not None:
+                return "tripped"
+            return self._timeline.present.supply_mode
+
+    @staticmethod
+    def _check(what: str, value: float, maximum: float, unit: str) -> None:
+        if not 0.0 <= value <= maximum:
+            raise ValueError(f"supply {what} {value:g} {unit} is outside 0 … {maximum:g} {unit}")

@@ -1,0 +1,80 @@
+"""What the supply's output does next: ramps, holds a voltage or a current, falls after switching off, or trips."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim_instruments.physics.network import Network
+from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
+from sim_instruments.physics.swing import Thresholds
+from sim_instruments.segment import State, SupplyMode
+from sim_instruments.settings import SupplySettings
+from sim_instruments.stages import SupplyStage
+
+#: Below this current (A) a falling output opens.
+OPENING_CURRENT = 1e-4
+
+
+@dataclass(frozen=True)
+class Regime:
+    """A source, its mode, how long it holds at most (s), and the thresholds that end it earlier."""
+
+    source: Source
+    mode: SupplyMode
+    end: float = math.inf
+    thresholds: Thresholds = Thresholds()
+    trips_voltage: bool = False
+
+
+def over_voltage(supply: SupplySettings, source_voltage: float) -> bool:
+    """Say whether the over-voltage protection trips at this output voltage (V)."""
+    limit = supply.over_voltage
+    return supply.on and limit is not None and source_voltage > limit * (1.0 + 1e-9)
+
+
+def regime(supply: SupplySettings, stage: SupplyStage, state: State, network: Network, time: float) -> Regime | None:
+    """Return what the output does from `time` (s) on, or None where it is off and open."""
+    current = float(network.source_current(state.winding_currents[:, np.newaxis])[0])
+    voltage = state.source_voltage
+    if not supply.on:
+        if voltage <= 1e-12 and abs(current) <= OPENING_CURRENT:
+            return None
+        return _falling(stage, time, voltage, OPENING_CURRENT, "off", opens=True)
+    limit = supply.current_limit
+    if network.drives_current:
+        tolerance = 1e-9 * max(limit, 1e-3)
+        if current > limit + tolerance:
+            return _falling(stage, time, voltage, limit, "unregulated", opens=False)
+        if current >= limit - tolerance:
+            speed = state.speed * network.windings.pole_pairs
+            angle = state.angle * network.windings.pole_pairs
+            needed = network.voltage_for_constant_current(
+                network.loop_currents(state.winding_currents, angle), angle, speed
+            )
+            if needed <= supply.voltage * (1.0 + 1e-12) + 1e-12:
+                return Regime(CurrentSource(limit), "cc", thresholds=Thresholds(voltage=supply.voltage + 1e-9))
+    rising = Thresholds(current=limit) if network.drives_current else Thresholds()
+    if math.isclose(voltage, supply.voltage, rel_tol=1e-12, abs_tol=1e-12):
+        return Regime(VoltageSource(time, supply.voltage), "cv", thresholds=rising)
+    slope = math.copysign(stage.slew, supply.voltage - voltage)
+    target, trips = supply.voltage, False
+    if supply.over_voltage is not None and voltage <= supply.over_voltage < supply.voltage:
+        target, trips = supply.over_voltage, True
+    end = time + (target - voltage) / slope
+    if end <= time:
+        return Regime(VoltageSource(time, target), "cv", time if trips else math.inf, rising, trips)
+    return Regime(VoltageSource(time, voltage, slope), "cv", end, rising, trips)
+
+
+def _falling(
+    stage: SupplyStage, time: float, voltage: float, until_current: float, mode: SupplyMode, *, opens: bool
+) -> Regime:
+    """The down-programmer takes the output to 0 V; the current decays to where another regime takes over."""
+    thresholds = Thresholds(current=until_current, current_direction=-1)
+    if voltage > 1e-12:
+        end = time + voltage / stage.slew
+        # An output that is off keeps falling to 0 V even after its current has gone.
+        falling = Thresholds() if opens else thresholds
+        return Regime(VoltageSource(time, voltage, -stage.slew), mode, max(end, np.nextafter(time, math.inf)), falling)
+    return Regime(VoltageSource(time, 0.0), mode, thresholds=thresholds)

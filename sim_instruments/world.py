@@ -1,0 +1,330 @@
+"""The virtual bench's world: one motor, its wiring, its shaft, its surroundings, and time."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sim_instruments import hand, impedance
+from sim_instruments.clock import VirtualClock
+from sim_instruments.dynamometer_shaft import DynamometerShaft
+from sim_instruments.inverter_output import InverterOutput
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.probes import NODES, CurrentProbe, Node, Probe, VoltageProbe
+from sim_instruments.settings import SOCKETS, TERMINALS, FloatArray, Socket, Terminal
+from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
+from sim_instruments.supply_output import SupplyOutput
+from sim_instruments.timeline import Timeline
+
+
+class World:
+    """Everything that is physically there; instruments' faces read and drive it, hands wire and hold it.
+
+    Nothing runs in the background: every access first brings the world to `clock.now()`. Every public method takes
+    `lock` itself; a face takes it round several accesses that belong together.
+    Signs: positive speed and torque turn the electrical angle forwards (A → B → C), currents flow into the motor.
+    """
+
+    def __init__(
+        self,
+        motor: VirtualMotor,
+        clock: VirtualClock,
+        *,
+        seed: int = 0,
+        dynamometer: DynamometerMachine | None = None,
+        inverter: InverterStage | None = None,
+        supply: SupplyStage | None = None,
+        leads: Leads | None = None,
+        ambient_temperature: float = 25.0,
+        star_point_accessible: bool = False,
+        initial_angle: float = 0.0,
+    ) -> None:
+        if star_point_accessible and motor.connection == "delta":
+            raise ValueError("star_point_accessible is set for a delta motor; only a wye has a star point")
+        self.motor = motor
+        self.clock = clock
+        self.star_point_accessible = star_point_accessible
+        self._random = np.random.default_rng(seed)
+        self._timeline = Timeline(
+            motor,
+            clock,
+            supply=supply or SupplyStage(),
+            dynamometer=dynamometer or DynamometerMachine(),
+            inverter=inverter or InverterStage(),
+            leads=leads or Leads(),
+            ambient_temperature=ambient_temperature,
+            initial_angle=initial_angle,
+        )
+        self.lock = self._timeline.lock
+        self.supply = SupplyOutput(self._timeline, self._timeline.parts.supply)
+        self.dynamometer = DynamometerShaft(self._timeline, self._timeline.parts.dynamometer)
+        self.inverter = InverterOutput(self._timeline, self._timeline.parts.inverter)
+        self._probes: dict[int, Probe] = {}
+
+    # What hands do
+
+    def connect(self, wiring: Mapping[str, str]) -> None:
+        """Wire the motor's terminals anew: terminal to socket, those left out stay open.
+
+        Raises ValueError for an unknown terminal or socket.
+        """
+        complete: dict[Terminal, Socket] = {}
+        for name in wiring:
+            if name not in TERMINALS:
+                raise ValueError(f"terminal {name!r} is unknown; the motor has {', '.join(TERMINALS)}")
+        for terminal in TERMINALS:
+            socket = wiring.get(terminal, "open")
+            known = next((entry for entry in SOCKETS if entry == socket), None)
+            if known is None:
+                raise ValueError(f"socket {socket!r} for terminal {terminal} is unknown; allowed are {', '.join(SOCKETS)}")
+            complete[terminal] = known
+        with self._timeline.changing() as settings:
+            settings.wiring = complete
+
+    def attach_voltage_probe(self, channel: int, positive: Node, negative: Node) -> None:
+        """Put a channel's differential probe on two nodes: A, B, C, N or star (artificial, of equal resistors).
+
+        Raises ValueError for an unknown node, or N where the star point is not accessible.
+        """
+        for node in (positive, negative):
+            if node not in NODES:
+                raise ValueError(f"node {node!r} is unknown; allowed are {', '.join(NODES)}")
+            if node == "N" and not self.star_point_accessible:
+                raise ValueError("node 'N': this motor's star point is not accessible; use the artificial 'star'")
+        with self.lock:
+            self._probes[channel] = VoltageProbe(positive, negative)
+
+    def attach_current_probe(self, channel: int, terminal: Terminal) -> None:
+        """Clip a channel's current probe round the wire into a terminal. Raises ValueError for an unknown one."""
+        self._check_terminal(terminal)
+        with self.lock:
+            self._probes[channel] = CurrentProbe(terminal)
+
+    def detach_probe(self, channel: int) -> None:
+        """Take a channel's probe off; it then senses nothing."""
+        with self.lock:
+            self._probes.pop(channel, None)
+
+    def lock_rotor(self) -> None:
+        """Lock the shaft where it is; a turning shaft stops at once."""
+        with self._timeline.changing() as settings:
+            settings.shaft.holder = "locked"
+
+    def release_rotor(self) -> None:
+        """Open the lock; the shaft is free."""
+        with self._timeline.changing() as settings:
+            if settings.shaft.holder == "locked":
+                settings.shaft.holder = "free"
+
+    def couple_dynamometer(self) -> None:
+        """Couple the dynamometer to the shaft. Raises RuntimeError while the shaft turns."""
+        self._couple(True)
+
+    def uncouple_dynamometer(self) -> None:
+        """Take the dynamometer off the shaft. Raises RuntimeError while the shaft turns."""
+        self._couple(False)
+
+    def turn_shaft(self, speed: float, wobble: float = 0.0) -> None:
+        """Turn the shaft by hand (rad/s, mechanical) until held or let go; `wobble` is the speed's relative variation.
+
+        Raises RuntimeError where the rotor is locked or the dynamometer drives it, ValueError for a wobble outside 0…1.
+        """
+        if not 0.0 <= wobble < 1.0:
+            raise ValueError(f"wobble {wobble} is outside 0 … 1; a hand does not turn back")
+        with self._timeline.changing() as settings:
+            self._check_hand()
+            shaft = settings.shaft
+            shaft.holder, shaft.turning_speed, shaft.wobble = "turning", float(speed), wobble
+            shaft.wobble_phase = float(self._random.uniform(0.0, 2.0 * math.pi))
+
+    def hold_shaft(self) -> None:
+        """Hold the shaft still by hand. Raises RuntimeError where the rotor is locked or driven by the dynamometer."""
+        with self._timeline.changing() as settings:
+            self._check_hand()
+            settings.shaft.holder = "hand"
+
+    def let_go(self) -> None:
+        """Take the hand off the shaft; it moves as it likes from there."""
+        with self._timeline.changing() as settings:
+            if settings.shaft.holder != "locked":
+                settings.shaft.holder = "free"
+
+    def nudge_to_next_rest(self, direction: int = 1) -> float:
+        """Pull the shaft by hand over to where the next stable position draws it, then let go; return the pull's length (s).
+
+        The pull takes bench time, and the shaft settles after it: let `returned + 0.5` s pass before reading. Where
+        nothing draws the shaft it is turned on by a random twentieth to tenth of a turn and stays there.
+        Raises RuntimeError where the rotor is locked or driven by the dynamometer, ValueError for a direction other than ±1.
+        """
+        if direction not in (1, -1):
+            raise ValueError(f"direction {direction} is not allowed; use 1 (forwards) or -1")
+        with self._timeline.changing() as settings:
+            self._check_hand()
+            state = self._timeline.state
+            distance = hand.distance_to_next(self._timeline.parts, settings, state, direction)
+            if distance is None:
+                distance = float(self._random.uniform(0.05, 0.1)) * 2.0 * math.pi
+            duration = distance / (0.5 * math.pi)
+            settings.shaft.holder = "pulling"
+            settings.shaft.pull_speed = direction * 0.5 * math.pi
+            settings.shaft.pull_until = self._timeline.now + duration
+            return duration
+
+    def dial_angle(self) -> float:
+        """Return the shaft's true mechanical angle (rad, unbounded)."""
+        with self._timeline.observing():
+            return self._timeline.state.angle
+
+    def short_leads(self, shorted: bool) -> None:
+        """Clip the bridge's leads together, for its short correction, or put them back on the motor."""
+        with self._timeline.changing() as settings:
+            settings.leads_shorted = shorted
+
+    # What instruments sense
+
+    def impedance(self, frequency: float, level_rms: float, aperture: float) -> complex:
+        """Return the impedance (Ω) between lcr_high and lcr_low over the last `aperture` s at a test frequency (Hz).
+
+        `level_rms` is the open-circuit level (V) behind 100 Ω. The rotor may have moved meanwhile: the reading is the
+        mean over the aperture, and the EMF leaks into the detector as its rectangular window lets it. Infinite where
+        there is no path. Raises ValueError for a frequency, level or aperture that is not positive.
+        """
+        for name, value in (("frequency", frequency), ("level_rms", level_rms), ("aperture", aperture)):
+            if not 0.0 < value < math.inf:
+                raise ValueError(f"impedance(): {name} is {value}; it must be positive and finite")
+        with self._timeline.observing():
+            return impedance.reading(self._timeline, frequency, level_rms, aperture)
+
+    def probe_signal(self, channel: int, times: ArrayLike) -> FloatArray:
+        """Return the true signal (V or A, shape of `times`) of a channel's probe at past bench times (s).
+
+        A channel without a probe senses zero. Raises ValueError for times to come or older than the history kept.
+        """
+        wanted = np.asarray(times, dtype=np.float64)
+        with self._timeline.observing():
+            probe = self._probes.get(channel)
+            if probe is None:
+                return np.zeros_like(wanted)
+            flat = wanted.ravel()
+            if isinstance(probe, CurrentProbe):
+                row = TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal))
+                values = self._timeline.sample(lambda segment, at: segment.terminal_currents(at)[row], flat)
+            else:
+                plus, minus = self._node_row(probe.positive), self._node_row(probe.negative)
+                values = self._timeline.sample(
+                    lambda segment, at: (lambda nodes: nodes[plus] - nodes[minus])(segment.node_potentials(at)), flat
+                )
+            return values.reshape(wanted.shape)
+
+    def shaft_speed(self, gate: float) -> float:
+        """Return the mean of |speed| (rad/s, mechanical) over the last `gate` s; 0 is the present value."""
+        with self._timeline.observing():
+            if gate <= 0.0:
+                return abs(self._timeline.state.speed)
+            return self._timeline.travelled(gate) / gate
+
+    def truth(self) -> dict[str, Any]:
+        """Return what is really so now, for tests and the control endpoint: plain values that JSON can carry."""
+        with self._timeline.observing():
+            timeline, settings = self._timeline, self._timeline.settings
+            now = np.array([timeline.now])
+            currents = timeline.present.terminal_currents(now)[:, 0]
+            return {
+                "time": timeline.now,
+                "output_on": settings.supply.on,
+                "supply_mode": self.supply.mode(),
+                "supply_voltage": float(timeline.present.output_voltage(now)[0]),
+                "supply_current": float(timeline.present.output_current(now)[0]),
+                "supply_tripped": settings.supply.tripped,
+                "energised": settings.supply.on or settings.inverter.enabled or settings.dynamometer.enabled,
+                "shaft_angle": timeline.state.angle,
+                "shaft_speed": timeline.state.speed,
+                "shaft_holder": settings.shaft.holder,
+                "rotor_locked": settings.shaft.holder == "locked",
+                "motor_torque": float(timeline.present.motor_torque(now)[0]),
+                "terminal_currents": {
+                    label: float(currents[TERMINALS.index(settings.motor_terminal(label))]) for label in TERMINALS
+                },
+                "wiring": dict(settings.wiring),
+                "leads_shorted": settings.leads_shorted,
+                "dynamometer_coupled": settings.shaft.coupled,
+                "dynamometer_enabled": settings.dynamometer.enabled,
+                "dynamometer_mode": settings.dynamometer.mode,
+                "dynamometer_command": settings.dynamometer.command,
+                "inverter_enabled": settings.inverter.enabled,
+                "inverter_fault": settings.inverter.fault,
+                "inverter_in_step": timeline.present.in_step,
+                "winding_temperature": timeline.winding_temperature(),
+                "ambient_temperature": settings.ambient_temperature,
+                "faults": {
+                    "open_phase": settings.open_phase,
+                    "swapped": settings.swapped,
+                    "stuck_rotor": settings.stuck_rotor,
+                },
+            }
+
+    # Surroundings and faults
+
+    def set_ambient_temperature(self, temperature: float) -> None:
+        """Set the ambient temperature (°C); the winding follows with its own time constant."""
+        with self._timeline.changing() as settings:
+            settings.ambient_temperature = temperature
+
+    def set_winding_temperature(self, temperature: float) -> None:
+        """Put the winding at a temperature (°C) at once, as after soaking or a run under load."""
+        with self._timeline.changing():
+            self._timeline.set_winding_temperature(temperature)
+
+    def set_open_phase(self, terminal: Terminal | None) -> None:
+        """Break the wire at a motor terminal, or mend it with None. Raises ValueError for an unknown terminal."""
+        if terminal is not None:
+            self._check_terminal(terminal)
+        with self._timeline.changing() as settings:
+            settings.open_phase = terminal
+
+    def set_swapped(self, pair: tuple[Terminal, Terminal] | None) -> None:
+        """Have two wires of the motor carry each other's label, or none. Raises ValueError for an impossible pair."""
+        if pair is not None:
+            for terminal in pair:
+                self._check_terminal(terminal)
+            if pair[0] == pair[1]:
+                raise ValueError(f"swapped wires must be two different ones, not {pair[0]} twice")
+        with self._timeline.changing() as settings:
+            settings.swapped = pair
+
+    def set_stuck_rotor(self, stuck: bool) -> None:
+        """Jam the rotor in its bearings, whatever drives it, or free it again."""
+        with self._timeline.changing() as settings:
+            settings.stuck_rotor = stuck
+
+    # Helpers
+
+    def _couple(self, coupled: bool) -> None:
+        with self._timeline.changing() as settings:
+            if abs(self._timeline.state.speed) > 0.0:
+                raise RuntimeError(
+                    f"the shaft turns at {self._timeline.state.speed:.3g} rad/s; stop it before touching the coupling"
+                )
+            settings.shaft.coupled = coupled
+
+    def _check_hand(self) -> None:
+        settings = self._timeline.settings
+        if settings.shaft.holder == "locked":
+            raise RuntimeError("the rotor is locked; release it before turning or holding the shaft by hand")
+        if settings.shaft.coupled and settings.dynamometer.enabled:
+            raise RuntimeError("the dynamometer drives the shaft; disable it before touching the shaft")
+
+    def _node_row(self, node: Node) -> int:
+        settings = self._timeline.settings
+        if node == "N":
+            return 3
+        if node == "star":
+            return 4
+        return TERMINALS.index(settings.motor_terminal(node))
+
+    @staticmethod
+    def _check_terminal(terminal: str) -> None:
+        if terminal not in TERMINALS:
+            raise ValueError(f"terminal {terminal!r} is unknown; the motor has {', '.join(TERMINALS)}")
