@@ -10,7 +10,8 @@ from drivers.interfaces.identity import Accuracy, Instrument
 @dataclass(frozen=True)
 class DynamometerReading:
     """One reading, all taken in a single transaction: `speed` (rad/s, mechanical), `torque` (N·m, on the shaft by the
-    dynamometer, positive when it drives the motor forwards), `power` (W, shaft), at bench time `time` (s)."""
+    dynamometer, positive when it drives the motor forwards), `power` (W, shaft), at bench time `time` (s).
+    """
 
     time: float
     speed: float

@@ -41,7 +41,9 @@ class OverloadError(MeasurementError):
 class SetpointError(InstrumentError):
     """A set point outside the allowed range; nothing was sent."""
 
-    def __init__(self, instrument: str, parameter: str, value: float, unit: str, low: float, high: float, whose: str) -> None:
+    def __init__(
+        self, instrument: str, parameter: str, value: float, unit: str, low: float, high: float, whose: str
+    ) -> None:
         self.parameter = parameter
         self.value = value
         self.low = low

@@ -1,0 +1,83 @@
+"""Objects of a CANopen node by SDO, with errors that name the object."""
+
+from typing import Protocol
+
+from can import CanError
+from canopen.sdo.exceptions import SdoAbortedError, SdoError
+
+from drivers.interfaces import CommunicationError, ReportedError, Traffic
+
+
+class SdoClient(Protocol):
+    """The part of a canopen SDO client that is used: transfers without an object dictionary."""
+
+    def upload(self, index: int, subindex: int) -> bytes:
+        """Read an object."""
+
+    def download(self, index: int, subindex: int, data: bytes, force_segment: bool = False) -> None:
+        """Write an object."""
+
+
+class NodeObjects:
+    """The objects of one node, as numbers of a stated size (bytes, little endian)."""
+
+    def __init__(self, client: SdoClient, name: str, *, traffic: Traffic | None = None) -> None:
+        self.name = name
+        self._client = client
+        self._traffic = traffic
+
+    def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
+        """Return a number of `size` bytes.
+
+        Raises ReportedError for an SDO abort, CommunicationError for no reply or another size.
+        """
+        raw = self.read_bytes(index, subindex)
+        if len(raw) != size:
+            raise CommunicationError(
+                self.name, f"{len(raw)} bytes instead of {size}", command=f"read {_pretty(index, subindex)}"
+            )
+        return int.from_bytes(raw, "little", signed=signed)
+
+    def read_bytes(self, index: int, subindex: int) -> bytes:
+        """Return an object's bytes; errors as for `read`."""
+        command = f"read {_pretty(index, subindex)}"
+        self._trace("write", command)
+        try:
+            raw = self._client.upload(index, subindex)
+        except (SdoError, CanError, OSError) as error:
+            raise self._failure(error, command) from error
+        self._trace("read", raw.hex(" "))
+        return raw
+
+    def read_text(self, index: int, subindex: int) -> str:
+        """Return an object's text; errors as for `read`."""
+        return self.read_bytes(index, subindex).decode("latin-1").strip("\0 ")
+
+    def write(self, index: int, subindex: int, value: int, size: int, *, signed: bool = False) -> None:
+        """Write a number of `size` bytes; errors as for `read`, and ValueError where the number does not fit."""
+        try:
+            data = value.to_bytes(size, "little", signed=signed)
+        except OverflowError as error:
+            raise ValueError(f"{value} does not fit {size} bytes of {_pretty(index, subindex)}") from error
+        command = f"write {value} to {_pretty(index, subindex)}"
+        self._trace("write", command)
+        try:
+            self._client.download(index, subindex, data)
+        except (SdoError, CanError, OSError) as error:
+            raise self._failure(error, command) from error
+        self._trace("read", "done")
+
+    def _failure(self, error: Exception, command: str) -> CommunicationError | ReportedError:
+        if isinstance(error, SdoAbortedError):
+            return ReportedError(self.name, f"SDO abort: {error}", command=command)
+        return CommunicationError(
+            self.name, f"no usable reply ({error})", command=command, remedy="Check node id, bit rate and cable"
+        )
+
+    def _trace(self, direction: str, text: str) -> None:
+        if self._traffic is not None:
+            self._traffic(direction, text)
+
+
+def _pretty(index: int, subindex: int) -> str:
+    return f"0x{index:04X}:{subindex:02X}"

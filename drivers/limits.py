@@ -1,0 +1,24 @@
+"""Checks that a driver makes before anything is sent."""
+
+import math
+
+from drivers.interfaces import SetpointError
+
+
+def check_setpoint(
+    instrument: str, parameter: str, value: float, unit: str, low: float, high: float, whose: str
+) -> float:
+    """Return the value when it is finite and within `low` … `high` (in `unit`).
+
+    Raises SetpointError naming the limit and whose it is.
+    """
+    if not (math.isfinite(value) and low <= value <= high):
+        raise SetpointError(instrument, parameter, value, unit, low, high, whose)
+    return value
+
+
+def lesser(own: float, station: float | None) -> tuple[float, str]:
+    """Return the smaller of the model's and the station's limit, and whose it is."""
+    if station is not None and station < own:
+        return station, "the station"
+    return own, "the model"

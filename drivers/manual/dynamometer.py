@@ -1,0 +1,99 @@
+"""A dynamometer that a person runs and reads."""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from drivers.interfaces import Clock, DynamometerReading, Identity
+from drivers.limits import check_setpoint
+from drivers.manual.options import ManualDynamometerOptions
+from drivers.manual.prompt import Prompt, Questions
+from drivers.safety import always
+
+RPM = 2 * math.pi / 60
+
+
+class ManualDynamometer:
+    """A dynamometer, or a drive motor, run and read by hand; speeds are shown and typed in rpm."""
+
+    def __init__(
+        self, prompt: Prompt, clock: Clock, options: ManualDynamometerOptions, *, name: str = "dynamometer"
+    ) -> None:
+        self._questions = Questions(prompt, name)
+        self._clock = clock
+        self._options = options
+        self._name = name
+
+    @property
+    def identity(self) -> Identity:
+        """The model the station file names."""
+        return Identity("", self._options.model)
+
+    @property
+    def maximum_speed(self) -> float:
+        """Largest speed (rad/s) that may be commanded: the station's limit."""
+        return self._options.maximum_speed
+
+    @property
+    def maximum_torque(self) -> float:
+        """Largest torque (N·m) that may be commanded: the station's limit."""
+        return self._options.maximum_torque
+
+    def zero_torque(self) -> None:
+        """Have the torque display zeroed."""
+        self._questions.confirm("With the shaft at rest, zero the torque display.")
+
+    @contextmanager
+    def driving_speed(self, speed: float) -> Iterator[None]:
+        """Have the shaft brought to a speed (rad/s) for the length of the block, then let coast."""
+        self._check_speed(speed)
+        with always(self._let_coast):
+            self._ask_speed(speed)
+            yield
+
+    def set_speed(self, speed: float) -> None:
+        """Have the speed (rad/s) changed; raises SetpointError before anything is asked."""
+        self._check_speed(speed)
+        self._ask_speed(speed)
+
+    @contextmanager
+    def driving_torque(self, torque: float) -> Iterator[None]:
+        """Have a constant torque (N·m) put on the shaft for the length of the block, then taken off."""
+        check_setpoint(self._name, "torque", torque, "N·m", -self.maximum_torque, self.maximum_torque, "the station")
+        with always(self._let_coast):
+            self._questions.confirm(f"Put a constant torque of {torque:g} N·m on the shaft.")
+            yield
+
+    def measure(self) -> DynamometerReading:
+        """Ask for speed and torque; the power (W) is their product.
+
+        Raises MeasurementError where no accuracy is stated or after three unusable answers.
+        """
+        speed_accuracy = self._questions.stated(self._options.speed_accuracy, "speed")
+        torque_accuracy = self._questions.stated(self._options.torque_accuracy, "torque")
+        fastest = self.maximum_speed / RPM
+        speed = self._questions.ask("speed", "rpm", -fastest, fastest, "forwards positive") * RPM
+        torque = self._questions.ask(
+            "torque", "N·m", -self.maximum_torque, self.maximum_torque, "positive when it drives forwards"
+        )
+        return DynamometerReading(self._clock.now(), speed, torque, speed * torque, speed_accuracy, torque_accuracy)
+
+    def stop(self) -> None:
+        """Have the shaft braked to rest and the drive switched off."""
+        self._questions.confirm("Brake the shaft to a standstill and switch the dynamometer off.")
+
+    def make_safe(self) -> None:
+        """Have the dynamometer switched off."""
+        self._let_coast()
+
+    def close(self) -> None:
+        """Do nothing: there is no connection."""
+
+    def _check_speed(self, speed: float) -> None:
+        check_setpoint(self._name, "speed", speed, "rad/s", -self.maximum_speed, self.maximum_speed, "the station")
+
+    def _ask_speed(self, speed: float) -> None:
+        self._questions.confirm(f"Drive the shaft at {speed / RPM:g} rpm and wait until the speed is steady.")
+
+    def _let_coast(self) -> None:
+        self._questions.confirm("Switch the dynamometer off and let the shaft coast.")

@@ -1,0 +1,105 @@
+"""An LCR meter that a person reads."""
+
+import math
+from enum import Enum
+
+from drivers.interfaces import (
+    Accuracy,
+    Aperture,
+    Clock,
+    Identity,
+    ImpedanceReading,
+    MeasurementError,
+    SetpointError,
+)
+from drivers.limits import check_setpoint
+from drivers.manual.options import ManualLcrMeterOptions
+from drivers.manual.prompt import Prompt, Questions
+
+
+class Asked(Enum):
+    """What a person is asked for at each measurement."""
+
+    BOTH = "resistance and inductance"
+    RESISTANCE = "resistance"
+    INDUCTANCE = "inductance"
+
+
+class ManualLcrMeter:
+    """An LCR meter read by hand; `asked` says which of resistance and inductance the next readings are asked for."""
+
+    def __init__(
+        self, prompt: Prompt, clock: Clock, options: ManualLcrMeterOptions, *, name: str = "lcr_meter"
+    ) -> None:
+        self._questions = Questions(prompt, name)
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._frequency = 0.0
+        self.asked = Asked.RESISTANCE if options.direct_current else Asked.BOTH
+
+    @property
+    def identity(self) -> Identity:
+        """The model the station file names."""
+        return Identity("", self._options.model)
+
+    def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
+        """Have series R and L and the frequency (Hz) set; level (V rms) and aperture are as the meter has them.
+
+        Raises SetpointError where the meter does not offer the frequency or the level.
+        """
+        check_setpoint(self._name, "level", level, "V rms", 0.0, self._options.maximum_level, "the meter")
+        if self._options.direct_current:
+            self._questions.confirm("Set the meter to resistance.")
+            return
+        offered = self._options.frequencies
+        check_setpoint(self._name, "frequency", frequency, "Hz", 0.0, max(offered, default=1e9), "the meter")
+        if offered and not any(math.isclose(frequency, one, rel_tol=1e-6) for one in offered):
+            raise SetpointError(self._name, "frequency", frequency, "Hz", min(offered), max(offered), "the meter")
+        self._frequency = frequency
+        self._questions.confirm(f"Set the meter to series R and L (Ls, Rs) at {frequency:g} Hz.")
+
+    def correct_short(self) -> None:
+        """Have the leads shorted and the meter zeroed."""
+        self._questions.confirm("Clip the meter's leads together and zero it (short correction).")
+
+    def measure(self) -> ImpedanceReading:
+        """Ask for what is `asked`; the other is NaN.
+
+        Raises MeasurementError where no accuracy is stated, the frequency was not set, or after three unusable answers.
+        """
+        if not self._options.direct_current and self._frequency == 0:
+            raise MeasurementError(self._name, "no frequency set", remedy="Call configure() first")
+        resistance = inductance = math.nan
+        r_accuracy = l_accuracy = Accuracy()
+        context = "" if self._options.direct_current else f"at {self._frequency:g} Hz"
+        if self.asked is not Asked.INDUCTANCE:
+            r_accuracy = self._questions.stated(self._options.resistance_accuracy, "resistance")
+            resistance = self._questions.ask("resistance Rs", "Ω", 0.0, self._options.maximum_resistance, context)
+        if self.asked is not Asked.RESISTANCE:
+            l_accuracy = self._questions.stated(self._options.inductance_accuracy, "inductance")
+            inductance = self._questions.ask("inductance Ls", "H", 0.0, self._options.maximum_inductance, context)
+        return ImpedanceReading(resistance, inductance, self._frequency, r_accuracy, l_accuracy, self._clock.now())
+
+    def accuracy_at(self, resistance: float, inductance: float, frequency: float) -> tuple[Accuracy, Accuracy]:
+        """Return the accuracies of the station file, the same for every resistance (Ω), inductance (H), frequency (Hz).
+
+        Raises MeasurementError where the value is beyond the meter's range or no accuracy is stated.
+        """
+        options = self._options
+        if abs(resistance) > options.maximum_resistance or abs(inductance) > options.maximum_inductance:
+            raise MeasurementError(
+                self._name, f"{resistance:g} Ω and {inductance:g} H at {frequency:g} Hz are beyond its range"
+            )
+        r_accuracy = l_accuracy = Accuracy()
+        if self.asked is not Asked.INDUCTANCE:
+            r_accuracy = self._questions.stated(options.resistance_accuracy, "resistance")
+        if self.asked is not Asked.RESISTANCE:
+            l_accuracy = self._questions.stated(options.inductance_accuracy, "inductance")
+        return r_accuracy, l_accuracy
+
+    def make_safe(self) -> None:
+        """Do nothing: a meter harms nobody."""
+
+    def close(self) -> None:
+        """Do nothing: there is no connection."""

@@ -1,0 +1,120 @@
+"""An oscilloscope that a person reads: what its screen shows, no waveform."""
+
+from collections.abc import Sequence
+
+from drivers.interfaces import (
+    ChannelSettings,
+    Clock,
+    Identity,
+    MeasurementError,
+    ProbeKind,
+    Reading,
+    SetpointError,
+    Trigger,
+    Waveform,
+)
+from drivers.limits import check_setpoint
+from drivers.manual.options import ManualOscilloscopeOptions
+from drivers.manual.prompt import Prompt, Questions
+
+
+class ManualOscilloscope:
+    """An oscilloscope read by hand: frequency and amplitude off the screen."""
+
+    def __init__(
+        self, prompt: Prompt, clock: Clock, options: ManualOscilloscopeOptions, *, name: str = "oscilloscope"
+    ) -> None:
+        self._questions = Questions(prompt, name)
+        self._clock = clock
+        self._options = options
+        self._name = name
+
+    @property
+    def identity(self) -> Identity:
+        """The model the station file names."""
+        return Identity("", self._options.model)
+
+    def channels(self, kind: ProbeKind) -> Sequence[int]:
+        """Return the numbers of the channels with a probe of this kind, in order."""
+        return tuple(sorted(channel for channel, probe in self._options.probes.items() if probe is kind))
+
+    def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
+        """Have the range and offset (V or A) of a channel set; raises SetpointError for one without a probe."""
+        unit = self._unit(channel)
+        low, high = 0.0, 2 * self._options.maximum_amplitude
+        check_setpoint(self._name, f"range of channel {channel}", settings.range, unit, low, high, "the station")
+        self._questions.confirm(
+            f"Switch channel {channel} on: full screen {settings.range:g} {unit}, mid-screen {settings.offset:g} {unit}."
+        )
+
+    def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
+        """Have the screen's width (s) and the trigger's place on it set; the number of points is the instrument's.
+
+        Raises SetpointError for a width, number or share that cannot be.
+        """
+        check_setpoint(self._name, "record time", record_time, "s", 1e-9, 1e3, "any oscilloscope")
+        check_setpoint(self._name, "points", points, "", 1, 1e9, "any oscilloscope")
+        check_setpoint(self._name, "pre-trigger", pre_trigger, "", 0.0, 1.0, "a record")
+        self._questions.confirm(
+            f"Set the screen's width to {record_time:g} s, the trigger at {100 * pre_trigger:.0f} % from the left."
+        )
+
+    def configure_trigger(self, trigger: Trigger) -> None:
+        """Have the trigger set; raises SetpointError for a channel without a probe."""
+        if trigger.channel is None:
+            self._questions.confirm("Set the trigger to automatic.")
+            return
+        unit = self._unit(trigger.channel)
+        self._questions.confirm(
+            f"Set the edge trigger to channel {trigger.channel}, {trigger.level:g} {unit}, {trigger.slope.name.lower()}."
+        )
+
+    def initiate(self) -> None:
+        """Have the instrument armed for one record."""
+        self._questions.confirm("Press Single.")
+
+    def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
+        """Raise MeasurementError: a waveform cannot be typed in."""
+        raise MeasurementError(
+            self._name,
+            f"an oscilloscope read by hand gives no waveform of channels {', '.join(map(str, channels))} "
+            f"within {timeout:g} s",
+            remedy="Use measure_frequency() and measure_amplitude(), or analyse a stored capture",
+        )
+
+    def measure_frequency(self, channel: int) -> Reading:
+        """Ask for the frequency (Hz) the screen shows; raises MeasurementError where no accuracy is stated."""
+        self._unit(channel)
+        accuracy = self._questions.stated(self._options.frequency_accuracy, "frequency")
+        highest = self._options.maximum_frequency
+        value = self._questions.ask("frequency", "Hz", 0.0, highest, f"of the trace of channel {channel}")
+        return Reading(value, "Hz", accuracy, self._clock.now())
+
+    def measure_amplitude(self, channel: int) -> Reading:
+        """Ask for the peak-to-peak value (V or A) the screen shows and return half of it.
+
+        Raises MeasurementError where no accuracy is stated.
+        """
+        unit = self._unit(channel)
+        accuracy = self._questions.stated(
+            self._options.amplitude_accuracy.get(channel), f"amplitude on channel {channel}"
+        )
+        highest = 2 * self._options.maximum_amplitude
+        value = self._questions.ask("peak-to-peak value", unit, 0.0, highest, f"of the trace of channel {channel}")
+        return Reading(value / 2, unit, accuracy, self._clock.now())
+
+    def make_safe(self) -> None:
+        """Do nothing: an oscilloscope only listens."""
+
+    def close(self) -> None:
+        """Do nothing: there is no connection."""
+
+    def _unit(self, channel: int) -> str:
+        try:
+            return self._options.probes[channel].value
+        except KeyError:
+            known = sorted(self._options.probes)
+            low, high = (known[0], known[-1]) if known else (0, 0)
+            raise SetpointError(
+                self._name, "channel", channel, "", low, high, "the station (channels with a probe)"
+            ) from None

@@ -1,0 +1,85 @@
+"""A supply that a person sets and reads."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from drivers.interfaces import Clock, Identity, OutputMode, Reading
+from drivers.limits import check_setpoint
+from drivers.manual.options import ManualSupplyOptions
+from drivers.manual.prompt import Prompt, Questions
+from drivers.safety import always
+
+#: What the person types for the lamp that is lit.
+MODES = {
+    0: OutputMode.OFF,
+    1: OutputMode.CONSTANT_CURRENT,
+    2: OutputMode.CONSTANT_VOLTAGE,
+    3: OutputMode.TRIPPED,
+}
+
+
+class ManualSupply:
+    """A supply set and read by hand."""
+
+    def __init__(self, prompt: Prompt, clock: Clock, options: ManualSupplyOptions, *, name: str = "supply") -> None:
+        self._questions = Questions(prompt, name)
+        self._clock = clock
+        self._options = options
+        self._name = name
+
+    @property
+    def identity(self) -> Identity:
+        """The model the station file names."""
+        return Identity("", self._options.model)
+
+    @property
+    def maximum_voltage(self) -> float:
+        """Largest voltage (V) that may be set: the station's limit."""
+        return self._options.maximum_voltage
+
+    @property
+    def maximum_current(self) -> float:
+        """Largest current limit (A) that may be set: the station's limit."""
+        return self._options.maximum_current
+
+    def configure(self, voltage: float, current_limit: float) -> None:
+        """Have the voltage (V) and the current limit (A) set; raises SetpointError before anything is asked."""
+        check_setpoint(self._name, "voltage", voltage, "V", 0.0, self.maximum_voltage, "the station")
+        check_setpoint(self._name, "current limit", current_limit, "A", 0.0, self.maximum_current, "the station")
+        self._questions.confirm(f"Set the supply to {voltage:g} V, current limit {current_limit:g} A.")
+
+    @contextmanager
+    def energised(self, voltage: float, current_limit: float) -> Iterator[None]:
+        """Have the supply set (V, A) and switched on for the length of the block, then off, however it ends."""
+        self.configure(voltage, current_limit)
+        with always(self.output_off):
+            self._questions.confirm("Switch the supply's output on.")
+            yield
+
+    def output_off(self) -> None:
+        """Have the output switched off."""
+        self._questions.confirm("Switch the supply's output off and make sure that it is.")
+
+    def output_mode(self) -> OutputMode:
+        """Ask what regulates the output; raises MeasurementError after three unusable answers."""
+        quantity = "regulation: 0 off, 1 constant current (CC), 2 constant voltage (CV), 3 tripped"
+        return MODES[round(self._questions.ask(quantity, "", 0, 3))]
+
+    def measure_voltage(self) -> Reading:
+        """Ask for the voltage (V) the supply shows; raises MeasurementError where no accuracy is stated."""
+        accuracy = self._questions.stated(self._options.voltage_accuracy, "voltage")
+        value = self._questions.ask("voltage", "V", 0.0, self.maximum_voltage)
+        return Reading(value, "V", accuracy, self._clock.now())
+
+    def measure_current(self) -> Reading:
+        """Ask for the current (A) the supply shows; raises MeasurementError where no accuracy is stated."""
+        accuracy = self._questions.stated(self._options.current_accuracy, "current")
+        value = self._questions.ask("current", "A", 0.0, self.maximum_current)
+        return Reading(value, "A", accuracy, self._clock.now())
+
+    def make_safe(self) -> None:
+        """Have the output switched off."""
+        self.output_off()
+
+    def close(self) -> None:
+        """Do nothing: there is no connection."""

@@ -1,0 +1,1 @@
+"""Instruments that speak Modbus, over TCP or a serial line."""

@@ -1,0 +1,232 @@
+"""Dynamometer: a machine on a Delta C2000 drive, with a DYN-200 transducer in the shaft."""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from drivers.interfaces import (
+    Accuracy,
+    Clock,
+    CommunicationError,
+    DynamometerReading,
+    Identity,
+    MeasurementError,
+    ReportedError,
+    Traffic,
+)
+from drivers.limits import check_setpoint, lesser
+from drivers.modbus.delta_c2000 import COAST_TO_STOP, ControlMode, DeltaC2000, maximum_speed
+from drivers.modbus.dyn200 import RPM, Dyn200
+from drivers.modbus.line import ModbusLine, open_line
+from drivers.modbus.options import DeltaDyn200Options
+from drivers.safety import always
+
+#: DYN-200 data sheet: 0.1 % of full scale; speed one digit.
+TORQUE_SHARE = 1e-3
+TRANSDUCER_SOURCE = "DYN-200 data sheet: 0.1 % of full scale"
+#: A shaft slower than this (rad/s) is at rest.
+REST_SPEED = 0.5 * RPM
+#: Consecutive readings that must agree before a speed counts as settled.
+SETTLED_READINGS = 3
+
+
+class DeltaDyn200:
+    """A dynamometer on one Modbus line; both units are asked for when this is made.
+
+    Raises CommunicationError where one of them does not answer, ReportedError where the drive is in fault.
+    """
+
+    def __init__(
+        self, line: ModbusLine, clock: Clock, options: DeltaDyn200Options, *, name: str = "dynamometer"
+    ) -> None:
+        self._line = line
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._maximum_speed, self._speed_owner = lesser(maximum_speed(options.pole_pairs), options.maximum_speed)
+        self._maximum_torque, self._torque_owner = lesser(options.rated_torque, options.maximum_torque)
+        self._drive = DeltaC2000(line, options.drive_unit, clock, options.pole_pairs, options.rated_torque)
+        self._drive.check_fault()
+        self._transducer = Dyn200(line, options.transducer_unit)
+        full_scale = options.transducer_range or options.rated_torque
+        self._torque_accuracy = options.torque_accuracy or Accuracy(
+            offset=TORQUE_SHARE * full_scale,
+            resolution=self._transducer.torque_resolution,
+            source=TRANSDUCER_SOURCE,
+        )
+        self._speed_accuracy = options.speed_accuracy or Accuracy(
+            offset=self._transducer.speed_resolution,
+            resolution=self._transducer.speed_resolution,
+            source=TRANSDUCER_SOURCE,
+        )
+
+    @property
+    def identity(self) -> Identity:
+        """The two makers and models; neither unit tells a serial number over Modbus."""
+        return Identity("Delta Electronics", "C2000 with DYN-200")
+
+    @property
+    def maximum_speed(self) -> float:
+        """Largest speed (rad/s) that may be commanded: the lesser of the drive's and the station's."""
+        return self._maximum_speed
+
+    @property
+    def maximum_torque(self) -> float:
+        """Largest torque (N·m) that may be commanded: the lesser of the machine's rated and the station's."""
+        return self._maximum_torque
+
+    def zero_torque(self) -> None:
+        """Take the present torque reading as zero.
+
+        Raises MeasurementError where the shaft turns.
+        """
+        speed = self._transducer.read().speed
+        if speed > REST_SPEED:
+            raise MeasurementError(self._name, f"the shaft turns at {speed:.3g} rad/s, torque cannot be zeroed")
+        self._transducer.zero()
+
+    @contextmanager
+    def driving_speed(self, speed: float) -> Iterator[None]:
+        """Hold the shaft at a speed (rad/s) for the length of the block; the drive is disabled at its end.
+
+        Raises SetpointError before anything is sent, MeasurementError where the speed does not settle,
+        ReportedError where the drive is in fault or does not switch off.
+        """
+        self._check_speed(speed)
+        self._prepare(ControlMode.SPEED)
+        with always(self._drive.disable):
+            self._drive.command_speed(speed)
+            self._drive.run()
+            self._settle(speed)
+            yield
+
+    def set_speed(self, speed: float) -> None:
+        """Change the commanded speed (rad/s) inside a `driving_speed` block and wait until it has settled.
+
+        Raises SetpointError before anything is sent, MeasurementError where the speed does not settle.
+        """
+        self._check_speed(speed)
+        self._drive.command_speed(speed)
+        self._drive.run()
+        self._settle(speed)
+
+    @contextmanager
+    def driving_torque(self, torque: float) -> Iterator[None]:
+        """Put a constant torque (N·m) on the shaft for the length of the block; the drive is disabled at its end.
+
+        The largest speed stands as the drive's speed limit. Raises SetpointError before anything is sent,
+        ReportedError where the drive is in fault or does not switch off.
+        """
+        check_setpoint(
+            self._name, "torque", torque, "N·m", -self._maximum_torque, self._maximum_torque, self._torque_owner
+        )
+        self._prepare(ControlMode.TORQUE)
+        with always(self._end_torque):
+            # In torque control the frequency command limits the speed (parameter 11-36).
+            self._drive.command_speed(self._maximum_speed)
+            self._drive.command_torque(torque)
+            self._drive.run_forward()
+            yield
+
+    def measure(self) -> DynamometerReading:
+        """Return one reading: torque, speed and power from a single transaction."""
+        reading = self._transducer.read()
+        time = self._clock.now()
+        speed = reading.speed
+        if speed > 0:
+            speed *= self._direction()
+        power = math.copysign(reading.power, reading.torque * speed) if reading.power else 0.0
+        return DynamometerReading(time, speed, reading.torque, power, self._speed_accuracy, self._torque_accuracy)
+
+    def stop(self) -> None:
+        """Brake to standstill, wait until the shaft is at rest, and disable the drive.
+
+        Raises MeasurementError where it does not come to rest, ReportedError where the drive does not switch off.
+        """
+        with always(self._drive.disable):
+            if self._transducer.read().speed <= REST_SPEED:
+                return
+            self._drive.set_stop_method(COAST_TO_STOP)
+            self._drive.disable()
+            self._drive.set_mode(ControlMode.SPEED)
+            # At 0 Hz the drive brakes along its ramp and then holds the shaft.
+            self._drive.command_speed(0.0)
+            self._drive.run()
+            deadline = self._clock.now() + self._options.settle_timeout
+            while (speed := self._transducer.read().speed) > REST_SPEED:
+                if self._clock.now() >= deadline:
+                    raise MeasurementError(
+                        self._name, f"the shaft still turns at {speed:.3g} rad/s", remedy="Press the emergency stop"
+                    )
+                self._clock.sleep(self._options.settle_interval)
+
+    def make_safe(self) -> None:
+        """Take torque and output off; the shaft coasts."""
+        with always(self._drive.disable):
+            self._drive.set_stop_method(COAST_TO_STOP)
+
+    def close(self) -> None:
+        """Close the connection; may be called twice."""
+        self._line.close()
+
+    def _check_speed(self, speed: float) -> None:
+        check_setpoint(
+            self._name, "speed", speed, "rad/s", -self._maximum_speed, self._maximum_speed, self._speed_owner
+        )
+
+    def _prepare(self, mode: ControlMode) -> None:
+        self._drive.check_fault()
+        self._drive.set_stop_method(COAST_TO_STOP)
+        self._drive.set_mode(mode)
+
+    def _end_torque(self) -> None:
+        try:
+            self._drive.disable()
+        finally:
+            self._drive.command_torque(0.0)
+
+    def _direction(self) -> int:
+        return self._transducer.direction() if self._options.direction_from == "transducer" else self._drive.direction
+
+    def _settle(self, speed: float) -> None:
+        tolerance = abs(speed) * self._options.speed_tolerance + REST_SPEED
+        agreement = abs(speed) * self._options.speed_stability + 2 * self._transducer.speed_resolution
+        deadline = self._clock.now() + self._options.settle_timeout
+        last: list[float] = []
+        while True:
+            last = [*last, self.measure().speed][-SETTLED_READINGS:]
+            if (
+                len(last) == SETTLED_READINGS
+                and all(abs(found - speed) <= tolerance for found in last)
+                and max(last) - min(last) <= agreement
+            ):
+                return
+            if self._clock.now() >= deadline:
+                self._drive.check_fault()
+                raise MeasurementError(
+                    self._name,
+                    f"the speed is {last[-1]:.4g} rad/s {self._options.settle_timeout:g} s after {speed:.4g} rad/s "
+                    "was commanded",
+                    remedy="Check the coupling, the drive's ramp times and the torque limit",
+                )
+            self._clock.sleep(self._options.settle_interval)
+
+
+def open_delta_dyn200(
+    address: str,
+    clock: Clock,
+    options: DeltaDyn200Options,
+    *,
+    name: str = "dynamometer",
+    traffic: Traffic | None = None,
+) -> DeltaDyn200:
+    """Open the dynamometer at `tcp://host:port` or `rtu:///dev/…?baudrate=…`.
+
+    Raises CommunicationError where a unit does not answer, ReportedError where the drive is in fault.
+    """
+    line = open_line(address, name, traffic=traffic)
+    try:
+        return DeltaDyn200(line, clock, options, name=name)
+    except (CommunicationError, ReportedError):
+        line.close()
+        raise

@@ -1,0 +1,34 @@
+"""What a station file may say about each Modbus instrument."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from drivers.interfaces import Accuracy
+
+
+@dataclass(frozen=True)
+class DeltaDyn200Options:
+    """Settings of a dynamometer made of a Delta C2000 drive and a DYN-200 transducer on one Modbus line.
+
+    `pole_pairs` and `rated_torque` (N·m) are the dynamometer machine's; `maximum_speed` (rad/s) and
+    `maximum_torque` (N·m, the rated one when not given) the station's limits. A speed counts as settled within
+    `speed_tolerance` (relative; slip of an induction machine counts) of the command once readings `settle_interval`
+    (s) apart agree within `speed_stability` (relative). `direction_from` says whether the sign of the speed is read
+    from the transducer's direction register or taken from the drive's last command.
+    `transducer_range` (N·m) is the transducer's full scale, the rated torque when not given.
+    """
+
+    maximum_speed: float
+    rated_torque: float = 5.0
+    maximum_torque: float | None = None
+    pole_pairs: int = 2
+    drive_unit: int = 1
+    transducer_unit: int = 2
+    transducer_range: float | None = None
+    torque_accuracy: Accuracy | None = None
+    speed_accuracy: Accuracy | None = None
+    speed_tolerance: float = 0.05
+    speed_stability: float = 2e-3
+    settle_interval: float = 0.05
+    settle_timeout: float = 30.0
+    direction_from: Literal["transducer", "command"] = "transducer"

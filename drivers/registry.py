@@ -1,0 +1,183 @@
+"""The drivers by the names that station files use; importing this imports no transport library."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from drivers.can_bus.options import Cia402Options
+from drivers.interfaces import Clock, Instrument, Traffic
+from drivers.manual.options import (
+    ManualDynamometerOptions,
+    ManualInverterOptions,
+    ManualLcrMeterOptions,
+    ManualOscilloscopeOptions,
+    ManualSupplyOptions,
+    ManualTachometerOptions,
+)
+from drivers.manual.prompt import Prompt
+from drivers.modbus.options import DeltaDyn200Options
+from drivers.serial_line.options import LutronTachometerOptions
+from drivers.visa.options import E4980AOptions, E36300Options, InfiniiVisionOptions
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+MANUAL = "manual"
+
+
+class Role(StrEnum):
+    """What an instrument is on the bench, as the station file writes it."""
+
+    SUPPLY = "supply"
+    LCR_METER = "lcr_meter"
+    OSCILLOSCOPE = "oscilloscope"
+    DYNAMOMETER = "dynamometer"
+    TACHOMETER = "tachometer"
+    INVERTER = "inverter"
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What drivers are handed: the bench's clock, and for those that need it a VISA manager or a way to the person.
+
+    `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA.
+    """
+
+    clock: Clock
+    visa: "Callable[[], ResourceManager] | None" = None
+    prompt: Prompt | None = None
+    traffic: Traffic | None = None
+
+    def manager(self) -> "ResourceManager":
+        """Return the VISA manager; raises ValueError where none was handed in."""
+        if self.visa is None:
+            raise ValueError("a VISA instrument needs a VISA resource manager")
+        return self.visa()
+
+    def person(self) -> Prompt:
+        """Return the way to the person; raises ValueError where none was handed in."""
+        if self.prompt is None:
+            raise ValueError("a manual instrument needs a person to ask")
+        return self.prompt
+
+
+@dataclass(frozen=True)
+class Driver:
+    """One driver in one role: its options' class, and how it is opened."""
+
+    name: str
+    role: Role
+    options: type[Any]
+    needs_address: bool
+    opener: Callable[[str, Any, Surroundings, str], Instrument]
+
+    def open(self, address: str, options: object, surroundings: Surroundings, *, name: str = "") -> Instrument:
+        """Open the instrument at an address; `name` stands for it in messages, its role when empty.
+
+        Raises TypeError for options of another driver, and what the driver's own opener raises.
+        """
+        if not isinstance(options, self.options):
+            raise TypeError(f"{self.name} takes {self.options.__name__}, not {type(options).__name__}")
+        return self.opener(address, options, surroundings, name or self.role.value)
+
+
+def drivers_for(role: Role) -> tuple[str, ...]:
+    """Return the names of the drivers that can fill a role."""
+    return tuple(driver.name for driver in DRIVERS if driver.role is role)
+
+
+def find(name: str, role: Role) -> Driver:
+    """Return the driver of a name for a role; raises KeyError naming those there are."""
+    for driver in DRIVERS:
+        if driver.name == name and driver.role is role:
+            return driver
+    raise KeyError(f"no driver '{name}' for {role.value}; there are {', '.join(drivers_for(role))}")
+
+
+def _open_e4980a(address: str, options: E4980AOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.visa.keysight_e4980a import open_keysight_e4980a
+
+    return open_keysight_e4980a(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+
+
+def _open_e36300(address: str, options: E36300Options, given: Surroundings, name: str) -> Instrument:
+    from drivers.visa.keysight_e36300 import open_keysight_e36300
+
+    return open_keysight_e36300(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+
+
+def _open_infiniivision(address: str, options: InfiniiVisionOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.visa.keysight_infiniivision import open_keysight_infiniivision
+
+    return open_keysight_infiniivision(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+
+
+def _open_delta_dyn200(address: str, options: DeltaDyn200Options, given: Surroundings, name: str) -> Instrument:
+    from drivers.modbus.delta_dyn200 import open_delta_dyn200
+
+    return open_delta_dyn200(address, given.clock, options, name=name, traffic=given.traffic)
+
+
+def _open_lutron(address: str, options: LutronTachometerOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.serial_line.lutron_tachometer import open_lutron_tachometer
+
+    return open_lutron_tachometer(address, given.clock, options, name=name, traffic=given.traffic)
+
+
+def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Instrument:
+    from drivers.can_bus.cia402_inverter import open_cia402_inverter
+
+    return open_cia402_inverter(address, given.clock, options, name=name, traffic=given.traffic)
+
+
+def _manual_supply(_: str, options: ManualSupplyOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.manual.supply import ManualSupply
+
+    return ManualSupply(given.person(), given.clock, options, name=name)
+
+
+def _manual_lcr_meter(_: str, options: ManualLcrMeterOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.manual.lcr_meter import ManualLcrMeter
+
+    return ManualLcrMeter(given.person(), given.clock, options, name=name)
+
+
+def _manual_oscilloscope(_: str, options: ManualOscilloscopeOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.manual.oscilloscope import ManualOscilloscope
+
+    return ManualOscilloscope(given.person(), given.clock, options, name=name)
+
+
+def _manual_dynamometer(_: str, options: ManualDynamometerOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.manual.dynamometer import ManualDynamometer
+
+    return ManualDynamometer(given.person(), given.clock, options, name=name)
+
+
+def _manual_tachometer(_: str, options: ManualTachometerOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.manual.tachometer import ManualTachometer
+
+    return ManualTachometer(given.person(), given.clock, options, name=name)
+
+
+def _manual_inverter(_: str, options: ManualInverterOptions, given: Surroundings, name: str) -> Instrument:
+    from drivers.manual.inverter import ManualInverter
+
+    return ManualInverter(given.person(), given.clock, options, name=name)
+
+
+DRIVERS: tuple[Driver, ...] = (
+    Driver("keysight-e36300", Role.SUPPLY, E36300Options, True, _open_e36300),
+    Driver("keysight-e4980a", Role.LCR_METER, E4980AOptions, True, _open_e4980a),
+    Driver("keysight-infiniivision", Role.OSCILLOSCOPE, InfiniiVisionOptions, True, _open_infiniivision),
+    Driver("delta-dyn200", Role.DYNAMOMETER, DeltaDyn200Options, True, _open_delta_dyn200),
+    Driver("lutron-tachometer", Role.TACHOMETER, LutronTachometerOptions, True, _open_lutron),
+    Driver("cia402-inverter", Role.INVERTER, Cia402Options, True, _open_cia402),
+    Driver(MANUAL, Role.SUPPLY, ManualSupplyOptions, False, _manual_supply),
+    Driver(MANUAL, Role.LCR_METER, ManualLcrMeterOptions, False, _manual_lcr_meter),
+    Driver(MANUAL, Role.OSCILLOSCOPE, ManualOscilloscopeOptions, False, _manual_oscilloscope),
+    Driver(MANUAL, Role.DYNAMOMETER, ManualDynamometerOptions, False, _manual_dynamometer),
+    Driver(MANUAL, Role.TACHOMETER, ManualTachometerOptions, False, _manual_tachometer),
+    Driver(MANUAL, Role.INVERTER, ManualInverterOptions, False, _manual_inverter),
+)

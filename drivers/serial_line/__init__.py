@@ -1,0 +1,1 @@
+"""Instruments that only talk, over a serial line."""

@@ -1,0 +1,41 @@
+"""The 16-character frame a Lutron instrument sends once per measurement.
+
+0x02, '4' for the display, '1' for the upper one, two digits of annunciator, polarity '0' or '1', decimal point
+'0' … '3', eight digits with the most significant first, 0x0D (maker's "RS232 output" sheet).
+"""
+
+from dataclasses import dataclass
+
+START, END = b"\x02", b"\r"
+LENGTH = 16
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What a display shows: `value`, its last digit `step`, and the two digits that stand for the unit."""
+
+    annunciator: str
+    value: float
+    step: float
+
+
+def parse_frame(raw: bytes) -> Frame:
+    """Return what a frame says; raises ValueError naming the field that is wrong."""
+    if len(raw) != LENGTH:
+        raise ValueError(f"{len(raw)} characters instead of {LENGTH}")
+    if raw[:1] != START or raw[-1:] != END:
+        raise ValueError("no frame between 0x02 and 0x0D")
+    if raw[1:3] != b"41":
+        raise ValueError(f"display {raw[1:3]!r} instead of b'41'")
+    annunciator, polarity, point, digits = raw[3:5], raw[5:6], raw[6:7], raw[7:15]
+    if not annunciator.isalnum():
+        raise ValueError(f"annunciator {annunciator!r}")
+    if polarity not in (b"0", b"1"):
+        raise ValueError(f"polarity {polarity!r}")
+    if point not in (b"0", b"1", b"2", b"3"):
+        raise ValueError(f"decimal point {point!r}")
+    if not digits.isdigit():
+        raise ValueError(f"digits {digits!r}")
+    scale = 10 ** int(point)
+    sign = -1 if polarity == b"1" else 1
+    return Frame(annunciator.decode("ascii"), sign * int(digits) / scale, 1 / scale)

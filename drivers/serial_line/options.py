@@ -1,0 +1,20 @@
+"""What a station file may say about a tachometer on a serial line."""
+
+import math
+from dataclasses import dataclass
+
+from drivers.interfaces import Accuracy
+
+
+@dataclass(frozen=True)
+class LutronTachometerOptions:
+    """Settings of a Lutron tachometer: `annunciator` is the two-digit code of rpm, `update_period` in s.
+
+    `speed_limit` (rad/s) is the largest speed the instrument can show.
+    """
+
+    model: str = "DT-2236"
+    annunciator: str = "22"
+    update_period: float = 1.0
+    speed_limit: float = 2 * math.pi / 60 * 99_999
+    accuracy: Accuracy | None = None

@@ -1,0 +1,211 @@
+"""Keysight E36300 series DC supplies (Programming Guide E36311-90008), one output."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from drivers.interfaces import (
+    Accuracy,
+    Clock,
+    CommunicationError,
+    Identity,
+    IdentityError,
+    MeasurementError,
+    OutputMode,
+    Reading,
+    ReportedError,
+    Traffic,
+)
+from drivers.limits import check_setpoint, lesser
+from drivers.safety import always
+from drivers.visa.keysight_e36300_data import OUTPUTS
+from drivers.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.visa.options import E36300Options
+from drivers.visa.replies import is_overrange
+from drivers.visa.session import ScpiSession
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+#: Condition register of an output (ISUMmary): two low bits say what regulates; higher ones concern lists and logs.
+REGULATION_MASK = 0b11
+REGULATION = {0: None, 1: OutputMode.CONSTANT_CURRENT, 2: OutputMode.CONSTANT_VOLTAGE, 3: OutputMode.UNREGULATED}
+
+#: How far a level read back may lie from the one set: steps of the converters are below 5 mV and 5 mA.
+READBACK_STEP = 5e-3
+
+
+def decode_regulation(condition: int) -> OutputMode | None:
+    """Return what the ISUMmary condition register says of the regulation, `None` where the output is off or lost.
+
+    Source: E36300 Programming Guide, STATus:QUEStionable:INSTrument:ISUMmary<n>:CONDition?
+    """
+    return REGULATION[condition & REGULATION_MASK]
+
+
+class KeysightE36300:
+    """One output of a Keysight E36311A, E36312A or E36313A; the instrument is identified when this is made.
+
+    Raises IdentityError where another instrument, or one without this output, answers.
+    """
+
+    def __init__(self, session: ScpiSession, clock: Clock, options: E36300Options, *, name: str = "supply") -> None:
+        self._session = session
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._identity = identify(session, KEYSIGHT, tuple(OUTPUTS), options.serial_number)
+        outputs = next(outputs for model, outputs in OUTPUTS.items() if self._identity.model.startswith(model))
+        if options.channel not in outputs:
+            raise IdentityError(
+                name,
+                f"{self._identity.model} has outputs {', '.join(map(str, outputs))}, not {options.channel}",
+                remedy="Correct the channel in the station file",
+            )
+        self._output = outputs[options.channel]
+        self._list = f"(@{options.channel})"
+        self._voltage_query = f"MEAS:VOLT? {self._list}"
+        self._current_query = f"MEAS:CURR? {self._list}"
+        self._voltage_accuracy = options.voltage_accuracy or self._output.voltage
+        self._current_accuracy = options.current_accuracy or self._output.current
+        self._maximum_voltage, self._voltage_owner = lesser(self._output.maximum_voltage, options.maximum_voltage)
+        self._maximum_current, self._current_owner = lesser(self._output.maximum_current, options.maximum_current)
+        session.check_errors()
+
+    @property
+    def identity(self) -> Identity:
+        """Who answered *IDN? when this was opened."""
+        return self._identity
+
+    @property
+    def maximum_voltage(self) -> float:
+        """Largest voltage (V) that may be set: the lesser of the model's and the station's."""
+        return self._maximum_voltage
+
+    @property
+    def maximum_current(self) -> float:
+        """Largest current limit (A) that may be set: the lesser of the model's and the station's."""
+        return self._maximum_current
+
+    def configure(self, voltage: float, current_limit: float) -> None:
+        """Set voltage (V), current limit (A) and over-voltage protection, and read each of them back.
+
+        Raises SetpointError before anything is sent, ReportedError where the instrument refuses,
+        CommunicationError where it reads back another value.
+        """
+        check_setpoint(self._name, "voltage", voltage, "V", 0.0, self._maximum_voltage, self._voltage_owner)
+        check_setpoint(self._name, "current limit", current_limit, "A", 0.0, self._maximum_current, self._current_owner)
+        protection = self._protection_for(voltage)
+        write = self._session.write
+        # The protection must stay above the level at every moment, upwards and downwards.
+        if voltage >= self._session.query_number(f"VOLT? {self._list}"):
+            steps = (("VOLT:PROT", protection), ("VOLT", voltage))
+        else:
+            steps = (("VOLT", voltage), ("VOLT:PROT", protection))
+        write(f"CURR:PROT:STAT {'ON' if self._options.trip_at_current_limit else 'OFF'},{self._list}")
+        write(f"CURR {current_limit:.6g},{self._list}")
+        for header, value in steps:
+            write(f"{header} {value:.6g},{self._list}")
+        for header, value in (("CURR", current_limit), *steps):
+            self._confirm(header, value)
+        self._confirm("CURR:PROT:STAT", float(self._options.trip_at_current_limit))
+
+    @contextmanager
+    def energised(self, voltage: float, current_limit: float) -> Iterator[None]:
+        """Set voltage (V) and current limit (A), switch on for the length of the block, then off, and confirm it.
+
+        The output is switched off on errors and Ctrl-C too; raises what `configure` and `output_off` raise.
+        """
+        self.configure(voltage, current_limit)
+        with always(self.output_off):
+            self._session.write(f"OUTP ON,{self._list}")
+            if not self._is_on():
+                raise ReportedError(self._name, "the output did not switch on", command=f"OUTP ON,{self._list}")
+            yield
+
+    def output_off(self) -> None:
+        """Switch the output off and confirm that it is.
+
+        Raises ReportedError where it stays on, CommunicationError where the instrument does not answer.
+        """
+        command = f"OUTP OFF,{self._list}"
+        try:
+            self._session.write(command)
+            still_on = self._is_on()
+        except (CommunicationError, ReportedError):
+            # Off may be sent twice without harm, and must not depend on one lost message or an older error.
+            self._session.write(command)
+            still_on = self._is_on()
+        if still_on:
+            raise ReportedError(
+                self._name, "the output is still on", command=command, remedy="Switch it off at the front panel"
+            )
+
+    def output_mode(self) -> OutputMode:
+        """Say what regulates the output now; raises CommunicationError on an unusable reply."""
+        condition = int(self._session.query_number(f"STAT:QUES:INST:ISUM{self._options.channel}:COND?"))
+        regulation = decode_regulation(condition)
+        if regulation in (OutputMode.CONSTANT_VOLTAGE, OutputMode.CONSTANT_CURRENT):
+            return regulation
+        if self._flag("VOLT:PROT:TRIP?") or self._flag("CURR:PROT:TRIP?"):
+            return OutputMode.TRIPPED
+        return OutputMode.UNREGULATED if self._is_on() else OutputMode.OFF
+
+    def clear_protection(self) -> None:
+        """Release a tripped protection; the output stays off until it is switched on anew."""
+        self._session.write(f"OUTP:PROT:CLE {self._list}")
+
+    def measure_voltage(self) -> Reading:
+        """Return the output voltage (V) by the supply's own meter; raises MeasurementError where it has none."""
+        return self._measure(self._voltage_query, "V", self._voltage_accuracy)
+
+    def measure_current(self) -> Reading:
+        """Return the output current (A) by the supply's own meter; raises MeasurementError where it has none."""
+        return self._measure(self._current_query, "A", self._current_accuracy)
+
+    def make_safe(self) -> None:
+        """Switch the output off and confirm it."""
+        self.output_off()
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._session.close()
+
+    def _measure(self, query: str, unit: str, accuracy: Accuracy) -> Reading:
+        value = self._session.query_number(query)
+        if is_overrange(value):
+            raise MeasurementError(self._name, "the meter gives no value (9.9E37)", command=query)
+        return Reading(value, unit, accuracy, self._clock.now())
+
+    def _protection_for(self, voltage: float) -> float:
+        above = voltage * (1 + self._options.over_voltage_margin) + self._options.over_voltage_headroom
+        return min(above, self._output.maximum_over_voltage)
+
+    def _is_on(self) -> bool:
+        return self._flag("OUTP?")
+
+    def _flag(self, query: str) -> bool:
+        return self._session.query_number(f"{query} {self._list}") != 0
+
+    def _confirm(self, header: str, value: float) -> None:
+        query = f"{header}? {self._list}"
+        found = self._session.query_number(query)
+        if abs(found - value) > READBACK_STEP:
+            raise CommunicationError(self._name, f"reads back {found:g} after {value:g} was set", command=query)
+
+
+def open_keysight_e36300(
+    address: str,
+    manager: "ResourceManager",
+    clock: Clock,
+    options: E36300Options,
+    *,
+    name: str = "supply",
+    traffic: Traffic | None = None,
+) -> KeysightE36300:
+    """Open one output of an E36300 series supply at a VISA address.
+
+    Raises CommunicationError where nothing answers, IdentityError where something else does.
+    """
+    session = open_session(address, manager, name, traffic=traffic)
+    return open_driver(session, lambda session: KeysightE36300(session, clock, options, name=name))

@@ -1,0 +1,60 @@
+"""Ranges and accuracies of the Keysight E36300 series; a station's calibration entry goes before the accuracies."""
+
+from dataclasses import dataclass
+
+from drivers.interfaces import Accuracy
+
+#: Where the figures below stand: maker's data sheet 5992-2124, specifications at 23 °C ± 5 °C, 12 months.
+SOURCE = "Keysight E36300 series data sheet 5992-2124, readback accuracy, 12 months, 23 °C ± 5 °C"
+
+#: Over-voltage protection can be set up to 110 % of the rated voltage (same data sheet).
+OVER_VOLTAGE_SHARE = 1.1
+
+
+@dataclass(frozen=True)
+class OutputData:
+    """One output: rated and highest programmable voltage (V) and current (A), accuracies of its meters."""
+
+    rated_voltage: float
+    maximum_voltage: float
+    maximum_current: float
+    voltage: Accuracy
+    current: Accuracy
+
+    @property
+    def maximum_over_voltage(self) -> float:
+        """Highest over-voltage protection level (V)."""
+        return OVER_VOLTAGE_SHARE * self.rated_voltage
+
+
+def _output(
+    rated_voltage: float, rated_current: float, voltage: tuple[float, float], current: tuple[float, float]
+) -> OutputData:
+    # Every output can be programmed to 103 % of its rating (programming guide, "Programming ranges").
+    return OutputData(
+        rated_voltage,
+        round(1.03 * rated_voltage, 6),
+        round(1.03 * rated_current, 6),
+        Accuracy(gain=voltage[0], offset=voltage[1], source=SOURCE),
+        Accuracy(gain=current[0], offset=current[1], source=SOURCE),
+    )
+
+
+#: Outputs by model and number. The pairs are gain (relative) and offset (V, A) of the readback.
+OUTPUTS: dict[str, dict[int, OutputData]] = {
+    "E36311A": {
+        1: _output(6.0, 5.0, (1.0e-3, 5e-3), (2.0e-3, 10e-3)),
+        2: _output(25.0, 1.0, (0.5e-3, 10e-3), (1.5e-3, 4e-3)),
+        3: _output(25.0, 1.0, (0.5e-3, 10e-3), (1.5e-3, 4e-3)),
+    },
+    "E36312A": {
+        1: _output(6.0, 5.0, (0.3e-3, 2e-3), (0.4e-3, 4e-3)),
+        2: _output(25.0, 1.0, (0.3e-3, 5e-3), (0.4e-3, 2e-3)),
+        3: _output(25.0, 1.0, (0.3e-3, 5e-3), (0.4e-3, 2e-3)),
+    },
+    "E36313A": {
+        1: _output(6.0, 10.0, (0.3e-3, 2e-3), (0.5e-3, 10e-3)),
+        2: _output(25.0, 2.0, (0.3e-3, 5e-3), (0.4e-3, 4e-3)),
+        3: _output(25.0, 2.0, (0.3e-3, 5e-3), (0.4e-3, 4e-3)),
+    },
+}

@@ -1,0 +1,27 @@
+"""Ranges and accuracies of the Keysight InfiniiVision 3000T X-Series (data sheet 5992-0140)."""
+
+#: Where the figures below stand.
+SOURCE = "Keysight InfiniiVision 3000T X-Series data sheet 5992-0140"
+
+#: Models this driver knows: the beginnings of the model field.
+MODELS = ("DSOX3", "MSOX3", "DSO-X 3", "MSO-X 3", "DSOX4", "MSOX4", "DSO-X 4", "MSO-X 4")
+
+DIVISIONS = 8
+#: Full screen (V at the input): 1 mV to 5 V a division.
+MINIMUM_RANGE, MAXIMUM_RANGE = 8e-3, 40.0
+#: Full record (s): 2 ns to 50 s a division, ten of them.
+MINIMUM_RECORD, MAXIMUM_RECORD = 20e-9, 500.0
+#: Highest sample rate (1/s) with two channels of a pair in use, and record length with all channels.
+MAXIMUM_SAMPLE_RATE, MAXIMUM_POINTS = 2.5e9, 2_000_000
+
+#: DC vertical gain accuracy, of full scale. The gain error is a slope, so it counts relative to the deflection.
+GAIN = 0.02
+#: DC vertical offset accuracy: 0.1 division + 2 mV + 1 % of the offset setting.
+OFFSET_DIVISIONS, OFFSET_FIXED, OFFSET_SHARE = 0.1, 2e-3, 0.01
+#: Time base accuracy, relative, with ten years of aging.
+TIME_BASE = 1.6e-6 + 10e-6
+
+#: Codes of a WORD record (Programmer's Guide 3000T X-Series, :WAVeform:DATA): eight bits in the upper byte, of which
+#: 0x00 stands for a hole, 0x01 for "below the screen" and 0xFF for "above it".
+LOWEST_CODE, HIGHEST_CODE = 0x01FF, 0xFF00
+CODES_PER_STEP = 256

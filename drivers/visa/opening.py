@@ -1,0 +1,69 @@
+"""Opening a VISA resource and making sure that the right instrument answers."""
+
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from pyvisa.errors import VisaIOError
+
+from drivers.interfaces import CommunicationError, Identity, IdentityError, Traffic
+from drivers.visa.session import ScpiSession, VisaResource
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+T = TypeVar("T")
+
+#: The maker's names over the years.
+KEYSIGHT = ("keysight technologies", "agilent technologies", "keysight", "agilent")
+
+
+def open_session(
+    address: str, manager: "ResourceManager", name: str, *, timeout: float = 10.0, traffic: Traffic | None = None
+) -> ScpiSession:
+    """Open a VISA address with a resource manager; raises CommunicationError where nothing is there."""
+    try:
+        resource = cast("VisaResource", manager.open_resource(address))
+    except (VisaIOError, OSError, ValueError) as error:
+        raise CommunicationError(
+            name, f"cannot be opened at {address} ({error})", remedy="Check address, power and cable"
+        ) from error
+    resource.write_termination = "\n"
+    # A socket and a serial line have no end-of-message signal; elsewhere END ends a reply.
+    resource.read_termination = "\n" if address.upper().endswith("::SOCKET") or address.upper()[:4] == "ASRL" else None
+    return ScpiSession(resource, name, timeout=timeout, traffic=traffic)
+
+
+def open_driver(session: ScpiSession, make: Callable[[ScpiSession], T]) -> T:
+    """Make a driver on a session, and close the session where that fails."""
+    try:
+        return make(session)
+    except BaseException:
+        session.close()
+        raise
+
+
+def identify(session: ScpiSession, makers: Collection[str], models: Collection[str], serial: str | None) -> Identity:
+    """Ask *IDN? and compare the answer with the models supported and, where given, the serial number.
+
+    A model matches when it begins with one of `models`. Raises IdentityError naming what answered.
+    """
+    line = session.identity_line()
+    fields = [field.strip() for field in line.split(",")]
+    if len(fields) != 4:
+        raise IdentityError(session.name, f"'{line}' is not an identity of four fields", command="*IDN?")
+    identity = Identity(*fields)
+    if identity.manufacturer.lower() not in makers or not identity.model.upper().startswith(tuple(models)):
+        raise IdentityError(
+            session.name,
+            f"{identity.manufacturer} {identity.model} answers, expected {' or '.join(models)}",
+            command="*IDN?",
+            remedy="Correct the address or the driver in the station file",
+        )
+    if serial is not None and identity.serial_number != serial:
+        raise IdentityError(
+            session.name,
+            f"serial number {identity.serial_number} answers, expected {serial}",
+            command="*IDN?",
+            remedy="Correct the serial number, and the calibration with it, in the station file",
+        )
+    return identity

@@ -1,0 +1,81 @@
+"""What a station file may say about each VISA instrument."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from drivers.interfaces import Accuracy, ProbeKind
+
+
+@dataclass(frozen=True)
+class ImpedanceCalibration:
+    """A calibrated point of an LCR meter: at `frequency` (Hz), accuracies that replace those of the data sheet.
+
+    `resistance` is in Ω, `inductance` in H; `None` keeps the data sheet's.
+    """
+
+    frequency: float
+    resistance: Accuracy | None = None
+    inductance: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class E4980AOptions:
+    """Settings of a Keysight E4980A or E4980AL.
+
+    `maximum_frequency` (Hz) and `maximum_level` (V rms) are the station's limits; `temperature_factor` is Kt of the
+    data sheet (1 between 18 and 28 °C).
+    """
+
+    serial_number: str | None = None
+    maximum_frequency: float | None = None
+    maximum_level: float | None = None
+    temperature_factor: float = 1.0
+    calibration: tuple[ImpedanceCalibration, ...] = ()
+
+
+@dataclass(frozen=True)
+class E36300Options:
+    """Settings of one output of a Keysight E36300 series supply.
+
+    `maximum_voltage` (V) and `maximum_current` (A) are the station's limits. Over-voltage protection stands
+    `over_voltage_margin` (relative) plus `over_voltage_headroom` (V) above the voltage level.
+    With `trip_at_current_limit` the output switches off where it would go over to constant current.
+    """
+
+    channel: int = 1
+    serial_number: str | None = None
+    maximum_voltage: float | None = None
+    maximum_current: float | None = None
+    over_voltage_margin: float = 0.1
+    over_voltage_headroom: float = 0.5
+    trip_at_current_limit: bool = False
+    voltage_accuracy: Accuracy | None = None
+    current_accuracy: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class Probe:
+    """The probe on a channel: `attenuation` is what it senses (V or A) per volt at the oscilloscope's input.
+
+    `gain` (relative) and `offset` (V or A at the tip) are its limits of error, `source` where they are stated.
+    """
+
+    kind: ProbeKind
+    attenuation: float
+    gain: float = 0.0
+    offset: float = 0.0
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class InfiniiVisionOptions:
+    """Settings of a Keysight InfiniiVision: the probe on each channel used, and calibrations.
+
+    `calibration` replaces, for a channel, the accuracy of oscilloscope and probe together.
+    `poll_interval` (s) is the longest time between two looks at the acquisition's state.
+    """
+
+    probes: Mapping[int, Probe] = field(default_factory=dict)
+    serial_number: str | None = None
+    calibration: Mapping[int, Accuracy] = field(default_factory=dict)
+    poll_interval: float = 0.02

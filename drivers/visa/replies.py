@@ -1,0 +1,51 @@
+"""Parsers of what SCPI instruments answer. They raise ValueError with the finding; the session adds the rest."""
+
+import math
+from dataclasses import dataclass
+
+#: SCPI 1999, 7.2.1.4 and 7.2.1.5: what stands for infinity and for "not a number".
+SCPI_INFINITY = 9.9e37
+SCPI_NAN = 9.91e37
+
+
+@dataclass(frozen=True)
+class QueueEntry:
+    """One entry of the error queue: its number (0 for none) and text."""
+
+    number: int
+    text: str
+
+
+def parse_number(text: str) -> float:
+    """Return the number a reply consists of.
+
+    Raises ValueError where it is none, or one that SCPI does not know ("nan", "inf").
+    """
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"'{text}' is not a number")
+    return value
+
+
+def parse_numbers(text: str, least: int, most: int | None = None) -> list[float]:
+    """Return the numbers of a comma-separated reply.
+
+    Raises ValueError where there are fewer than `least` or more than `most` (`least` when not given).
+    """
+    fields = text.split(",")
+    highest = least if most is None else most
+    if not least <= len(fields) <= highest:
+        wanted = str(least) if highest == least else f"{least} … {highest}"
+        raise ValueError(f"{len(fields)} fields instead of {wanted}: '{text}'")
+    return [parse_number(field) for field in fields]
+
+
+def parse_error(text: str) -> QueueEntry:
+    """Return the entry in a reply of SYST:ERR?, `<number>,"<text>"`; raises ValueError on another form."""
+    number, _, rest = text.partition(",")
+    return QueueEntry(int(number), rest.strip().strip('"'))
+
+
+def is_overrange(value: float) -> bool:
+    """Say whether a number stands for "no value" (9.9E37 and beyond)."""
+    return abs(value) >= SCPI_INFINITY
