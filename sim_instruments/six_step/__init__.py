@@ -1,0 +1,1 @@
+"""A six-step BLDC drive, solved exactly between its switching events (§7)."""

@@ -1,0 +1,42 @@
+"""EMF of the three windings as phasors, seen from the start of the state T1T2."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive
+
+
+def emf_phasors(drive: SixStepDrive) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Harmonic orders, shape (H,), and EMF phasors per mechanical rad/s of the windings a, b, c, shape (3, H).
+
+    With θ the electrical angle since T1T2 began, winding k has e_k = ω·Re Σ_h E[k, h]·exp(j·order[h]·θ) volts.
+    Without advance the line-to-line EMF across the conducting legs 1 and 3 peaks in the middle of the state.
+    """
+    # Delta: the winding c lies across the conducting legs. Wye: phases a and c in series do.
+    start = (math.pi / 6 if drive.connection == "delta" else 0.0) - drive.advance_angle
+    harmonics = (EmfHarmonic(1, 1.0), *drive.emf_harmonics)
+    orders = np.array([h.order for h in harmonics], dtype=np.float64)
+    amplitudes = np.array([h.amplitude * np.exp(1j * h.phase) for h in harmonics])
+    angles = start - np.arange(3)[:, None] * (2 * math.pi / 3)
+    return orders, drive.emf_constant * amplitudes * np.exp(1j * orders * angles)
+
+
+def trapezoid(flat_width: float, highest_order: int) -> tuple[float, tuple[EmfHarmonic, ...]]:
+    """Express a trapezoidal EMF as its fundamental relative to the flat top, and the harmonics relative to that.
+
+    `flat_width` is the flat top's electrical width in rad, from 0 to π. Multiply the flat top's EMF constant by the
+    first result to get `emf_constant`. Raises ValueError for a width outside that range.
+    """
+    if not 0 <= flat_width < math.pi:
+        raise ValueError(f"flat_width is {flat_width:g} rad: 0 ≤ flat_width < π is allowed")
+    ramp = (math.pi - flat_width) / 2
+
+    def relative_to_top(order: int) -> float:
+        # Centred on the peak, so a cosine series; sin(hπ/2) carries the sign.
+        return 4 * math.sin(order * ramp) / (math.pi * order**2 * ramp) * math.sin(order * math.pi / 2)
+
+    first = relative_to_top(1)
+    orders = range(3, highest_order + 1, 2)
+    return first, tuple(EmfHarmonic(order, relative_to_top(order) / first) for order in orders)
