@@ -1,0 +1,225 @@
+"""A bench of fakes and a procedure of three steps, to try the application without any physics."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from pydantic import Field
+
+from bench.journal import Journal
+from bench.language import translator
+from bench.operators.answers import Answers, AnswersOperator
+from bench.plan import Planned, make_plan
+from bench.run_view import RunView
+from bench.runner import Runner
+from drivers.interfaces import Accuracy, Identity, Instrument, Reading, Waveform
+from procedures.actions import ALIGN_D, EnterReading
+from procedures.bench import Bench, Operator, Role
+from procedures.nameplate import Connection, Nameplate
+from procedures.procedure import Procedure, Settings
+from procedures.steps import step
+from procedures.text import text
+
+
+class Clock:
+    """A clock that counts."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += seconds
+
+
+class FakeInstrument:
+    """Anything on the fake bench; `trace` is shared by all and keeps the order of what was done."""
+
+    def __init__(self, name: str, trace: list[str]) -> None:
+        self.name = name
+        self.trace = trace
+        self.failing: dict[str, BaseException] = {}
+        self.on = False
+        self.maximum_current = 10.0
+        self.maximum_voltage = 10.0
+        self.maximum_speed = 600.0
+
+    def _do(self, what: str) -> None:
+        self.trace.append(f"{self.name}.{what}")
+        if what in self.failing:
+            raise self.failing[what]
+
+    @property
+    def identity(self) -> Identity:
+        return Identity("Fake", self.name)
+
+    def configure(self, voltage: float, current_limit: float) -> None:
+        self._do("configure")
+
+    @contextmanager
+    def energised(self, voltage: float, current_limit: float) -> Iterator[None]:
+        self._do("on")
+        self.on = True
+        try:
+            yield
+        finally:
+            self._do("off")
+            self.on = False
+
+    def driving_speed(self, speed: float) -> Any:
+        return self.energised(speed, 0.0)
+
+    def measure_current(self) -> Reading:
+        self._do("measure_current")
+        return Reading(1.25, "A", Accuracy(gain=0.001, source="fake"), 0.5)
+
+    def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
+        self._do("fetch")
+        time = np.arange(4) * 1e-3
+        return {channel: Waveform(channel, time, time * channel, "V", 1e-3) for channel in channels}
+
+    def make_safe(self) -> None:
+        self._do("make_safe")
+        self.on = False
+
+    def close(self) -> None:
+        self._do("close")
+
+
+class FakeInstruments:
+    """The runner's view of a station."""
+
+    def __init__(self, instruments: Mapping[Role, Any]) -> None:
+        self._instruments = instruments
+
+    def available(self) -> Mapping[Role, Instrument]:
+        return self._instruments
+
+    def open(self, role: Role) -> None:
+        pass
+
+    def opened(self) -> Mapping[Role, Instrument]:
+        return self._instruments
+
+    def close(self) -> Sequence[str]:
+        found = []
+        for role, instrument in self._instruments.items():
+            try:
+                instrument.close()
+            except Exception as error:  # noqa: BLE001
+                found.append(f"{role.value}: {error}")
+        return found
+
+
+class TinySettings(Settings):
+    current: float = Field(default=1.0, gt=0.0, le=5.0, description="holding current, A")
+    repeats: int = Field(default=2, ge=1)
+
+
+class Tiny(Procedure[TinySettings]):
+    """Three steps, one energised."""
+
+    name: ClassVar[str] = "tiny"
+    title: ClassVar[str] = "Tiny"
+    section: ClassVar[str] = "9.9"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY})
+    gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
+
+    def measure(self) -> None:
+        self.connect()
+        self.hold()
+        self.compute()
+
+    @step("9.9/1", "Connect it", by_hand=True)
+    def connect(self) -> None:
+        self.bench.perform(ALIGN_D)
+
+    @step("9.9/2", "Hold with {current} A")
+    def hold(self) -> None:
+        with self.bench.supply.energised(1.0, self.settings.current):
+            self.bench.clock.sleep(1.0)
+            self.current = self.bench.supply.measure_current().value
+
+    @step("9.9/3", "Compute")
+    def compute(self) -> None:
+        temperature = self.bench.reading(EnterReading("winding_temperature", text("temperature"), "°C", -50.0, 200.0))
+        quantity = self.bench.uncertainties.statistical("repeats", 0.016, 1e-4, 9.0)
+        self.findings["temperature"] = temperature
+        self.notice("E9", text("the share is {share:.0%}", share=0.25))
+        self.report("stator_resistance", "Ω", quantity, section="9.9", estimator="none", note_value=0.0161)
+
+
+class Other(Tiny):
+    """A second one, that gives the same parameter less well."""
+
+    name: ClassVar[str] = "other"
+
+    @step("9.9/3", "Compute")
+    def compute(self) -> None:
+        assert self.known_value("stator_resistance") == 0.016
+        quantity = self.bench.uncertainties.statistical("repeats", 0.02, 2e-4, 9.0)
+        self.report("stator_resistance", "Ω", quantity, section="9.9", estimator="none")
+
+
+CATALOGUE: dict[str, type[Procedure[Any]]] = {"tiny": Tiny, "other": Other}
+
+
+@pytest.fixture
+def nameplate() -> Nameplate:
+    return Nameplate("Fake motor", Connection.WYE, rated_current=4.0, maximum_current=8.0, maximum_speed_rpm=3000.0)
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def trace() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def fakes(trace: list[str]) -> dict[Role, FakeInstrument]:
+    return {role: FakeInstrument(role.value, trace) for role in reversed(Role)}
+
+
+@pytest.fixture
+def make_runner(
+    tmp_path: Path, clock: Clock, fakes: dict[Role, FakeInstrument], nameplate: Nameplate
+) -> Iterator[Callable[..., Runner]]:
+    journals = []
+
+    def make(operator: Operator | None = None, journal: Journal | None = None, view: RunView | None = None) -> Runner:
+        used = journal or Journal(tmp_path / "journal.jsonl", clock.now)
+        journals.append(used)
+        seen = view or RunView()
+        used.listen(seen.apply)
+        hands = operator or AnswersOperator(Answers({"winding_temperature": [25.0] * 8}, "answers.toml"))
+        return Runner(FakeInstruments(fakes), hands, clock, used, seen, nameplate, translator("en"))
+
+    yield make
+    for journal in journals:
+        journal.close()
+
+
+@pytest.fixture
+def about() -> dict[str, Any]:
+    return {"run": "r", "motor": {"name": "Fake motor"}, "station": {}, "procedures": ["tiny", "other"], "settings": {}}
+
+
+@pytest.fixture
+def plan() -> list[Planned]:
+    return make_plan(["tiny", "other"], [], CATALOGUE)
+
+
+@pytest.fixture
+def kit() -> SimpleNamespace:
+    """The classes of this file, for tests that make their own."""
+    return SimpleNamespace(Tiny=Tiny, Other=Other, FakeInstrument=FakeInstrument, CATALOGUE=CATALOGUE, Bench=Bench)

@@ -1,0 +1,105 @@
+import math
+from pathlib import Path
+
+import pytest
+
+from bench.errors import InputError
+from bench.motor_file import load_motor, shipped_motors
+from procedures.nameplate import Connection
+
+LG = (Path(__file__).parents[2] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
+
+
+def refusal(path: Path, old: str, new: str) -> str:
+    assert old in LG
+    path.write_text(LG.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_motor(str(path))
+    return str(error.value)
+
+
+@pytest.mark.parametrize("name", ["lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone"])
+def test_shipped_motors_are_whole(name: str) -> None:
+    motor = load_motor(name)
+    assert name in shipped_motors()
+    assert motor.virtual_motor().pole_pairs > 0
+    assert motor.nameplate.current_bound >= motor.nameplate.rated_current
+    # Friction may hold the rotor off alignment by little: at the supply's 10 A or the rated current, whichever is less.
+    virtual = motor.virtual_motor()
+    current = min(10.0, motor.nameplate.rated_current)
+    assert math.degrees(math.asin(virtual.coulomb_friction / (virtual.torque_constant * current))) < 5.0
+
+
+def test_the_lg_400w_is_the_one_of_the_note() -> None:
+    motor = load_motor("lg-400w")
+    virtual = motor.virtual_motor()
+    assert virtual.phase_resistances == (0.0163, 0.0159, 0.0158)
+    assert virtual.back_emf_constant_mechanical == pytest.approx(0.034)
+    assert virtual.d_axis_inductance == 73e-6
+    assert virtual.q_axis_inductance == 76.5e-6
+    assert virtual.pole_pairs == 4
+    assert motor.nameplate.wire_colours == {"A": "white", "B": "green", "C": "black"}
+
+
+def test_delta_and_saliency_of_the_others() -> None:
+    assert load_motor("outrunner-delta").nameplate.connection is Connection.DELTA
+    ipmsm = load_motor("ipmsm").virtual_motor()
+    assert ipmsm.q_axis_inductance / ipmsm.d_axis_inductance == pytest.approx(2.0)
+    assert min(load_motor("gimbal").virtual_motor().phase_resistances) >= 5.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("rated_current = 29.0", "rated_curent = 29.0", ["nameplate.rated_curent", "did you mean rated_current"]),
+        ("rated_current = 29.0", "rated_current = 0", ["nameplate.rated_current = 0", "above 0", "10000 A"]),
+        ("rated_current = 29.0", 'rated_current = "29 A"', ["nameplate.rated_current", "give a number in A"]),
+        ("rated_current = 29.0", "rated_current = nan", ["nameplate.rated_current = nan"]),
+        ("rated_current = 29.0", "rated_current = true", ["nameplate.rated_current = True"]),
+        ("rated_current = 29.0", "", ["nameplate.rated_current is missing", "A"]),
+        ("[0.0163, 0.0159, 0.0158]", '"16 mOhm"', ["virtual.phase_resistance", "16 mOhm", "give a number in ohm"]),
+        ("[0.0163, 0.0159, 0.0158]", "-0.016", ["virtual.phase_resistance = -0.016", "above 0", "ohm"]),
+        ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016, -0.016]", ["virtual.phase_resistance[2] = -0.016", "ohm"]),
+        ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016]", ["virtual.phase_resistance", "list of three"]),
+        ("73.0e-6", "73.0", ["virtual.d_axis_inductance = 73.0", "up to 10 H"]),
+        ("pole_pairs = 4", "pole_pairs = 4.5", ["virtual.pole_pairs = 4.5", "whole number"]),
+        ('"wye"', '"star"', ["nameplate.connection = 'star'", "'wye' or 'delta'"]),
+        ('A = "white"', 'D = "white"', ["nameplate.wire_colours.D", "A, B, C"]),
+        ("order = 5", "order = 1", ["virtual.flux_harmonics[0].order = 1"]),
+        ("[virtual]", "[virtuel]", ["unknown key virtuel", "did you mean virtual"]),
+        ("maximum_current = 80.0", "maximum_current = 8.0", ["maximum_current = 8 A is below rated_current = 29 A"]),
+        ("maximum_speed_rpm = 4000.0", "maximum_speed_rpm = 40.0", ["maximum_speed_rpm = 40 is below"]),
+        ("[nameplate]", "[nameplate", ["not valid TOML", "line 3"]),
+    ],
+)
+def test_each_fault_is_named(tmp_path: Path, old: str, new: str, parts: list[str]) -> None:
+    path = tmp_path / "motor.toml"
+    said = refusal(path, old, new)
+    for part in [str(path), *parts]:
+        assert part in said
+
+
+def test_a_scalar_resistance_stands_for_all_three(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_text(LG.replace("[0.0163, 0.0159, 0.0158]", "0.016"), encoding="utf-8")
+    assert load_motor(str(path)).virtual_motor().phase_resistances == (0.016, 0.016, 0.016)
+
+
+def test_the_file_of_a_six_step_drive_gives_its_plate(tmp_path: Path) -> None:
+    path = tmp_path / "bldc.toml"
+    plate = '[nameplate]\nname = "B"\nconnection = "delta"\nrated_current = 5\n'
+    path.write_text(plate + "[virtual.winding]\nresistance = 0.1\n[virtual.drive]\nanything = 1\n", encoding="utf-8")
+    motor = load_motor(str(path))
+    assert motor.nameplate.rated_current == 5
+    with pytest.raises(InputError, match=r"add a table \[virtual\]"):
+        motor.virtual_motor()
+
+
+def test_an_unknown_name_gets_a_hint(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean lg-400w"):
+        load_motor("lg-401w")
+    with pytest.raises(InputError, match=r"missing\.toml: there is no such motor file"):
+        load_motor(str(tmp_path / "missing.toml"))
+    (tmp_path / "latin.toml").write_bytes(b'[nameplate]\nname = "\xe9"')
+    with pytest.raises(InputError, match="not UTF-8"):
+        load_motor(str(tmp_path / "latin.toml"))
