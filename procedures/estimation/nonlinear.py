@@ -40,7 +40,7 @@ def solve(
         raise EstimationError(
             f"the fit of {', '.join(names)} does not converge; check that the record shows what it should"
         )
-    u, s, vt = np.linalg.svd(found.jac, full_matrices=False)
+    u, s, vt = np.linalg.svd(np.asarray(found.jac, dtype=np.float64), full_matrices=False)
     if s[-1] <= 1e-10 * s[0]:
         raise EstimationError(f"the record does not determine {', '.join(names)} apart; take a longer or livelier one")
     inverse = (vt.T / s) @ u.T * scale[:, None]

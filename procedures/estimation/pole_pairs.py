@@ -25,7 +25,7 @@ class FrequencyRatio(NamedTuple):
 
 
 def _distinct(angles: FloatArray) -> int:
-    """Number of marks, counting as one those much closer together than the typical neighbours."""
+    """Count the marks, taking as one those much closer together than the typical neighbours."""
     ordered = np.sort(np.mod(angles, 2 * np.pi))
     gaps = np.diff(np.append(ordered, ordered[0] + 2 * np.pi))
     return int(np.sum(gaps > 0.35 * float(np.max(gaps)) / 2)) or 1

@@ -33,7 +33,8 @@ def _unstructured(residual: FloatArray, noise: float) -> bool:
 
 def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | None:
     """Replace values (n,) by cubics over pieces as long as `noise` (standard deviation) allows; None where that needs
-    more than `most` coefficients, as for a signal with ripple all along."""
+    more than `most` coefficients, as for a signal with ripple all along.
+    """
     result = values.copy()
     columns: list[FloatArray] = []
     pending = [(0, values.size)]

@@ -37,7 +37,7 @@ def _start(record: StepRecord) -> tuple[float, float, float]:
 
 
 def _model(record: StepRecord, p: FloatArray) -> FloatArray:
-    """Current (A) of a circuit at rest before the step, for resistance, inductance, offset, voltage offset and delay."""
+    """Return the current (A) of a circuit at rest before the step, for resistance, inductance, offset, voltage offset and delay."""
     resistance, inductance, offset, extra, delay = p
     rate = resistance / inductance
     drive = record.drive.copy()
@@ -52,7 +52,8 @@ def _model(record: StepRecord, p: FloatArray) -> FloatArray:
 
 def _whitener(record: StepRecord, resistance: float, inductance: float) -> tuple[FloatArray, FloatArray]:
     """Filter that makes white the current's noise, plus, where the voltage could not be smoothed, the voltage's through the
-    circuit."""
+    circuit.
+    """
     x = resistance / inductance * record.step
     a = float(np.exp(-x))
     hold = (1 - a) / x

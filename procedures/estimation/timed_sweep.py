@@ -1,0 +1,119 @@
+"""Inductance readings while the shaft is turned slowly by hand: the angle is unknown, the speed not quite constant."""
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+from scipy.signal import hilbert
+
+from procedures.estimation.checks import increasing, same_length, series
+from procedures.estimation.fit import EstimationError, FloatArray
+from procedures.estimation.rotor_sweep import SweepFit, saliency_significant, sweep_fit
+
+_CHIRPS = np.linspace(-0.6, 0.6, 25)
+
+
+def _scan(x: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:
+    """Best course rate·x + chirp·T₂(x) of 2θ, and how many independent courses were compared; x runs from −1 to 1."""
+    centred = values - np.mean(values)
+    highest = min(0.45 * (values.size - 1), 60.0)
+    periods = np.arange(0.7, max(highest, 2.0), 0.2)
+    best, found = -1.0, np.array([0.0, 2 * np.pi])
+    for chirp in _CHIRPS:
+        # The rate runs from (1 − chirp) to (1 + chirp) of its mean.
+        shape = x + 0.5 * chirp * (x**2 - 1)
+        courses = np.exp(1j * np.pi * np.outer(periods, shape))
+        power = np.abs(courses @ centred)
+        index = int(np.argmax(power))
+        if power[index] > best:
+            best = float(power[index])
+            found = np.pi * periods[index] * np.array([0.0, 1.0, 0.25 * chirp])
+    return found, float(periods.size * 0.2 * _CHIRPS.size)
+
+
+def _analytic_phase(x: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return places and phase (rad) of the analytic signal away from its ends; it follows a strongly varying speed."""
+    even = np.linspace(-1.0, 1.0, x.size)
+    centred = np.interp(even, x, values - np.mean(values))
+    phase = np.unwrap(np.angle(hilbert(centred)))
+    inner = slice(x.size // 12, x.size - x.size // 12)
+    return even[inner], np.asarray(phase[inner], dtype=np.float64)
+
+
+def _refine(x: FloatArray, values: FloatArray, start: FloatArray, degree: int) -> tuple[FloatArray, float]:
+    """Refine the course's coefficients (Chebyshev, constant left out), mean and amplitude solved for each."""
+    basis = chebyshev.chebvander(x, degree)[:, 1:]
+    begin = np.zeros(degree)
+    known = min(degree, start.size - 1)
+    begin[:known] = start[1 : known + 1]
+    scale = float(np.std(values))
+
+    def solved(c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        course = basis @ c
+        q, r = np.linalg.qr(np.column_stack((np.ones_like(course), np.cos(course), np.sin(course))))
+        return course, q, np.linalg.lstsq(r, q.T @ values, rcond=None)[0]
+
+    def residuals(c: FloatArray) -> FloatArray:
+        _, q, _ = solved(c)
+        return np.asarray((values - q @ (q.T @ values)) / scale, dtype=np.float64)
+
+    def jacobian(c: FloatArray) -> FloatArray:
+        course, q, k = solved(c)
+        slope = (k[2] * np.cos(course) - k[1] * np.sin(course))[:, None] * basis
+        return np.asarray((q @ (q.T @ slope) - slope) / scale, dtype=np.float64)
+
+    found = least_squares(residuals, begin, jac=jacobian, max_nfev=40, x_scale="jac", xtol=1e-9, ftol=1e-9)
+    return np.append(0.0, found.x), float(2 * found.cost) * scale**2
+
+
+def _acceptable(x: FloatArray, coefficients: FloatArray) -> bool:
+    """Whether the course never turns back and every period of it was sampled."""
+    fine = np.linspace(-1.0, 1.0, max(4 * x.size, 400))
+    rate = chebyshev.chebval(fine, chebyshev.chebder(coefficients))
+    if rate[0] < 0:
+        rate = -rate
+    course = chebyshev.chebval(x, coefficients)
+    return bool(np.min(rate) > 0.02 * np.mean(rate) and np.max(np.abs(np.diff(course))) < 0.97 * np.pi)
+
+
+def fit_timed_sweep(
+    time: ArrayLike, inductance: ArrayLike, *, largest_degree: int = 14, resolution: float = 0.0
+) -> SweepFit:
+    """Fit L = mean − amplitude·cos(2θ(t) + phase) to readings (H, shape (n,)) of a shaft turned slowly one way.
+
+    θ(t) is a polynomial whose degree the data choose (corrected Akaike criterion), rising all along. At least one
+    electrical turn (two periods of L) must be covered. `resolution` is one step of the readings (H). Raises
+    EstimationError on fewer than 12 readings; a motor without saliency gives an amplitude that is not significant.
+    """
+    t, values = series("time", time, least=12), series("inductance", inductance, least=12)
+    same_length(time=t, inductance=values)
+    increasing(t)
+    if np.ptp(values) == 0:
+        raise EstimationError("all inductance readings are alike; check that the meter triggers anew for each reading")
+    x = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
+    scanned, tried = _scan(x, values)
+    n = t.size
+    places, phase = _analytic_phase(x, values)
+    best_score, best = np.inf, scanned[:2]
+    course, worse = scanned, 0
+    for degree in range(1, min(largest_degree, n // 4) + 1):
+        followed = np.asarray(chebyshev.chebfit(places, phase, degree), dtype=np.float64)
+        starts = (scanned if degree <= 2 else course, followed)
+        course, squares = min((_refine(x, values, start, degree) for start in starts), key=lambda found: found[1])
+        parameters = degree + 4
+        floor = n * resolution**2 / 12.0 + 1e-24 * float(values @ values)
+        score = n * np.log((squares + floor) / n) + 2 * parameters * n / (n - parameters - 1)
+        if _acceptable(x, course) and score < best_score - 1e-9:
+            best_score, best, worse = float(score), course, 0
+        else:
+            worse += 1
+        if worse > 4 and degree > 6:
+            break
+    degree = best.size - 1
+    fit = sweep_fit(chebyshev.chebval(x, best), values, chebyshev.chebvander(x, degree)[:, 1:], tried, resolution)
+    if fit.periods < 1.5 and saliency_significant(fit)[0]:
+        raise EstimationError(
+            f"the readings show only {fit.periods:.1f} periods of the inductance; turn the shaft over at least one electrical "
+            "turn (two periods) during the sweep"
+        )
+    return fit
