@@ -24,7 +24,7 @@ from procedures.actions import (
 )
 from procedures.bench import ProcedureError, Role
 from procedures.driven import driving_speed_rad
-from procedures.estimation.back_emf import fit_back_emf, peak_amplitude
+from procedures.estimation.back_emf import fit_back_emf, flux_by_integration, peak_amplitude
 from procedures.estimation.repeats import mean_of_estimates
 from procedures.procedure import Procedure, Settings
 from procedures.recording import ranged_record
@@ -33,6 +33,8 @@ from procedures.text import text
 
 _POINTS = 20_000
 _RPM = math.pi / 30.0
+#: Relative drift over a record beyond which the flux is taken by integration.
+_DRIFT = 1e-3
 
 
 class Probing(Enum):
@@ -63,10 +65,15 @@ class BackEmfConstantSettings(Settings):
 
 @dataclass(frozen=True)
 class SpeedPoint:
-    """What one speed gave: phase EMF amplitude (V, fundamental, peak) with Type A uncertainty, speeds, and the note's figures."""
+    """What one speed gave, with Type A uncertainties.
+
+    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), and the note's peak reading.
+    """
 
     amplitude: float
     amplitude_uncertainty: float
+    flux: float
+    flux_uncertainty: float
     accuracy: Accuracy
     electrical_speed: float
     mechanical_speed: Reading
@@ -124,7 +131,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 "speed_rpm": point.mechanical_speed.value / _RPM,
                 "electrical_speed": point.electrical_speed,
                 "amplitude": point.amplitude,
-                "flux_linkage": point.amplitude / point.electrical_speed,
+                "flux_linkage": point.flux,
                 "back_emf_constant_mechanical": point.amplitude / point.mechanical_speed.value,
                 "note_amplitude": point.note_amplitude,
                 **point.details,
@@ -219,28 +226,43 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         waves = ranged_record(self.bench, dict.fromkeys(channels, start), 10.0 + self.settings.record_time)
         mechanical = self.bench.tachometer.measure_speed()
         samples = np.vstack([waves[channel].values for channel in channels])
-        fit = fit_back_emf(waves[channels[0]].time, samples, harmonics=self.settings.harmonics)
+        time = waves[channels[0]].time
+        fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics)
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
-        amplitudes = np.abs(fit.amplitudes[:, 0]) * to_phase
-        own = fit.amplitude_uncertainties[:, 0] * to_phase
+        fundamentals = [fit.fundamental(k) for k in range(len(channels))]
+        flux, flux_uncertainty = fit.mean_flux_linkage()
+        if fit.drift_significant and abs(fit.drift) > _DRIFT:
+            flux, flux_uncertainty = flux_by_integration(time, samples, harmonics=self.settings.harmonics).mean()
+            self.notice(
+                "speed-drift",
+                text(
+                    "the speed changed by {drift:.2%} during the record at {speed:.0f} rpm; the flux linkage is taken by integrating "
+                    "the voltage, which needs no constant speed",
+                    drift=abs(fit.drift),
+                    speed=mechanical.value / _RPM,
+                ),
+            )
         worst = max((waves[channel].accuracy for channel in channels), key=lambda a: a.gain)
-        details: dict[str, Any] = {
-            "speed_commanded": speed,
-            "frequency": fit.frequency,
-            "phase_amplitudes": amplitudes.tolist(),
-            "harmonics": {
-                str(h): float(np.mean(np.abs(fit.amplitudes[:, k]))) for k, h in enumerate(self.settings.harmonics)
-            },
-            "residual": fit.residual_rms,
-        }
         return SpeedPoint(
-            amplitude=float(amplitudes.mean()),
-            amplitude_uncertainty=float(np.sqrt(np.sum(own**2)) / own.size),
+            amplitude=to_phase * sum(f[0] for f in fundamentals) / len(fundamentals),
+            amplitude_uncertainty=to_phase * math.sqrt(sum(f[1] ** 2 for f in fundamentals)) / len(fundamentals),
+            flux=to_phase * flux,
+            flux_uncertainty=to_phase * flux_uncertainty,
             accuracy=Accuracy(gain=worst.gain, source=worst.source),
-            electrical_speed=2.0 * math.pi * fit.frequency,
+            electrical_speed=fit.electrical_speed,
             mechanical_speed=mechanical,
-            note_amplitude=float(np.mean([peak_amplitude(row) for row in samples])) * to_phase,
-            details=details,
+            note_amplitude=to_phase * float(np.mean([peak_amplitude(row) for row in samples])),
+            details={
+                "speed_commanded": speed,
+                "frequency": fit.frequency,
+                "phase_amplitudes": [to_phase * f[0] for f in fundamentals],
+                "phase_angles": fit.phases.tolist(),
+                "harmonics": {
+                    str(h): float(np.mean(np.abs(fit.amplitudes[:, k]))) for k, h in enumerate(fit.harmonics)
+                },
+                "drift": fit.drift,
+                "residual": fit.residual_rms.tolist(),
+            },
         )
 
     def _read_off_screen(self, channels: Sequence[int]) -> SpeedPoint:
@@ -256,7 +278,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         )
 
     def _over_electrical(self, point: SpeedPoint) -> tuple[float, float]:
-        return point.amplitude / point.electrical_speed, point.amplitude_uncertainty / point.electrical_speed
+        return point.flux, point.flux_uncertainty
 
     def _over_mechanical(self, point: SpeedPoint) -> tuple[float, float]:
         speed = point.mechanical_speed
