@@ -274,7 +274,15 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         electrical = pairs * mechanical.value if pairs else 2.0 * math.pi * screen.measure_frequency(channels[0]).value
         amplitude = reading.value * to_phase
         return SpeedPoint(
-            amplitude, 0.0, reading.accuracy, electrical, mechanical, amplitude, {"read": "off the screen"}
+            amplitude=amplitude,
+            amplitude_uncertainty=0.0,
+            flux=amplitude / electrical,
+            flux_uncertainty=0.0,
+            accuracy=reading.accuracy,
+            electrical_speed=electrical,
+            mechanical_speed=mechanical,
+            note_amplitude=amplitude,
+            details={"read": "off the screen"},
         )
 
     def _over_electrical(self, point: SpeedPoint) -> tuple[float, float]:
