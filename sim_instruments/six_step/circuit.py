@@ -93,7 +93,7 @@ def line_matrix(drive: SixStepDrive) -> Real:
 def inductance_matrix(drive: SixStepDrive) -> Real:
     """Inductance matrix of the windings in H, shape (3, 3)."""
     difference = drive.self_inductance - drive.mutual_inductance
-    return difference * np.eye(3) + np.full((3, 3), drive.mutual_inductance)
+    return np.asarray(difference * np.eye(3) + np.full((3, 3), drive.mutual_inductance))
 
 
 def _freedom(drive: SixStepDrive, idle: Idle) -> Real:

@@ -164,7 +164,8 @@ class Bridge:
         slope_after = row @ _slopes(new, 0.0)
         if slope_before == 0.0:
             return np.eye(3)
-        return np.eye(3) - np.outer(self._kick, row) / (row @ self._kick) * (1.0 - slope_after / slope_before)
+        jump = np.outer(self._kick, row) / (row @ self._kick) * (1.0 - slope_after / slope_before)
+        return np.asarray(np.eye(3) - jump)
 
 
 def _slopes(segment: Segment, time: float) -> Real:

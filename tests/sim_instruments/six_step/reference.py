@@ -82,7 +82,7 @@ class Reference:
             def reached(t: float, y: np.ndarray) -> float:
                 return y[3] - end_angle
 
-            def current(t: float, y: np.ndarray) -> float:
+            def current(t: float, y: np.ndarray, off: int = off, mode: int = mode) -> float:
                 # Past zero by a hair: else a diode that has just begun is found to end at once.
                 return self.lines(y[:3])[off] - 1e-10 * mode
 
