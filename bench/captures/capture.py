@@ -1,0 +1,124 @@
+"""What every reader of captures hands over, and the error it raises."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+class CaptureError(InputError):
+    """A capture that cannot be used; the message names file and line, what is wrong and what to do."""
+
+    def __init__(self, source: str, what: str, line: int | None = None) -> None:
+        self.source = source
+        self.line = line
+        super().__init__(f"{source}{f', line {line}' if line else ''}: {what}")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0."""
+
+    name: str
+    unit: str
+    values: FloatArray
+    resolution: float = 0.0
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Channels on a common time axis (s, shape (n,)); `time` is None for a table without one, as angle and inductance.
+
+    `source` names the file(s), `description` format and instrument, `assumptions` what the file left open.
+    `first_line` is the file's line of the first sample, 0 where it has no lines.
+    """
+
+    channels: tuple[Channel, ...]
+    time: FloatArray | None
+    source: str
+    description: str
+    assumptions: tuple[str, ...] = ()
+    first_line: int = 0
+
+    def line_of(self, sample: int) -> int | None:
+        """Return the file's line of a sample, None where it has none."""
+        return self.first_line + sample if self.first_line else None
+
+    def channel(self, name: str) -> Channel:
+        """Return a channel by name; "CHAN3", "CH3" and "C3" are one. Raises CaptureError for an unknown name."""
+        for channel in self.channels:
+            if _key(channel.name) == _key(name):
+                return channel
+        raise CaptureError(self.source, f"no channel '{name}'; there are {', '.join(c.name for c in self.channels)}")
+
+    def scaled(self, factors: Mapping[str, float]) -> "Capture":
+        """Return the capture with channels multiplied by factors, by name. Raises CaptureError for an unknown name."""
+        wanted = {self.channel(name).name: factor for name, factor in factors.items()}
+        for name, factor in wanted.items():
+            if not (np.isfinite(factor) and factor != 0):
+                raise CaptureError(
+                    self.source, f"scale of channel '{name}' is {factor:g}; it must be a number other than 0"
+                )
+        changed = tuple(
+            replace(c, values=c.values * wanted[c.name], resolution=c.resolution * abs(wanted[c.name]))
+            if c.name in wanted
+            else c
+            for c in self.channels
+        )
+        notes = tuple(f"channel {name} multiplied by {factor:g}" for name, factor in wanted.items())
+        return replace(self, channels=changed, assumptions=self.assumptions + notes)
+
+    def times(self) -> FloatArray:
+        """Return the time axis (s). Raises CaptureError where the capture has none."""
+        if self.time is None:
+            raise CaptureError(
+                self.source, "there is no time column; name the first column 'time (s)'", self.line_of(-1)
+            )
+        return self.time
+
+    def evenly_sampled(self) -> "Capture":
+        """Return the capture with the rounding of its time column removed. Raises CaptureError at a gap."""
+        time = self.times()
+        steps = np.diff(time)
+        if not steps.size:
+            raise CaptureError(self.source, "holds one sample only; export the whole record", self.line_of(0))
+        typical = float(np.median(steps))
+        gaps = np.flatnonzero(steps > 1.9 * typical)
+        if gaps.size:
+            raise CaptureError(
+                self.source,
+                f"gap in time: {steps[gaps[0]]:g} s to the sample before, elsewhere {typical:g} s; export the record whole",
+                self.line_of(int(gaps[0]) + 1),
+            )
+        even = np.linspace(time[0], time[-1], time.size)
+        off = np.abs(time - even)
+        if np.max(off) > 0.75 * typical:
+            raise CaptureError(
+                self.source,
+                f"samples are not evenly spaced: {np.max(off):g} s off; export with a fixed sampling rate",
+                self.line_of(int(np.argmax(off))),
+            )
+        return replace(self, time=even)
+
+
+def _key(name: str) -> str:
+    """Return what two spellings of a channel's name have in common."""
+    numbered = re.fullmatch(r"(?:c|ch|chan|channel)\s*(\d+)", name.strip().lower())
+    return f"c{numbered[1]}" if numbered else name.strip().lower()
+
+
+def converter_step(values: FloatArray) -> float:
+    """Return the step that all values are multiples of apart, as an 8-bit converter leaves it; 0 where there is none."""
+    levels = np.unique(values)
+    if levels.size < 2 or levels.size > min(4096, max(values.size // 3, 2)):
+        return 0.0
+    gaps = np.diff(levels)
+    step = float(np.min(gaps))
+    multiples = gaps / step
+    return step if float(np.max(np.abs(multiples - np.round(multiples)))) < 0.1 else 0.0

@@ -1,0 +1,43 @@
+"""motorbench's own waveforms, as a run keeps them."""
+
+from pathlib import Path
+
+import numpy as np
+
+from bench.captures.capture import Capture, CaptureError, Channel
+from bench.waveforms import StoredWaveform, WaveformStore
+
+
+def read_hdf5(path: Path, selected: str = "") -> Capture:
+    """Return the waveforms of a file, or those under the group `selected`. Raises CaptureError where times differ."""
+    store = WaveformStore(path)
+    try:
+        names = [n for n in store.names() if not selected or n == selected or n.startswith(selected.rstrip("/") + "/")]
+        waveforms = {name: store.read(name) for name in names}
+    except (OSError, KeyError) as error:
+        raise CaptureError(str(path), f"cannot be read as HDF5 with waveforms: {error}") from error
+    if not waveforms:
+        there = ", ".join(store.names()) or "none"
+        raise CaptureError(str(path), f"no waveform '{selected}' in it; there are: {there}")
+    reference = next(iter(waveforms.values()))
+    for name, waveform in waveforms.items():
+        _check(path, name, waveform)
+        if waveform.time.shape != reference.time.shape or not np.allclose(
+            waveform.time, reference.time, rtol=0, atol=1e-12
+        ):
+            raise CaptureError(
+                str(path),
+                f"waveforms {names[0]} and {name} have different times; choose one record by {path.name}#NAME, "
+                f"of: {', '.join(names)}",
+            )
+    channels = tuple(Channel(name, w.unit, w.values, w.resolution) for name, w in waveforms.items())
+    return Capture(channels, reference.time, str(path), "motorbench HDF5")
+
+
+def _check(path: Path, name: str, waveform: StoredWaveform) -> None:
+    if waveform.time.size < 2:
+        raise CaptureError(str(path), f"waveform {name} holds fewer than two samples")
+    if not (np.all(np.isfinite(waveform.time)) and np.all(np.isfinite(waveform.values))):
+        raise CaptureError(str(path), f"waveform {name} holds values that are not finite numbers; retake it")
+    if np.any(np.diff(waveform.time) <= 0):
+        raise CaptureError(str(path), f"waveform {name}: time does not increase; retake it")

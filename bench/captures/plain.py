@@ -1,0 +1,111 @@
+"""Plain tables: a column of time (or angle) and columns of values, with or without headings."""
+
+from pathlib import Path
+
+import numpy as np
+
+from bench.captures.capture import Capture, CaptureError, Channel, converter_step
+from bench.captures.text import check_increasing, number, read_numbers
+from bench.captures.units import si, split_heading
+
+_TIME = {"t", "time", "zeit", "x-axis", "seconds", "second"}
+
+
+def _separator(line: str) -> str | None:
+    for mark in ("\t", ";"):
+        if mark in line:
+            return mark
+    # A comma between digits with blanks elsewhere is a decimal comma, as in "0,001 1,25".
+    cells = line.split()
+    if (
+        len(cells) > 1
+        and all(number(c.replace(",", ".")) is not None for c in cells)
+        and not line.strip().rstrip(",").endswith(",")
+    ):
+        separated = any(c.endswith(",") for c in cells)
+        return "," if separated else None
+    return "," if "," in line else None
+
+
+def _cells(line: str, delimiter: str | None) -> list[str]:
+    cells = [cell.strip() for cell in line.split(delimiter)]
+    while len(cells) > 1 and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _numeric(line: str, delimiter: str | None) -> bool:
+    # A first cell that is a number makes a row of data, however broken the rest: it is complained of, not passed over.
+    cells = _cells(line, delimiter)
+    return bool(cells) and number(cells[0].replace(",", ".") if delimiter != "," else cells[0]) is not None
+
+
+def read_plain(path: Path, lines: list[str], *, abscissa: str = "time") -> Capture:
+    """Return the capture; comma, semicolon, tab or blanks between columns, decimal comma or point.
+
+    `abscissa` says what the first column is where no heading does: "time" (s) or "angle" (rad). Raises CaptureError.
+    """
+    lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
+    first, delimiter = 0, None
+    for k, line in enumerate(lines[:100]):
+        delimiter = _separator(line)
+        if line.strip() and _numeric(line, delimiter):
+            first = k
+            break
+    else:
+        raise CaptureError(
+            str(path), "no row of numbers within the first 100 lines; export time and values as columns", 1
+        )
+    width = len(_cells(lines[first], delimiter))
+    if width < 2:
+        raise CaptureError(str(path), "has one column only; export time and values side by side", first + 1)
+    if delimiter != "," and any("," in line for line in lines[first : first + 50]):
+        lines = [*lines[:first], *(line.replace(",", ".") for line in lines[first:])]
+    if delimiter == ",":
+        lines = [*lines[:first], *(line.rstrip().rstrip(",") for line in lines[first:])]
+    table = read_numbers(path, lines, first, tuple(range(width)), delimiter)
+    if table.shape[0] < 2:
+        raise CaptureError(str(path), "holds one row of numbers only; export the whole record", first + 1)
+    headings, assumptions = _headings(lines[:first], width, abscissa)
+    columns = []
+    for k, (name, unit) in enumerate(headings):
+        known = si(unit) if unit else None
+        if unit and known is None:
+            assumptions.append(f"unit '{unit}' of column '{name}' is not known; values taken as they stand")
+        values = table[:, k] * (known[1] if known else 1.0)
+        columns.append(Channel(name, known[0] if known else unit, values, converter_step(values)))
+    is_time = columns[0].unit == "s" or columns[0].name.lower() in _TIME
+    if is_time:
+        if not columns[0].unit:
+            assumptions.append("time taken to be in s")
+        check_increasing(path, columns[0].values, first)
+    return Capture(
+        tuple(columns[1:] if is_time else columns),
+        np.asarray(columns[0].values) if is_time else None,
+        str(path),
+        "plain table",
+        tuple(assumptions),
+        first_line=first + 1,
+    )
+
+
+def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[str, str]], list[str]]:
+    """Return name and unit of each column, and what had to be assumed."""
+    rows = [line for line in before if line.strip()]
+    rows = [row for row in rows if len(_cells(row, _separator_of_heading(row, width))) == width]
+    if not rows:
+        unit = {"time": "s", "angle": "rad"}[abscissa]
+        names = [(abscissa, unit)] + [(f"column {k + 1}", "") for k in range(1, width)]
+        return names, [f"no heading: first column taken as {abscissa} in {unit}, the others as they stand"]
+    cells = [_cells(row, _separator_of_heading(row, width)) for row in rows]
+    last = cells[-1]
+    if len(cells) > 1 and all(not cell or si(cell.strip("()[]")) for cell in last):
+        return [(name.strip('"'), unit.strip("()[]")) for name, unit in zip(cells[-2], last, strict=True)], []
+    return [split_heading(cell) for cell in last], []
+
+
+def _separator_of_heading(row: str, width: int) -> str | None:
+    for mark in ("\t", ";", ","):
+        if len(_cells(row, mark)) == width:
+            return mark
+    return None

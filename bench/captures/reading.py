@@ -1,0 +1,70 @@
+"""One door to all readers: the file's content decides which."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bench.captures.capture import Capture, CaptureError
+from bench.captures.hdf5 import read_hdf5
+from bench.captures.plain import read_plain
+from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
+from bench.captures.tektronix import is_tektronix, read_tektronix
+from bench.captures.text import read_lines
+
+_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+def read_capture(path: Path | str, *, abscissa: str = "time") -> Capture:
+    """Return a stored capture: Rohde & Schwarz or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
+    record of several); text may be gzip'ed.
+
+    `abscissa` ("time" or "angle") says what the first column of a table without headings is. Raises CaptureError with
+    file and line.
+    """
+    where, _, selected = str(path).partition("#")
+    file = Path(path) if Path(path).exists() else Path(where)
+    if not file.is_file():
+        raise CaptureError(str(file), "is not there, or is not a file; check the path")
+    with file.open("rb") as stream:
+        if stream.read(8) == _HDF5_SIGNATURE:
+            return read_hdf5(file, selected)
+    lines = read_lines(file)
+    if is_rohde_schwarz(lines):
+        return read_rohde_schwarz(file, lines)
+    if is_tektronix(lines):
+        return read_tektronix(file, lines)
+    return read_plain(file, lines, abscissa=abscissa)
+
+
+def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time") -> Capture:
+    """Return several captures as one, channels side by side. Raises CaptureError where their times differ, naming files."""
+    if not paths:
+        raise CaptureError("capture", "no file given")
+    captures = [read_capture(path, abscissa=abscissa) for path in paths]
+    first = captures[0]
+    if len(captures) == 1:
+        return first
+    time = first.times()
+    tolerance = 0.5 * float(np.median(np.diff(time)))
+    for other in captures[1:]:
+        axis = other.times()
+        if axis.size != time.size or float(np.max(np.abs(axis - time))) > tolerance:
+            raise CaptureError(
+                other.source,
+                f"its time axis ({axis.size} samples from {axis[0]:g} s to {axis[-1]:g} s) is not that of {first.source} "
+                f"({time.size} from {time[0]:g} s to {time[-1]:g} s); give files of one record",
+            )
+    every = [channel.name for capture in captures for channel in capture.channels]
+    channels = tuple(
+        replace(channel, name=f"{Path(capture.source).stem}:{channel.name}")
+        if every.count(channel.name) > 1
+        else channel
+        for capture in captures
+        for channel in capture.channels
+    )
+    assumptions = tuple(dict.fromkeys(note for capture in captures for note in capture.assumptions))
+    source = ", ".join(capture.source for capture in captures)
+    description = ", ".join(dict.fromkeys(capture.description for capture in captures))
+    return Capture(channels, time, source, description, assumptions, first.first_line)

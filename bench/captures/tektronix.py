@@ -1,0 +1,47 @@
+"""CSV of Tektronix TDS scopes: settings in the first columns of the first rows, time and value in columns 4 and 5."""
+
+from pathlib import Path
+
+from bench.captures.capture import Capture, CaptureError, Channel, converter_step
+from bench.captures.text import check_increasing, number, read_numbers
+from bench.captures.units import si
+
+
+def is_tektronix(lines: list[str]) -> bool:
+    """Whether the first row begins with the maker's first setting; some files have a stray character before it."""
+    cell = lines[0].split(",")[0].strip().strip('"')
+    return cell == "Record Length" or cell[1:] == "Record Length"
+
+
+def read_tektronix(path: Path, lines: list[str]) -> Capture:
+    """Return the capture, checked against the record length and sampling interval it states. Raises CaptureError."""
+    settings: dict[str, str] = {}
+    for line in lines[:40]:
+        cells = [cell.strip() for cell in line.split(",")]
+        if len(cells) > 1 and cells[0]:
+            name = "Record Length" if cells[0].endswith("Record Length") else cells[0]
+            settings[name] = cells[1]
+    table = read_numbers(path, lines, 0, (3, 4), ",")
+    check_increasing(path, table[:, 0], 0)
+    stated = number(settings.get("Record Length", ""))
+    if stated is not None and int(stated) != len(lines):
+        raise CaptureError(
+            str(path),
+            f"holds {len(lines)} samples where its heading states {int(stated)}; copy the file again",
+            len(lines),
+        )
+    unit = settings.get("Vertical Units", "")
+    known, factor = si(unit) or (unit, 1.0)
+    values = table[:, 1] * factor
+    assumptions = [f"values taken as they stand, with the scope's probe setting ×{settings.get('Probe Atten', '?')}"]
+    if not unit:
+        assumptions.append("unit of the values not stated")
+    model = settings.get("Model Number", "")
+    return Capture(
+        (Channel(settings.get("Source", path.stem), known, values, converter_step(values)),),
+        table[:, 0],
+        str(path),
+        f"Tektronix CSV{f' of a {model}' if model else ''}",
+        tuple(assumptions),
+        first_line=1,
+    )

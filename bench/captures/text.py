@@ -1,0 +1,91 @@
+"""Lines and numbers of a text file, with the line's number in every complaint."""
+
+import gzip
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from bench.captures.capture import CaptureError, FloatArray
+
+
+def read_lines(path: Path) -> list[str]:
+    """Return the lines of a text file, gzip'ed or not, trailing blank ones left out. Raises CaptureError."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise CaptureError(str(path), f"cannot be read: {error.strerror}; check the path") from error
+    if raw[:2] == b"\x1f\x8b":
+        try:
+            raw = gzip.decompress(raw)
+        except (OSError, EOFError, zlib.error) as error:
+            raise CaptureError(str(path), f"is not a whole gzip file ({error}); copy it again") from error
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = raw.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = raw.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = raw.decode("latin-1")
+    lines = text.splitlines()
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if not lines:
+        raise CaptureError(str(path), "is empty; export the record again")
+    return lines
+
+
+def number(cell: str) -> float | None:
+    """Return a cell as a number; None where it is not one."""
+    try:
+        return float(cell.strip().strip('"'))
+    except ValueError:
+        return None
+
+
+def read_numbers(
+    path: Path, lines: list[str], first: int, columns: tuple[int, ...], delimiter: str | None
+) -> FloatArray:
+    """Return the columns (n, k) of the lines from index `first`. Raises CaptureError with the line that has no number."""
+    try:
+        table = np.loadtxt(
+            lines[first:], delimiter=delimiter, usecols=columns, comments=None, ndmin=2, dtype=np.float64
+        )
+    except (ValueError, IndexError):
+        table = None
+    # Blank lines are passed over by the fast reader, and would shift the numbers of lines.
+    if table is None or table.shape[0] != len(lines) - first:
+        table = np.array([_row(path, line, first + k + 1, columns, delimiter) for k, line in enumerate(lines[first:])])
+    bad = np.argwhere(~np.isfinite(table))
+    if bad.size:
+        line = first + 1 + int(bad[0][0])
+        raise CaptureError(
+            str(path),
+            f"'{lines[line - 1].strip()[:60]}' holds a value that is not a finite number; cut it off or retake",
+            line,
+        )
+    return np.asarray(table, dtype=np.float64)
+
+
+def _row(path: Path, line: str, at: int, columns: tuple[int, ...], delimiter: str | None) -> list[float]:
+    cells = line.split(delimiter)
+    row = [number(cells[c]) if c < len(cells) else None for c in columns]
+    if any(value is None for value in row):
+        raise CaptureError(
+            str(path),
+            f"'{line.strip()[:60]}' is not a row of {len(columns)} numbers like the others; correct or remove it",
+            at,
+        )
+    return [value for value in row if value is not None]
+
+
+def check_increasing(path: Path, time: FloatArray, first: int) -> None:
+    """Raise CaptureError where the time column (line index `first` its first) does not increase."""
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if back.size:
+        line = first + 2 + int(back[0])
+        raise CaptureError(
+            str(path),
+            f"time does not increase ({time[back[0]]:g} s, then {time[back[0] + 1]:g} s); sort or export again",
+            line,
+        )

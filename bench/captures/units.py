@@ -1,0 +1,51 @@
+"""Units as they stand in the headings of tables, and their factor to SI."""
+
+import math
+import re
+
+_PREFIX = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "k": 1e3}
+_PREFIXED = {"s": "s", "sec": "s", "v": "V", "a": "A", "h": "H", "nm": "N·m", "ohm": "Ω", "ω": "Ω"}
+_WHOLE = {
+    "second": ("s", 1.0),
+    "seconds": ("s", 1.0),
+    "min": ("s", 60.0),
+    "volt": ("V", 1.0),
+    "volts": ("V", 1.0),
+    "ampere": ("A", 1.0),
+    "amp": ("A", 1.0),
+    "rad/s": ("rad/s", 1.0),
+    "rpm": ("rad/s", 2 * math.pi / 60),
+    "1/min": ("rad/s", 2 * math.pi / 60),
+    "rad": ("rad", 1.0),
+    "deg": ("rad", math.pi / 180),
+    "°": ("rad", math.pi / 180),
+    "degrees": ("rad", math.pi / 180),
+}
+
+
+def si(unit: str) -> tuple[str, float] | None:
+    """Return SI unit and factor of a unit as written ("ms", "rpm", "mN·m"); None where it is not known."""
+    plain = unit.strip().replace("·", "").replace("*", "").replace(" ", "")
+    if plain.lower() in _WHOLE:
+        return _WHOLE[plain.lower()]
+    if plain.lower() in _PREFIXED:
+        return _PREFIXED[plain.lower()], 1.0
+    if plain[:1] in _PREFIX and plain[1:].lower() in _PREFIXED:
+        return _PREFIXED[plain[1:].lower()], _PREFIX[plain[0]]
+    return None
+
+
+def split_heading(heading: str) -> tuple[str, str]:
+    """Return name and unit of a column's heading: "t [ms]", "speed (rpm)", "U/V", "C1 in V", "time_s"; unit may be empty."""
+    text = heading.strip().strip('"').strip()
+    for pattern in (
+        r"(.*?)\s*\[([^\]]*)\]",
+        r"(.*?)\s*\(([^)]*)\)",
+        r"(.*?)\s*\bin\s+(\S+)",
+        r"(.*?)\s*/\s*(\S+)",
+        r"(.*)_(\w+)",
+    ):
+        found = re.fullmatch(pattern, text)
+        if found and si(found[2]):
+            return found[1].strip() or found[2].strip(), found[2].strip()
+    return (text, text) if si(text) and len(text) > 2 else (text, "")
