@@ -1,0 +1,229 @@
+"""The virtual bench: one world, the faces of its instruments, and the endpoints that a client reaches them by."""
+
+from contextlib import ExitStack
+from functools import cached_property
+from types import TracebackType
+from typing import Literal
+
+import numpy as np
+
+from sim_instruments.clock import VirtualClock
+from sim_instruments.endpoints.can_node import CanNode
+from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
+from sim_instruments.endpoints.modbus_tcp import ModbusTcpEndpoint
+from sim_instruments.endpoints.modbus_unit import ModbusLine
+from sim_instruments.endpoints.pty import SerialStream
+from sim_instruments.endpoints.visa import InProcessVisaLibrary
+from sim_instruments.faults import Faults
+from sim_instruments.instruments.cia402 import Cia402Inverter
+from sim_instruments.instruments.delta import DeltaDrive
+from sim_instruments.instruments.dyn200 import Dyn200
+from sim_instruments.instruments.errors import Errors
+from sim_instruments.instruments.keysight_e4980a import KeysightE4980A
+from sim_instruments.instruments.keysight_e36300 import RATINGS, KeysightE36313A
+from sim_instruments.instruments.keysight_infiniivision import KeysightInfiniiVision
+from sim_instruments.instruments.lutron import LutronTachometer
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
+from sim_instruments.world import World
+
+Role = Literal["supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter"]
+Address = str | dict[str, str | int]
+
+ROLES: tuple[Role, ...] = ("supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter")
+VISA_ADDRESSES: dict[str, str] = {
+    "supply": "TCPIP0::supply::inst0::INSTR",
+    "lcr_meter": "TCPIP0::lcr-meter::inst0::INSTR",
+    "oscilloscope": "TCPIP0::oscilloscope::inst0::INSTR",
+}
+
+
+class VirtualBench:
+    """A motor on a bench of virtual instruments; a context manager that closes everything it has opened.
+
+    Faces and endpoints come into being when they are first asked for. `seed` decides every noise, each instrument
+    drawing its own; `errors` are the individual errors of the instruments. `line` is how the dynamometer is reached,
+    `can_interface` how the inverter is ("virtual" in process, "udp_multicast" between processes).
+    """
+
+    def __init__(
+        self,
+        motor: VirtualMotor,
+        *,
+        seed: int = 0,
+        errors: Errors | None = None,
+        clock: VirtualClock | None = None,
+        dynamometer: DynamometerMachine | None = None,
+        inverter: InverterStage | None = None,
+        supply: SupplyStage | None = None,
+        leads: Leads | None = None,
+        ambient_temperature: float = 25.0,
+        star_point_accessible: bool = False,
+        initial_angle: float = 0.0,
+        lcr_options: tuple[str, ...] = ("102",),
+        scope_bits: int = 8,
+        dynamometer_pole_pairs: int = 2,
+        dynamometer_rated_torque: float = 5.0,
+        inverter_rated_current: float = 10.0,
+        annunciator: str = "22",
+        line: Literal["tcp", "rtu"] = "tcp",
+        can_interface: str = "virtual",
+    ) -> None:
+        rating = RATINGS[1]
+        self.errors = errors or Errors()
+        self.clock = clock or VirtualClock()
+        self.world = World(
+            motor,
+            self.clock,
+            seed=seed,
+            dynamometer=dynamometer,
+            inverter=inverter,
+            supply=supply or SupplyStage(maximum_voltage=rating.voltage * 1.01, maximum_current=rating.current * 1.01),
+            leads=leads or Leads(lcr_resistance=6.0e-3, lcr_inductance=0.2e-6),
+            ambient_temperature=ambient_temperature,
+            star_point_accessible=star_point_accessible,
+            initial_angle=initial_angle,
+        )
+        self._seed = seed
+        self._lcr_options = lcr_options
+        self._scope_bits = scope_bits
+        self._pole_pairs, self._rated_torque = dynamometer_pole_pairs, dynamometer_rated_torque
+        self._rated_current = inverter_rated_current
+        self._annunciator = annunciator
+        self._line_kind = line
+        self._can_interface = can_interface
+        self._open = ExitStack()
+
+    # faces
+
+    @cached_property
+    def supply(self) -> KeysightE36313A:
+        """The supply's face."""
+        return KeysightE36313A(self.world, self._generator("supply"), self.errors.supply)
+
+    @cached_property
+    def lcr_meter(self) -> KeysightE4980A:
+        """The bridge's face."""
+        return KeysightE4980A(
+            self.world, self._generator("lcr_meter"), self.errors.lcr_meter, options=self._lcr_options
+        )
+
+    @cached_property
+    def oscilloscope(self) -> KeysightInfiniiVision:
+        """The oscilloscope's face."""
+        face = KeysightInfiniiVision(
+            self.world, self._generator("oscilloscope"), self.errors.oscilloscope, bits=self._scope_bits
+        )
+        self._open.callback(face.close)
+        return face
+
+    @cached_property
+    def dynamometer(self) -> ModbusLine:
+        """The dynamometer's line: the drive is unit 1, the transducer unit 2."""
+        generator = self._generator("dynamometer")
+        drive = DeltaDrive(self.world, pole_pairs=self._pole_pairs, rated_torque=self._rated_torque)
+        transducer = Dyn200(self.world, generator, self.errors.dynamometer, rated_torque=self._rated_torque)
+        return ModbusLine((drive, transducer), self.clock, generator)
+
+    @cached_property
+    def tachometer(self) -> LutronTachometer:
+        """The tachometer's face."""
+        return LutronTachometer(
+            self.world, self._generator("tachometer"), self.errors.tachometer, annunciator=self._annunciator
+        )
+
+    @cached_property
+    def inverter(self) -> Cia402Inverter:
+        """The inverter's face."""
+        return Cia402Inverter(self.world, self.errors.inverter, rated_current=self._rated_current)
+
+    @property
+    def faces(self) -> dict[str, object]:
+        """Return every face by role."""
+        return {role: getattr(self, role) for role in ROLES}
+
+    def faults(self, role: str) -> Faults:
+        """Return the faults of a role's line. Raises ValueError for an unknown role."""
+        match role:
+            case "supply":
+                return self.supply.faults
+            case "lcr_meter":
+                return self.lcr_meter.faults
+            case "oscilloscope":
+                return self.oscilloscope.faults
+            case "dynamometer":
+                return self.dynamometer.faults
+            case "tachometer":
+                return self.tachometer.faults
+            case "inverter":
+                return self._can_node.faults
+        raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(ROLES)}")
+
+    # endpoints
+
+    @cached_property
+    def visa_library(self) -> InProcessVisaLibrary:
+        """The library to hand to `pyvisa.ResourceManager`."""
+        library = InProcessVisaLibrary(
+            {
+                VISA_ADDRESSES["supply"]: self.supply,
+                VISA_ADDRESSES["lcr_meter"]: self.lcr_meter,
+                VISA_ADDRESSES["oscilloscope"]: self.oscilloscope,
+            }
+        )
+        self._open.callback(library.shut)
+        return library
+
+    @cached_property
+    def _dynamometer_endpoint(self) -> ModbusTcpEndpoint | ModbusRtuEndpoint:
+        kind = ModbusTcpEndpoint if self._line_kind == "tcp" else ModbusRtuEndpoint
+        endpoint = kind(self.dynamometer)
+        self._open.callback(endpoint.close)
+        return endpoint
+
+    @cached_property
+    def _tachometer_endpoint(self) -> SerialStream:
+        endpoint = SerialStream(self.tachometer, self.clock)
+        self._open.callback(endpoint.close)
+        return endpoint
+
+    @cached_property
+    def _can_node(self) -> CanNode:
+        node = CanNode(self.inverter, self.clock, self._generator("inverter"), interface=self._can_interface)
+        self._open.callback(node.close)
+        return node
+
+    def address(self, role: str) -> Address:
+        """Return where a role's instrument is reached, opening its endpoint. Raises ValueError for an unknown role."""
+        match role:
+            case "supply" | "lcr_meter" | "oscilloscope":
+                return VISA_ADDRESSES[role]
+            case "dynamometer":
+                return self._dynamometer_endpoint.address
+            case "tachometer":
+                return self._tachometer_endpoint.address
+            case "inverter":
+                return self._can_node.address
+        raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(ROLES)}")
+
+    def addresses(self) -> dict[str, Address]:
+        """Return where every instrument is reached."""
+        return {role: self.address(role) for role in ROLES}
+
+    def close(self) -> None:
+        """Close all endpoints, the last one opened first; again is allowed."""
+        self._open.close()
+
+    def __enter__(self) -> "VirtualBench":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _generator(self, role: Role) -> np.random.Generator:
+        return np.random.default_rng((self._seed, ROLES.index(role)))

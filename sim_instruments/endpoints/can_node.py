@@ -1,0 +1,132 @@
+"""A CANopen node on a python-can bus, in process or over UDP multicast."""
+
+from typing import Any, cast
+from uuid import uuid4
+
+import can
+import canopen
+import numpy as np
+from canopen import objectdictionary
+
+from sim_instruments.faults import FaultKind, Faults
+from sim_instruments.instruments.cia402 import Cia402Inverter, Entry, SdoError
+from sim_instruments.scpi.exchange import Clock
+
+# canopen is typed in parts only.
+od: Any = objectdictionary
+
+_TYPES = {
+    "i8": od.INTEGER8,
+    "u8": od.UNSIGNED8,
+    "i16": od.INTEGER16,
+    "u16": od.UNSIGNED16,
+    "i32": od.INTEGER32,
+    "u32": od.UNSIGNED32,
+    "text": od.VISIBLE_STRING,
+}
+# Request and reply of 8 bytes each at 250 kbit/s, and the drive's own cycle.
+_TRANSFER_TIME = 2.0e-3
+_NOTIFIER_CYCLE = 0.05
+_MULTICAST = "239.74.163.2"
+_GENERAL_ERROR = 0x08000000
+
+
+class CanNode:
+    """Serves an inverter's object dictionary by SDO. Every transfer takes 2 ms of virtual time.
+
+    Faults see requests as "read 6041H 0" and "write 6040H 0"; garbage and half a reply are a frame that no client
+    can use, a replaced one is an abort.
+    """
+
+    def __init__(
+        self,
+        inverter: Cia402Inverter,
+        clock: Clock,
+        generator: np.random.Generator,
+        *,
+        node_id: int = 5,
+        interface: str = "virtual",
+        channel: str | None = None,
+    ) -> None:
+        self.faults = Faults()
+        self._inverter = inverter
+        self._clock = clock
+        self._random = generator
+        self._interface = interface
+        default = _MULTICAST if interface == "udp_multicast" else f"virtual-bench-{uuid4().hex}"
+        self._channel = channel or default
+        self._node_id = node_id
+        self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(inverter.entries)))
+        self._node.add_read_callback(self._read)
+        self._node.add_write_callback(self._write)
+        self._network: Any = canopen.Network(can.Bus(interface=interface, channel=self._channel))
+        self._network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE
+        self._network.add_node(self._node)
+        # Requests pass the faults before they reach the server.
+        server = self._node.sdo
+        self._network.unsubscribe(server.rx_cobid, server.on_request)
+        self._network.subscribe(server.rx_cobid, self._request)
+        self._network.connect()
+
+    @property
+    def address(self) -> dict[str, str | int]:
+        """Return interface and channel of python-can, and the node's identifier."""
+        return {"interface": self._interface, "channel": self._channel, "node_id": self._node_id}
+
+    def close(self) -> None:
+        """Leave the bus and end its threads; again is allowed."""
+        if self._network.bus is not None:
+            self._node.nmt.stop_heartbeat()
+            self._network.disconnect()
+
+    def _request(self, identifier: int, data: bytearray, timestamp: float) -> None:
+        # The client is blocked until it has its reply, so sleeping here is sleeping on its behalf.
+        self._clock.sleep(_TRANSFER_TIME)
+        server = self._node.sdo
+        verb = {0x40: "read", 0x20: "write"}.get(data[0] & 0xE0)
+        fault = None
+        if verb is not None and self.faults:
+            index = int.from_bytes(data[1:3], "little")
+            fault = self.faults.strike(f"{verb} {index:04X}H {data[3]}")
+        if fault is None:
+            server.on_request(identifier, data, timestamp)
+        elif fault.kind is FaultKind.LATE:
+            self._clock.sleep(fault.delay)
+            server.on_request(identifier, data, timestamp)
+        elif fault.kind is FaultKind.REPLACE:
+            abort = bytes([0x80, *data[1:4]]) + _GENERAL_ERROR.to_bytes(4, "little")
+            self._network.send_message(server.tx_cobid, fault.reply or abort)
+        elif fault.kind is not FaultKind.SILENCE:
+            frame = self._random.integers(0, 256, 4 if fault.kind is FaultKind.HALF else 8, dtype=np.uint8)
+            self._network.send_message(server.tx_cobid, frame.tobytes())
+
+    def _read(self, *, index: int, **_: Any) -> int | None:
+        return self._inverter.read(index)
+
+    def _write(self, *, index: int, data: bytes, **others: Any) -> None:
+        try:
+            self._inverter.write(index, others["od"].decode_raw(data))
+        except SdoError as error:
+            raise canopen.SdoAbortedError(error.code) from error
+
+
+def _dictionary(entries: tuple[Entry, ...]) -> Any:
+    dictionary = od.ObjectDictionary()
+    for index in dict.fromkeys(entry.index for entry in entries):
+        members = [entry for entry in entries if entry.index == index]
+        if len(members) == 1:
+            dictionary.add_object(_variable(members[0]))
+            continue
+        record = od.ODRecord(members[0].name.split(":")[0], index)
+        for member in members:
+            record.add_member(_variable(member))
+        dictionary.add_object(record)
+    return dictionary
+
+
+def _variable(entry: Entry) -> Any:
+    variable = od.ODVariable(entry.name, entry.index, entry.subindex)
+    variable.data_type = _TYPES[entry.kind]
+    variable.access_type = entry.access
+    variable.default = entry.value
+    return variable

@@ -1,0 +1,108 @@
+"""Modbus RTU: units on a serial line, a pseudo-terminal served by a thread."""
+
+import os
+import select
+import struct
+import threading
+
+from pymodbus.constants import ExcCodes
+from pymodbus.exceptions import ModbusIOException
+from pymodbus.framer import FramerRTU
+from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
+from pymodbus.pdu.register_message import (
+    ReadHoldingRegistersRequest,
+    ReadHoldingRegistersResponse,
+    WriteMultipleRegistersRequest,
+    WriteMultipleRegistersResponse,
+    WriteSingleRegisterRequest,
+    WriteSingleRegisterResponse,
+)
+
+from sim_instruments.endpoints.modbus_unit import ModbusLine
+from sim_instruments.endpoints.pty import PseudoTerminal
+from sim_instruments.faults import Fault, spoil
+from sim_instruments.instruments.registers import RegisterError
+
+_BITS_PER_CHARACTER = 11
+_SILENT_CHARACTERS = 3.5
+_TURNAROUND = 5.0e-3
+# A frame that stays incomplete for so long in real time is given up, as a silent interval would end it.
+_FRAME_TIMEOUT = 0.05
+_STOP_TIMEOUT = 10.0
+
+
+class ModbusRtuEndpoint:
+    """Serves a line of units until it is closed; a request takes the virtual time that its bytes take on the wire."""
+
+    def __init__(self, line: ModbusLine, *, baud_rate: int = 9600) -> None:
+        self._line = line
+        self._character = _BITS_PER_CHARACTER / baud_rate
+        self._terminal = PseudoTerminal()
+        self._framer = FramerRTU(DecodePDU(True))
+        self._wake, self._waker = os.pipe()
+        self._thread = threading.Thread(target=self._serve, name="modbus-rtu", daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> str:
+        """Address of the endpoint, rtu:// and the path of the serial port."""
+        return f"rtu://{self._terminal.path}"
+
+    def close(self) -> None:
+        """Stop serving, wait for the thread and close the line; again is allowed."""
+        if self._waker < 0:
+            return
+        os.write(self._waker, b"\0")
+        self._thread.join(_STOP_TIMEOUT)
+        for descriptor in (self._wake, self._waker):
+            os.close(descriptor)
+        self._wake = self._waker = -1
+        self._terminal.close()
+
+    def _serve(self) -> None:
+        buffer = b""
+        while True:
+            ready, _, _ = select.select([self._terminal.master, self._wake], [], [], _FRAME_TIMEOUT if buffer else None)
+            if self._wake in ready:
+                return
+            buffer = buffer + self._terminal.receive() if ready else b""
+            used, pdu = self._decode(buffer) if buffer else (0, None)
+            if pdu is not None:
+                self._answer(pdu, used)
+            buffer = buffer[used:]
+
+    def _decode(self, buffer: bytes) -> tuple[int, ModbusPDU | None]:
+        try:
+            return self._framer.handleFrame(buffer, 0, 0)
+        except (ModbusIOException, ValueError, struct.error):
+            # A frame with a good checksum that is no request: a slave keeps silent.
+            return len(buffer), None
+
+    def _answer(self, request: ModbusPDU, length: int) -> None:
+        if request.dev_id not in self._line.units:
+            return
+        verb = "read" if isinstance(request, ReadHoldingRegistersRequest) else "write"
+        count = len(request.registers) if verb == "write" else request.count
+        response = self._execute(request)
+        response.dev_id = request.dev_id
+        reply = self._framer.buildFrame(response)
+        characters = length + len(reply) + 2.0 * _SILENT_CHARACTERS
+        # The client is blocked until it has its reply, so sleeping here is sleeping on its behalf.
+        self._line.clock.sleep(characters * self._character + _TURNAROUND)
+        fault: Fault | None = self._line.strike(verb, request.dev_id, request.address, count)
+        self._terminal.send(reply if fault is None else spoil(fault, reply, self._line.generator))
+
+    def _execute(self, request: ModbusPDU) -> ModbusPDU:
+        unit = self._line.units[request.dev_id]
+        try:
+            if isinstance(request, ReadHoldingRegistersRequest):
+                return ReadHoldingRegistersResponse(registers=unit.read(request.address, request.count))
+            if isinstance(request, WriteSingleRegisterRequest):
+                unit.write(request.address, list(request.registers))
+                return WriteSingleRegisterResponse(address=request.address, registers=list(request.registers))
+            if isinstance(request, WriteMultipleRegistersRequest):
+                unit.write(request.address, list(request.registers))
+                return WriteMultipleRegistersResponse(address=request.address, count=len(request.registers))
+        except RegisterError as error:
+            return ExceptionResponse(request.function_code, ExcCodes(error.code))
+        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_FUNCTION)

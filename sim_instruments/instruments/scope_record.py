@@ -1,0 +1,128 @@
+"""A record of the oscilloscope: what its converter made of the true signals."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+WordArray = NDArray[np.uint16]
+Signal = Callable[[int, FloatArray], FloatArray]
+
+# Eight divisions are 199 of the 256 steps, so the converter sees a little beyond the screen.
+STEPS_PER_SCREEN = 199
+DIVISIONS = 8
+CLIPPED_LOW, CLIPPED_HIGH = 0x0001, 0xFFFF
+_NOISE_DIVISIONS = 0.02
+_NOISE_FLOOR = 1.5e-4
+_CHUNK = 1 << 18
+
+
+@dataclass(frozen=True)
+class Vertical:
+    """Vertical setting of a channel and this unit's errors.
+
+    `scale` and `offset` in V or A, `probe` attenuation, `gain_error` relative, `offset_error` of the full scale;
+    `bits` of the converter, `noise_factor` for bandwidth limit, averaging or high resolution.
+    """
+
+    scale: float
+    offset: float
+    probe: float
+    inverted: bool = False
+    ac_coupled: bool = False
+    gain_error: float = 0.0
+    offset_error: float = 0.0
+    bits: int = 8
+    noise_factor: float = 1.0
+
+    @property
+    def step(self) -> float:
+        """One of the 256 steps (V or A)."""
+        return DIVISIONS * self.scale / STEPS_PER_SCREEN
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the noise (V or A)."""
+        return math.hypot(_NOISE_DIVISIONS * self.scale, _NOISE_FLOOR * self.probe) * self.noise_factor
+
+    def displayed(self, true: FloatArray) -> FloatArray:
+        """Return the signal as the unit's errors and its polarity show it, without noise."""
+        signal = true * ((-1.0 if self.inverted else 1.0) * (1.0 + self.gain_error))
+        signal += self.offset_error * DIVISIONS * self.scale
+        return signal
+
+    def words(self, displayed: FloatArray, generator: np.random.Generator) -> WordArray:
+        """Return what the converter gives, 16 bits left-aligned, clipped ends marked."""
+        fine = float(1 << (self.bits - 8))
+        codes = generator.standard_normal(len(displayed), dtype=np.float32).astype(np.float64)
+        codes *= self.noise / self.step * fine
+        codes += (displayed - self.offset) * (fine / self.step) + 128.0 * fine
+        np.rint(codes, out=codes)
+        codes *= 256.0 / fine
+        # The lowest code of the converter stands for a hole in the data and never for a sample.
+        np.clip(codes, CLIPPED_LOW, CLIPPED_HIGH, out=codes)
+        return codes.astype(np.uint16)
+
+
+@dataclass
+class Record:
+    """One acquisition: trigger times (s, several when averaged), the span around them, and each channel's setting."""
+
+    triggers: tuple[float, ...]
+    origin: float
+    span: float
+    available: int
+    verticals: dict[int, Vertical]
+    seed: tuple[int, ...]
+    time_base_error: float
+    signal: Signal
+    _words: dict[tuple[int, int], WordArray] = field(default_factory=dict)
+    _frozen: bool = False
+
+    @property
+    def end(self) -> float:
+        """Time (s) at which the last sample was taken."""
+        return max(self.triggers) + max(self.origin + self.span, 0.0)
+
+    def points(self, wanted: int) -> int:
+        """Return how many points a transfer of at most `wanted` gives."""
+        return max(1, min(wanted, self.available))
+
+    def words(self, channel: int, points: int) -> WordArray:
+        """Return the samples of a channel at `points` evenly spaced times, 16 bits left-aligned."""
+        cached = self._words.get((channel, points))
+        if cached is None:
+            cached = self._nearest(channel, points) if self._frozen else self._sample(channel, points)
+            self._words[channel, points] = cached
+        return cached
+
+    def freeze(self, points: int) -> None:
+        """Keep the samples for good, before the past that they come from is forgotten."""
+        if self._frozen:
+            return
+        for channel in self.verticals:
+            self.words(channel, self.points(points))
+        self._frozen = True
+
+    def _sample(self, channel: int, points: int) -> WordArray:
+        vertical = self.verticals[channel]
+        generator = np.random.default_rng((*self.seed, channel, points))
+        interval = self.span / points
+        signal = np.zeros(points)
+        for trigger in self.triggers:
+            for start in range(0, points, _CHUNK):
+                index = np.arange(start, min(start + _CHUNK, points), dtype=np.float64)
+                times = trigger + (self.origin + index * interval) * (1.0 + self.time_base_error)
+                signal[start : start + len(index)] += self.signal(channel, times)
+        signal /= len(self.triggers)
+        if vertical.ac_coupled:
+            signal -= signal.mean()
+        return vertical.words(vertical.displayed(signal), generator)
+
+    def _nearest(self, channel: int, points: int) -> WordArray:
+        kept = max(count for number, count in self._words if number == channel)
+        index = (np.arange(points) * kept) // points
+        return self._words[channel, kept][index]
