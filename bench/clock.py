@@ -17,3 +17,18 @@ class SystemClock:
         """Let the given time (s) pass."""
         if seconds > 0.0:
             time.sleep(seconds)  # noqa: TID251  the one place besides the virtual clock
+
+
+class ReplayClock:
+    """Time of a replay: what was waited for once is not waited for again."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+
+    def now(self) -> float:
+        """Return the time (s) that the replayed measurement would have reached."""
+        return self._now
+
+    def sleep(self, seconds: float) -> None:
+        """Count the time (s) as passed."""
+        self._now += max(0.0, seconds)

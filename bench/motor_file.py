@@ -195,8 +195,8 @@ def load_motor(reference: str) -> MotorFile:
 def _motor(content: bytes, data: Mapping[str, Any], source: str) -> MotorFile:
     virtual = data.get("virtual")
     if isinstance(virtual, dict) and _SIX_STEP_TABLES & virtual.keys():
-        rest = {key: value for key, value in virtual.items() if key not in _SIX_STEP_TABLES}
-        data = {key: value for key, value in data.items() if key != "virtual"} | ({"virtual": rest} if rest else {})
+        # Their reader checks the table; here it only means that there is no motor for the bench in it.
+        data = {key: value for key, value in data.items() if key != "virtual"}
     file = validate(_File, data, source)
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None

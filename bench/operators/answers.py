@@ -1,8 +1,9 @@
 """Readings from a file instead of from a person: the same procedures, replayed."""
 
 import math
+import re
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +21,13 @@ class Answers:
     """Lists of answers by what is asked, each used up from its start.
 
     `[readings]` of the file maps the key of a reading to a number, a list of numbers, or for marked angles a list of lists.
+    A table in it, named by an instrument's role, holds what is read off that instrument: `readings.tachometer.speed`.
     """
 
     def __init__(self, answers: Mapping[str, Any], source: str) -> None:
         self._source = source
         self._left: dict[str, deque[Any]] = {}
-        for key, given in answers.items():
+        for key, given in _flat(answers):
             items = given if isinstance(given, list) else [given]
             if key == ANGLES_KEY and items and not isinstance(items[0], list):
                 items = [items]
@@ -62,6 +64,14 @@ class Answers:
     def unused(self) -> dict[str, int]:
         """Return how many answers are left by key, for a warning at the end."""
         return {key: len(left) for key, left in self._left.items() if left}
+
+
+def _flat(answers: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key, given in answers.items():
+        if isinstance(given, dict):
+            yield from ((f"{key}.{inner}", value) for inner, value in _flat(given))
+        else:
+            yield key, given
 
 
 def load_answers(path: Path) -> Answers:
@@ -102,3 +112,26 @@ class AnswersOperator:
             degrees = self._answers.next(ANGLES_KEY, action.sentence().render())
             return [math.radians(angle) for angle in degrees]
         return None
+
+
+class AnswersPrompt:
+    """Answers what instruments set and read by hand ask for; everything to be done is done at once."""
+
+    def __init__(self, answers: Answers, instrument: str) -> None:
+        self._answers = answers
+        self._instrument = instrument
+
+    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+        """Return the next answer to `role.quantity`; the driver itself checks its range."""
+        asked = f"{self._instrument}: {quantity} in {unit} {context}".strip()
+        return float(self._answers.next(f"{self._instrument}.{quantity_key(quantity)}", asked))
+
+    def confirm(self, text: str) -> None:
+        """Say that it is done."""
+
+
+def quantity_key(quantity: str) -> str:
+    """Return a quantity's key in an answers file: `resistance Rs` is `resistance`, `electrical frequency` is `electrical_frequency`."""
+    words = re.split(r"[,:]", quantity)[0].split()
+    kept = [word for word in words if word == word.lower()] or words
+    return re.sub(r"\W+", "_", "_".join(kept)).strip("_").lower()

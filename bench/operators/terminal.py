@@ -65,6 +65,11 @@ class TerminalOperator:
             else:
                 return value
 
+    def confirm(self, heading: str, sentence: str) -> None:
+        """Say what to do to an instrument and wait until it is done."""
+        self._console.print(f"\n[bold]▶ {_plain(heading)}: {_plain(self._translate(sentence))}[/bold]")
+        self._line(text("Done? Press Enter"))
+
     def _angles(self, question: Text) -> list[float]:
         while True:
             typed = self._line(question)
@@ -90,6 +95,24 @@ class TerminalOperator:
         if not line:
             raise EOFError
         return line
+
+
+class TerminalPrompt:
+    """The way to the same person for instruments that are set and read by hand; `instrument` is the role."""
+
+    def __init__(self, operator: TerminalOperator, instrument: str) -> None:
+        self._operator = operator
+        self._instrument = instrument
+
+    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+        """Return the number typed, within its range."""
+        what = f"{quantity} {context}".strip()
+        named = text("{instrument}, {quantity}", instrument=self._instrument, quantity=Text("{what}", {"what": what}))
+        return self._operator.number(named, unit, minimum, maximum)
+
+    def confirm(self, text: str) -> None:
+        """Return once the person says that it is done."""
+        self._operator.confirm(self._instrument, text)
 
 
 def _plain(words: str) -> str:

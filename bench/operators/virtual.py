@@ -88,6 +88,7 @@ class VirtualOperator:
                 world.turn_shaft(action.speed, _WOBBLE)
             case StopTurning():
                 world.hold_shaft()
+                self._take(_SETTLE)
                 world.let_go()
             case CoupleDynamometer():
                 self._at_rest(world.couple_dynamometer)

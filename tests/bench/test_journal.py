@@ -38,7 +38,9 @@ odd = st.recursive(
         st.complex_numbers(),
         st.text(alphabet=st.characters(exclude_categories=())),
         st.binary(max_size=20),
-        st.sampled_from([Colour.RED, Nasty(), ALIGN_D, text("{a}", a=1), text("{missing}"), np.float64("nan"), Decimal(1)]),
+        st.sampled_from(
+            [Colour.RED, Nasty(), ALIGN_D, text("{a}", a=1), text("{missing}"), np.float64("nan"), Decimal(1)]
+        ),
         st.just(np.arange(3)),
     ),
     lambda inner: st.one_of(

@@ -1,0 +1,106 @@
+"""The command line. Nothing heavy is imported before a command is chosen."""
+
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError, Parameter
+
+from bench.errors import InputError, UsageError
+
+#: Exit statuses: something failed; the command line was wrong.
+FAILED, USAGE = 1, 2
+
+
+def make_app() -> App:
+    """Return the application with all its commands."""
+    app = App(
+        name="motorbench",
+        help="A test bench for permanent-magnet motors, real or virtual.",
+        version=_version,
+        default_parameter=Parameter(negative=()),
+        result_action="return_value",
+    )
+    lists = Parameter(negative=(), consume_multiple=True)
+    commands = (
+        ("demo", "Every procedure on the virtual bench, then the summary."),
+        ("run", "Run procedures on a station, or on the virtual bench."),
+        ("procedures", "List the procedures with their steps and settings."),
+        ("results", "Show a run, whole or cut off."),
+        ("doctor", "Check the installation: libraries, VISA backends, permissions."),
+    )
+    for name, words in commands:
+        app.command(f"bench.commands.{name}:{name}", name=name, help=words)
+    analyze = App(name="analyze", help="Evaluate a stored capture; no instrument needed.", default_parameter=lists)
+    for name, words in (
+        ("back-emf", "Fundamental and harmonics of captured back-EMF voltages."),
+        ("step-response", "Resistance and inductance from a current step."),
+        ("coast-down", "Friction from a coast-down (time, speed)."),
+        ("rotor-sweep", "Ld and Lq from inductance over the rotor's angle."),
+    ):
+        analyze.command(f"bench.commands.analyze:{name.replace('-', '_')}", name=name, help=words)
+    app.command(analyze)
+    sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
+    sim.command("bench.commands.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
+    app.command(sim)
+    station = App(name="station", help="Look after a station.", default_parameter=lists)
+    station.command("bench.commands.station:check", name="check", help="Open, identify and close its instruments.")
+    app.command(station)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 1 failed, 2 wrong usage; one message on standard error, never a traceback."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    sys.exit(_run(given))
+
+
+def _run(given: list[str]) -> int:
+    try:
+        code = make_app()(given, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        return _refuse(given, _usage(error), USAGE)
+    except UsageError as error:
+        return _refuse(given, str(error), USAGE)
+    except InputError as error:
+        return _refuse(given, str(error), FAILED)
+    except BrokenPipeError:
+        # Whoever read the output has had enough; there is nobody left to tell.
+        sys.stderr.close()
+        return FAILED
+    except KeyboardInterrupt:
+        return _refuse(given, "interrupted by Ctrl-C", FAILED)
+    except Exception as error:  # noqa: BLE001  the last place where an error becomes a message
+        return _unexpected(given, error)
+    return code if isinstance(code, int) else 0
+
+
+def _unexpected(given: list[str], error: Exception) -> int:
+    from drivers.interfaces import InstrumentError
+    from procedures.bench import ProcedureError
+
+    if isinstance(error, InstrumentError | ProcedureError):
+        return _refuse(given, str(error), FAILED)
+    return _refuse(
+        given,
+        f"a fault of the program: {type(error).__name__}: {error}; please report it with what you typed",
+        FAILED,
+    )
+
+
+def _usage(error: CycloptsError) -> str:
+    return f"{str(error).strip()} See motorbench --help"
+
+
+def _refuse(given: list[str], words: str, code: int) -> int:
+    if "--json" in given:
+        import json
+
+        print(json.dumps({"error": words}, ensure_ascii=False))
+    print(f"motorbench: {words}", file=sys.stderr)
+    return code
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("motorbench")

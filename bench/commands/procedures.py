@@ -1,0 +1,73 @@
+"""`motorbench procedures`: what can be measured, and by which steps."""
+
+import sys
+from typing import Any
+
+from bench.commands.output import console_on, print_json
+from bench.language import language_of, translator
+from procedures.catalogue import catalogue
+from procedures.procedure import Procedure
+from procedures.text import Translate
+
+
+def procedures(*, json: bool = False, language: str = "auto") -> None:
+    """List the procedures with their place in the note, instruments, steps and settings.
+
+    Parameters
+    ----------
+    json
+        Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
+
+    """
+    translate = translator(language_of(language))
+    listed = {name: describe(procedure, translate) for name, procedure in catalogue().items()}
+    if json:
+        print_json({"procedures": listed})
+        return
+    console = console_on(sys.stdout)
+    for name, entry in listed.items():
+        console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}")
+        if entry["roles"]:
+            console.print(f"  [dim]{', '.join(entry['roles'])}[/dim]")
+        for step in entry["steps"]:
+            console.print(f"  {step['id']:<12}{'✋ ' if step['by_hand'] else '   '}{step['text']}", markup=False)
+        for setting, told in entry["settings"].items():
+            console.print(f"  --set {setting}={told['default']}  ({told['description']})", markup=False, style="dim")
+        console.print()
+
+
+def describe(procedure: type[Procedure[Any]], translate: Translate) -> dict[str, Any]:
+    """Return a procedure in JSON's types; step sentences keep the names of settings in braces."""
+    return {
+        "title": translate(procedure.title),
+        "section": procedure.section,
+        "roles": sorted(role.value for role in procedure.roles),
+        "gives": list(procedure.gives),
+        "steps": [
+            {"id": step.identifier, "text": translate(step.template), "by_hand": step.by_hand}
+            for step in procedure.steps()
+        ],
+        "settings": _settings(procedure),
+    }
+
+
+def _settings(procedure: type[Procedure[Any]]) -> dict[str, Any]:
+    model = procedure.settings_type()
+    defaults = model().model_dump(mode="json")
+    return {
+        name: {"default": defaults[name], "unit": _unit(field.description), "description": field.description or ""}
+        for name, field in model.model_fields.items()
+    }
+
+
+def _unit(description: str | None) -> str | None:
+    """Return the unit at the end of a description, as in `record's length, s`."""
+    last = (description or "").split(";")[0].rpartition(", ")[2].strip()
+    return last if last in _UNITS else None
+
+
+_UNITS = frozenset(
+    {"s", "Hz", "V", "A", "Ω", "H", "rpm", "rad/s", "°C", "K", "1/K", "N·m", "kg·m²", "N·m·s/rad", "V rms", "m"}
+)

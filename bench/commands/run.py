@@ -1,0 +1,108 @@
+"""`motorbench run`: procedures on a station or on the virtual bench."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from bench.commands.output import console_on, print_end, print_json, print_summary
+from bench.errors import UsageError
+from bench.language import language_of, translator
+from bench.motor_file import load_motor
+from bench.run_folder import existing_run_folder
+from bench.session import Wishes
+from bench.session import run as run_session
+from procedures.catalogue import catalogue
+
+
+def run(
+    *procedures: str,
+    station: str | None = None,
+    motor: str | None = None,
+    operator: str = "",
+    answers: Path | None = None,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
+    language: str = "auto",
+    json: bool = False,
+    resume: str | None = None,
+    trace: bool = False,
+    seed: int | None = None,
+    runs: Path = Path("runs"),
+    continue_on_error: bool = False,
+) -> int:
+    """Run procedures one after the other and print what they found.
+
+    Parameters
+    ----------
+    procedures
+        Names as `motorbench procedures` lists them, or `all`.
+    station
+        A station file, or `virtual`.
+    motor
+        A motor file, or the name of a shipped motor.
+    operator
+        Who does the hand work: terminal (a person), virtual, answers (typed readings from a file).
+    answers
+        TOML file of readings for `--operator answers`.
+    set_
+        A setting, `name=value` or `procedure.name=value`; may be given several times.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+    resume
+        A run's folder: go on at its first unfinished procedure.
+    trace
+        Record every exchange with the instruments in the journal.
+    seed
+        Seed of the virtual bench.
+    runs
+        Folder in which the run's own folder is made.
+    continue_on_error
+        Go on with the next procedure where one fails.
+
+    """
+    folder = existing_run_folder(resume, runs) if resume else None
+    if folder is not None:
+        from bench.journal import read_journal
+
+        events = read_journal(folder.journal).events
+        began = events[0].data if events else {}
+        station = station or began.get("station", {}).get("source")
+        motor = motor or began.get("motor", {}).get("source")
+        procedures = procedures or tuple(began.get("procedures", ()))
+        set_ = set_ or tuple(began.get("settings", ()))
+        seed = began.get("seed") if seed is None else seed
+    if not procedures:
+        raise UsageError("name at least one procedure, or all; motorbench procedures lists them")
+    if station is None or motor is None:
+        raise UsageError("--station FILE|virtual and --motor FILE are needed")
+    chosen = language_of(language)
+    done = run_session(
+        Wishes(
+            procedures=procedures,
+            motor=load_motor(motor),
+            station=station,
+            language=chosen,
+            runs=runs,
+            operator=operator,
+            answers=answers,
+            assignments=set_,
+            seed=seed or 0,
+            trace=trace,
+            go_on=continue_on_error,
+            resume=folder,
+        ),
+        catalogue(),
+        console_on(sys.stderr),
+    )
+    translate = translator(chosen)
+    if json:
+        print_json(done.view.as_dict(translate))
+    else:
+        print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
+    if done.view.status != "completed":
+        print_end(done.view, done.folder, translate)
+        return 1
+    return 0

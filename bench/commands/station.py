@@ -1,0 +1,88 @@
+"""`motorbench station check`: does every instrument answer, and is it the right one?"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from bench.clock import SystemClock
+from bench.commands.output import console_on, print_json
+from bench.instruments import StationInstruments, system_visa
+from bench.station import Entry, load_station
+from drivers.interfaces import InstrumentError, Waveform
+from drivers.manual.prompt import Prompt
+from procedures.bench import Role
+from procedures.nameplate import Connection, Nameplate
+
+
+class _Nowhere:
+    """Stands for journal, waveform store and person where nothing is measured."""
+
+    def event(self, kind: str, **data: Any) -> None:
+        """Forget it."""
+
+    def store(self, name: str, waveform: Waveform) -> str:
+        """Forget it."""
+        return ""
+
+    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+        """Answer the least: nobody measures here."""
+        return minimum
+
+    def confirm(self, text: str) -> None:
+        """Go on."""
+
+
+def check(station: Path, *, json: bool = False) -> int:
+    """Open every instrument of a station file, say who answers, and close it again; nothing is energised.
+
+    Parameters
+    ----------
+    station
+        The station file.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    read = load_station(station)
+    nowhere = _Nowhere()
+    plate = Nameplate("none", Connection.WYE, rated_current=1e-3)
+    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, nowhere)
+    instruments = StationInstruments(
+        read, plate, SystemClock(), nowhere, nowhere, system_visa(read.visa_library), prompts.get
+    )
+    try:
+        found = {role.value: _look(instruments, entry) for role, entry in read.entries.items()}
+    finally:
+        closing = instruments.close()
+    good = not closing and all(entry["error"] is None for entry in found.values())
+    if json:
+        print_json({"station": read.name, "instruments": found, "closing": list(closing), "good": good})
+    else:
+        _print(read.name, found, list(closing))
+    return 0 if good else 1
+
+
+def _look(instruments: StationInstruments, entry: Entry) -> dict[str, Any]:
+    told: dict[str, Any] = {"driver": entry.driver.name, "address": entry.address, "identity": None, "error": None}
+    try:
+        identity = instruments.get(entry.role).identity
+    except InstrumentError as error:
+        told["error"] = str(error)
+    else:
+        told["identity"] = ", ".join(
+            part for part in (identity.manufacturer, identity.model, identity.serial_number, identity.firmware) if part
+        )
+    return told
+
+
+def _print(name: str, found: dict[str, dict[str, Any]], closing: list[str]) -> None:
+    console = console_on(sys.stdout)
+    console.print(name, style="bold", markup=False)
+    if not found:
+        console.print("  no instruments; add [instruments.<role>] tables to the file", markup=False)
+    for role, told in found.items():
+        mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {role:<13}{told['driver']:<24}{told['address'] or '–'}", markup=False)
+        console.print(f"      {words}", markup=False)
+    for fault in closing:
+        console.print(f"  ✗ {fault}", markup=False)

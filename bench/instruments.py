@@ -1,0 +1,144 @@
+"""A station's instruments: each opened when first needed, limited by the motor, recorded, and closed on its own."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from bench.motor_limits import with_motor_limits
+from bench.recording import Recording, WaveformSink
+from bench.station import Entry, Station
+from drivers.interfaces import Clock, Instrument, InstrumentError, Traffic
+from drivers.manual.prompt import Prompt
+from drivers.registry import Surroundings
+from procedures.bench import Recorder, Role
+from procedures.nameplate import Nameplate
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+#: Gives the way to the person for the instrument in a role; None where there is no person.
+Prompts = Callable[[Role], Prompt | None]
+
+
+class StationInstruments:
+    """Opens, hands out and closes the instruments of a station.
+
+    `visa` makes the VISA resource manager when the first VISA instrument is opened. With `trace`, every exchange of the
+    drivers is an event too.
+    """
+
+    def __init__(
+        self,
+        station: Station,
+        nameplate: Nameplate,
+        clock: Clock,
+        recorder: Recorder,
+        waveforms: WaveformSink,
+        visa: "Callable[[], ResourceManager]",
+        prompts: Prompts,
+        *,
+        trace: bool = False,
+    ) -> None:
+        self._station = station
+        self._nameplate = nameplate
+        self._waveforms = waveforms
+        self._clock = clock
+        self._recorder = recorder
+        self._make_visa = visa
+        self._prompts = prompts
+        self._trace = trace
+        self._visa: ResourceManager | None = None
+        self._opened: dict[Role, Instrument] = {}
+
+    def available(self) -> Mapping[Role, Instrument]:
+        """Return one instrument for every role, behind the motor's limits, recorded, and opened at its first use."""
+        handed: dict[Role, Instrument] = {}
+        for role in self._station.entries:
+            limited = with_motor_limits(role, _Lazy(self, role), self._nameplate)
+            handed[role] = Recording(limited, role.value, self._recorder, self._waveforms)
+        return handed
+
+    def open(self, role: Role) -> None:
+        """Open the instrument of a role now; does nothing where the station has none. Raises InstrumentError."""
+        if role in self._station.entries:
+            self.get(role)
+
+    def get(self, role: Role) -> Instrument:
+        """Return the instrument of a role, opened."""
+        if role not in self._opened:
+            self._opened[role] = self._open(self._station.entries[role])
+        return self._opened[role]
+
+    def opened(self) -> Mapping[Role, Instrument]:
+        """Return those that are open."""
+        return dict(self._opened)
+
+    def close(self) -> Sequence[str]:
+        """Close them all, each on its own, and the VISA library; return what went wrong."""
+        faults = []
+        for role, instrument in self._opened.items():
+            faults += _attempt(role.value, instrument.close)
+        self._opened = {}
+        if self._visa is not None:
+            faults += _attempt("VISA library", self._visa.close)
+            self._visa = None
+        return faults
+
+    def _open(self, entry: Entry) -> Instrument:
+        said: dict[str, Any] = {"instrument": entry.role.value, "driver": entry.driver.name, "address": entry.address}
+        surroundings = Surroundings(
+            self._clock, self._manager, self._prompts(entry.role), self._traffic(entry.role) if self._trace else None
+        )
+        try:
+            instrument = entry.driver.open(entry.address, entry.options, surroundings, name=entry.name)
+        except Exception as error:
+            self._recorder.event("instrument_error", **said, call="open", error=f"{type(error).__name__}: {error}")
+            if isinstance(error, InstrumentError):
+                raise
+            raise InstrumentError(
+                entry.name,
+                f"cannot be opened at {entry.address or 'no address'}: {error}",
+                remedy="See the station file",
+            ) from error
+        self._recorder.event("instrument_opened", **said, identity=instrument.identity)
+        return instrument
+
+    def _manager(self) -> "ResourceManager":
+        if self._visa is None:
+            self._visa = self._make_visa()
+        return self._visa
+
+    def _traffic(self, role: Role) -> Traffic:
+        def told(direction: str, content: str) -> None:
+            self._recorder.event("traffic", instrument=role.value, direction=direction, content=content)
+
+        return told
+
+
+class _Lazy:
+    """Stands for an instrument until it is first used."""
+
+    def __init__(self, instruments: StationInstruments, role: Role) -> None:
+        self._instruments = instruments
+        self._role = role
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(self._instruments.get(self._role), attribute)
+
+
+def system_visa(library: str) -> "Callable[[], ResourceManager]":
+    """Return what makes a resource manager of an installed VISA library (`@py`, a path; empty for the vendor's)."""
+
+    def make() -> "ResourceManager":
+        from pyvisa import ResourceManager
+
+        return ResourceManager(library)
+
+    return make
+
+
+def _attempt(name: str, close: Callable[[], object]) -> list[str]:
+    try:
+        close()
+    except Exception as error:  # noqa: BLE001  one that cannot be closed must not keep the next open
+        return [f"{name} could not be closed: {error}"]
+    return []

@@ -1,0 +1,148 @@
+"""One run from the command line's wishes to the written result."""
+
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.errors import InputError, UsageError
+from bench.instruments import StationInstruments
+from bench.journal import Journal, JournalFile, read_journal
+from bench.language import translator
+from bench.motor_file import MotorFile
+from bench.plan import Catalogue, Planned, make_plan
+from bench.progress import Progress
+from bench.run_folder import RunFolder, new_run_folder
+from bench.run_view import RunView, view_of
+from bench.runner import Runner
+from bench.station import Station
+from bench.surroundings import Place, place
+from bench.waveforms import WaveformStore
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What the command line asks for; `language` is settled already."""
+
+    procedures: Sequence[str]
+    motor: MotorFile
+    station: str
+    language: str
+    runs: Path
+    operator: str = ""
+    answers: Path | None = None
+    assignments: Sequence[str] = field(default_factory=tuple)
+    seed: int = 0
+    trace: bool = False
+    go_on: bool = False
+    resume: RunFolder | None = None
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run that has ended: its folder, what it came to, and the bench time (s) that hands needed."""
+
+    folder: RunFolder
+    view: RunView
+    hand_time: float
+
+
+def run(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Finished:
+    """Do it; progress and questions go to `console`. Raises InputError before anything is touched."""
+    plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
+    translate = translator(wishes.language)
+    with place(
+        wishes.station,
+        wishes.motor,
+        wishes.operator,
+        answers=wishes.answers,
+        seed=wishes.seed,
+        console=console,
+        translate=translate,
+    ) as where:
+        _check_roles(plan, where.station)
+        previous = _previous(wishes, where.station) if wishes.resume else None
+        view = view_of(previous.events) if previous else RunView()
+        folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
+        journal = Journal(folder.journal, where.clock.now, previous=previous)
+        journal.listen(view.apply)
+        live = wishes.station == "virtual" or wishes.operator == "answers"
+        journal.listen(Progress(console, [planned.name for planned in plan], live=live).hear)
+        instruments = StationInstruments(
+            where.station,
+            wishes.motor.nameplate,
+            where.clock,
+            journal,
+            WaveformStore(folder.waveforms),
+            where.visa,
+            where.prompts,
+            trace=wishes.trace,
+        )
+        runner = Runner(instruments, where.operator, where.clock, journal, view, wishes.motor.nameplate, translate)
+        about = _about(wishes, plan, where, folder)
+        runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on)
+        folder.write_result(view.as_dict(translate))
+        return Finished(folder, view, where.hand_time())
+
+
+def _check_roles(plan: Sequence[Planned], station: Station) -> None:
+    for planned in plan:
+        missing = [f"[instruments.{role.value}]" for role in planned.procedure.roles if role not in station.entries]
+        if missing:
+            raise InputError(f"{station.source}: {planned.name} needs {', '.join(sorted(missing))}; add it to the file")
+
+
+def _previous(wishes: Wishes, station: Station) -> JournalFile:
+    if wishes.resume is None:
+        raise UsageError("there is no run to resume")
+    read = read_journal(wishes.resume.journal)
+    if not read.events or read.events[0].kind != "run_started":
+        raise InputError(f"{wishes.resume.journal}: the journal has no beginning; start a new run")
+    began = read.events[0].data
+    for what, sha256, source in (
+        ("motor", wishes.motor.sha256, wishes.motor.source),
+        ("station", station.sha256, station.source),
+    ):
+        if began[what]["sha256"] != sha256:
+            raise InputError(
+                f"{wishes.resume.path}: the {what} file {source} is not the one this run began with "
+                f"({began[what]['source']}, SHA-256 {began[what]['sha256'][:12]}…); results would not belong together. "
+                "Restore it, or start a new run"
+            )
+    return read
+
+
+def _about(wishes: Wishes, plan: Sequence[Planned], where: Place, folder: RunFolder) -> dict[str, Any]:
+    station = where.station
+    return {
+        "run": str(folder.path),
+        "motor": {
+            "name": wishes.motor.nameplate.name,
+            "serial_number": wishes.motor.nameplate.serial_number,
+            "source": wishes.motor.source,
+            "sha256": wishes.motor.sha256,
+        },
+        "station": {
+            "name": station.name,
+            "source": station.source,
+            "sha256": station.sha256,
+            "instruments": {
+                role.value: {"driver": entry.driver.name, "address": entry.address}
+                for role, entry in station.entries.items()
+            },
+        },
+        "operator": wishes.operator,
+        "procedures": [planned.name for planned in plan],
+        "settings": list(wishes.assignments),
+        "seed": wishes.seed,
+        "language": wishes.language,
+        "software": {"motorbench": version("motorbench"), "python": platform.python_version()},
+        "truth": where.truth,
+        "motor_file": wishes.motor.content,
+        "station_file": station.content,
+    }

@@ -1,0 +1,92 @@
+"""The station's file: which instruments stand on the bench, by role, each with its driver, address and options."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from bench.errors import InputError
+from bench.options import read_options
+from bench.toml_file import Section, nearest, read, validate
+from drivers import registry
+from procedures.bench import Role
+
+#: Keys of an instrument's table that are not its driver's.
+_COMMON = ("driver", "address", "name")
+
+
+class _Station(Section):
+    name: str = Field(min_length=1, description="the station's name, text in quotes")
+    visa_library: str = "@py"
+
+
+class _Instrument(Section):
+    driver: str = Field(description="the driver's name, text in quotes")
+    address: str = ""
+    name: str = ""
+
+
+class _File(Section):
+    station: _Station
+    instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One instrument of a station: `name` stands for it in messages."""
+
+    role: Role
+    driver: registry.Driver
+    address: str
+    options: object
+    name: str
+
+
+@dataclass(frozen=True)
+class Station:
+    """A station that was read: its instruments by role, the VISA library they are reached by, and what identifies it."""
+
+    source: str
+    name: str
+    content: str
+    sha256: str
+    visa_library: str
+    entries: Mapping[Role, Entry]
+
+
+def load_station(path: Path) -> Station:
+    """Read a station file. Raises InputError naming file, key, what was given and what is allowed."""
+    content, data = read(path, "station file")
+    return make_station(data, str(path), content)
+
+
+def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Station:
+    """Return the station that a file's content describes; raises InputError as `load_station` does."""
+    for role in data.get("instruments", {}) if isinstance(data.get("instruments"), dict) else ():
+        if role not in [known.value for known in Role]:
+            raise InputError(
+                f"{source}: unknown key instruments.{role}; {nearest(role, [known.value for known in Role])}"
+            )
+    file = validate(_File, data, source)
+    entries = {role: _entry(role, table, source) for role, table in file.instruments.items()}
+    digest = hashlib.sha256(content).hexdigest()
+    return Station(source, file.station.name, content.decode("utf-8"), digest, file.station.visa_library, entries)
+
+
+def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
+    prefix = f"instruments.{role.value}"
+    common = validate(_Instrument, {key: table[key] for key in _COMMON if key in table}, source, prefix)
+    kind = registry.Role(role.value)
+    names = registry.drivers_for(kind)
+    if common.driver not in names:
+        hint = nearest(common.driver, names)
+        raise InputError(f"{source}: {prefix}.driver = {common.driver!r} is no driver for this role; {hint}")
+    driver = registry.find(common.driver, kind)
+    if driver.needs_address and not common.address:
+        raise InputError(f"{source}: {prefix}.address is missing; {driver.name} needs the address it answers at")
+    given = {key: value for key, value in table.items() if key not in _COMMON}
+    options = read_options(driver.options, given, source, prefix)
+    return Entry(role, driver, common.address, options, common.name or role.value)

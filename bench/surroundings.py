@@ -1,0 +1,122 @@
+"""Where a run takes place: a real bench with a person, a replay of typed readings, or the virtual bench."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bench.clock import ReplayClock, SystemClock
+from bench.errors import UsageError
+from bench.instruments import Prompts, system_visa
+from bench.motor_file import MotorFile
+from bench.station import Station, load_station
+from bench.truth import truth_of
+from bench.virtual_station import VIRTUAL
+from drivers import registry
+from drivers.interfaces import Clock
+from procedures.bench import Operator
+from procedures.text import Translate
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+    from rich.console import Console
+
+OPERATORS = ("terminal", "virtual", "answers")
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a run takes place with; `truth` is empty for a real motor, `hand_time` gives the bench time of hand work (s)."""
+
+    station: Station
+    clock: Clock
+    operator: Operator
+    prompts: Prompts
+    visa: "Callable[[], ResourceManager]"
+    truth: dict[str, float]
+    hand_time: Callable[[], float]
+
+
+@contextmanager
+def place(
+    station: str,
+    motor: MotorFile,
+    operator: str,
+    *,
+    answers: Path | None,
+    seed: int,
+    console: "Console",
+    translate: Translate,
+) -> Iterator[Place]:
+    """Give the surroundings for a run; `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one.
+
+    Raises UsageError where they do not go together, InputError for a bad file.
+    """
+    if operator and operator not in OPERATORS:
+        raise UsageError(f"--operator {operator}: allowed are {', '.join(OPERATORS)}")
+    if (answers is not None) != (operator == "answers"):
+        raise UsageError("--operator answers and --answers FILE go together")
+    if station == VIRTUAL:
+        if operator not in ("", "virtual"):
+            raise UsageError(f"--operator {operator}: on the virtual bench only the virtual operator has hands")
+        with _virtual(motor, seed) as made:
+            yield made
+        return
+    if operator == "virtual":
+        raise UsageError("--operator virtual works on the virtual bench only: --station virtual")
+    read = load_station(Path(station))
+    yield _replayed(read, answers) if answers is not None else _by_hand(read, motor, console, translate)
+
+
+def _by_hand(station: Station, motor: MotorFile, console: "Console", translate: Translate) -> Place:
+    from bench.operators.terminal import TerminalOperator, TerminalPrompt
+
+    person = TerminalOperator(console, translate, motor.nameplate.wire_colours)
+    return Place(
+        station,
+        SystemClock(),
+        person,
+        lambda role: TerminalPrompt(person, role.value),
+        system_visa(station.visa_library),
+        {},
+        lambda: 0.0,
+    )
+
+
+def _replayed(station: Station, answers: Path) -> Place:
+    from bench.operators.answers import AnswersOperator, AnswersPrompt, load_answers
+
+    given = load_answers(answers)
+    only_typed = all(entry.driver.name == registry.MANUAL for entry in station.entries.values())
+    return Place(
+        station,
+        ReplayClock() if only_typed else SystemClock(),
+        AnswersOperator(given),
+        lambda role: AnswersPrompt(given, role.value),
+        system_visa(station.visa_library),
+        {},
+        lambda: 0.0,
+    )
+
+
+@contextmanager
+def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
+    from pyvisa import ResourceManager
+
+    from bench.operators.virtual import VirtualOperator
+    from bench.virtual_station import virtual_station
+    from sim_instruments.bench import VirtualBench
+
+    truth = motor.virtual_motor()
+    with VirtualBench(truth, seed=seed) as bench:
+        hands = VirtualOperator(bench.world, seed)
+        yield Place(
+            virtual_station(bench.addresses()),
+            bench.clock,
+            hands,
+            lambda _: None,
+            lambda: ResourceManager(bench.visa_library),
+            truth_of(truth),
+            lambda: hands.hand_time,
+        )

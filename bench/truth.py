@@ -1,0 +1,24 @@
+"""A virtual motor's true values by the names of measured parameters."""
+
+import math
+
+from sim_instruments.physics.motor import VirtualMotor
+
+
+def truth_of(motor: VirtualMotor) -> dict[str, float]:
+    """Return the true values in SI units, of the Y-equivalent where that matters."""
+    per_rpm = motor.back_emf_constant_mechanical * math.pi / 30.0
+    return {
+        "pole_pairs": float(motor.pole_pairs),
+        "stator_resistance": motor.stator_resistance_y,
+        "d_axis_inductance": motor.d_axis_inductance_y,
+        "q_axis_inductance": motor.q_axis_inductance_y,
+        "flux_linkage": motor.flux_linkage_y,
+        "back_emf_constant_mechanical": motor.back_emf_constant_mechanical,
+        "back_emf_constant_v_per_krpm": 1000.0 * per_rpm,
+        "back_emf_constant_v_per_rpm": per_rpm,
+        "torque_constant": motor.torque_constant,
+        "inertia": motor.inertia,
+        "coulomb_friction": motor.coulomb_friction,
+        "viscous_friction": motor.viscous_friction,
+    }

@@ -1,0 +1,42 @@
+"""The virtual bench as a station: the same drivers, by the same way, at the addresses of its instruments."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from bench.station import Station, make_station
+
+VIRTUAL = "virtual"
+
+#: An address as the virtual bench gives it: text, or for a CAN node its parts.
+Address = str | Mapping[str, str | int]
+
+
+def describe(addresses: Mapping[str, Address]) -> dict[str, Any]:
+    """Return what the station file of a virtual bench at these addresses (by role) would hold."""
+    voltage, current = {"kind": "V", "attenuation": 10.0}, {"kind": "A", "attenuation": 10.0}
+    options: dict[str, dict[str, Any]] = {
+        "supply": {"driver": "keysight-e36300", "channel": 1, "maximum_current": 10.0},
+        "lcr_meter": {"driver": "keysight-e4980a"},
+        "oscilloscope": {
+            "driver": "keysight-infiniivision",
+            "probes": {"1": voltage, "2": voltage, "3": voltage, "4": current},
+        },
+        "dynamometer": {"driver": "delta-dyn200", "maximum_speed": 630.0},
+        "tachometer": {"driver": "lutron-tachometer"},
+        "inverter": {"driver": "cia402-inverter", "maximum_current": 30.0, "maximum_frequency": 1000.0},
+    }
+    instruments = {role: {**options[role], "address": _as_text(address)} for role, address in addresses.items()}
+    return {"station": {"name": "virtual bench"}, "instruments": instruments}
+
+
+def virtual_station(addresses: Mapping[str, Address]) -> Station:
+    """Return the station; its identity does not depend on the addresses, which differ from start to start."""
+    fixed = json.dumps(describe(dict.fromkeys(addresses, "-")), sort_keys=True)
+    return make_station(describe(addresses), VIRTUAL, fixed.encode())
+
+
+def _as_text(address: Address) -> str:
+    if isinstance(address, str):
+        return address
+    return f"can://{address['interface']}/{address['channel']}?node={address['node_id']}"

@@ -1,0 +1,190 @@
+import io
+import itertools
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from bench.errors import InputError
+from bench.interrupts import Interrupted
+from bench.language import translator
+from bench.motor_file import load_motor
+from bench.operators.answers import AnswersOperator, load_answers
+from bench.operators.terminal import TerminalOperator
+from bench.operators.virtual import VirtualOperator
+from procedures.actions import (
+    ALIGN_D,
+    ALL_OPEN,
+    ConnectProbes,
+    CoupleDynamometer,
+    CurrentProbe,
+    EnterReading,
+    LockRotor,
+    MarkRestPositions,
+    Node,
+    ReleaseRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    StartTurning,
+    StopTurning,
+    Terminal,
+    TurnToRest,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
+from procedures.bench import ProcedureError
+from procedures.text import text
+from sim_instruments.clock import VirtualClock
+from sim_instruments.world import World
+
+READING = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -50.0, 200.0)
+
+
+def typing(lines: list[str]) -> tuple[TerminalOperator, io.StringIO]:
+    said = io.StringIO()
+    console = Console(file=said, width=100, color_system=None)
+    left = iter(lines)
+
+    def ask(question: str) -> str:
+        said.write(question + "\n")
+        try:
+            return next(left)
+        except StopIteration:
+            raise EOFError from None
+
+    return TerminalOperator(console, translator("en"), {"A": "white"}, ask), said
+
+
+def test_an_action_is_printed_with_colours_and_waits() -> None:
+    operator, said = typing([""])
+    assert operator.perform(ALIGN_D) is None
+    assert "A (white) → supply, plus" in said.getvalue()
+    assert "B → supply, minus" in said.getvalue()
+
+
+def test_a_reading_is_asked_again_until_it_makes_sense() -> None:
+    operator, said = typing(["warm", "", "nan", "2500", " 23,5 °C "])
+    assert operator.perform(READING) == 23.5
+    assert "'warm' is not a number" in said.getvalue()
+    assert "2500 °C is outside -50 … 200 °C" in said.getvalue()
+    assert said.getvalue().count("Enter the winding's temperature in °C (-50 … 200)") == 5
+
+
+def test_angles_are_typed_in_degrees() -> None:
+    operator, said = typing(["ten", "", "0 90 180,5; 270"])
+    assert operator.perform(MarkRestPositions()) == pytest.approx(
+        [0.0, math.pi / 2, math.radians(180.5), 1.5 * math.pi]
+    )
+    assert "not a list of angles" in said.getvalue()
+
+
+def test_the_end_of_the_input_aborts() -> None:
+    operator, _ = typing([])
+    with pytest.raises(Interrupted, match="end of the input"):
+        operator.perform(LockRotor())
+
+
+def test_chinese_is_spoken() -> None:
+    said = io.StringIO()
+    console = Console(file=said, width=100, color_system=None)
+    TerminalOperator(console, translator("zh"), {}, lambda _: "").perform(ALL_OPEN)
+    assert "Connect" not in said.getvalue()
+
+
+@pytest.fixture
+def answers(tmp_path: Path) -> Path:
+    path = tmp_path / "answers.toml"
+    path.write_text(
+        "[readings]\nwinding_temperature = [20.0, 21]\nrest_positions_deg = [[0, 180], [5, 95, 185, 275]]\n",
+        encoding="utf-8",
+    )
+    return path
+
+
+def test_answers_are_given_in_order_and_run_out(answers: Path) -> None:
+    operator = AnswersOperator(load_answers(answers))
+    assert operator.perform(LockRotor()) is None
+    assert [operator.perform(READING), operator.perform(READING)] == [20.0, 21.0]
+    assert operator.perform(MarkRestPositions()) == pytest.approx([0.0, math.pi])
+    with pytest.raises(ProcedureError, match=r"winding_temperature have run out; still asked is 'Enter the winding's"):
+        operator.perform(READING)
+    with pytest.raises(ProcedureError, match=r"no answers for winding_temprature.*did you mean winding_temperature"):
+        operator.perform(EnterReading("winding_temprature", text("x"), "°C", 0.0, 1.0))
+
+
+def test_an_answer_out_of_range_is_refused(answers: Path) -> None:
+    operator = AnswersOperator(load_answers(answers))
+    with pytest.raises(ProcedureError, match=r"the answer 20 to winding_temperature is outside 0 … 10 °C"):
+        operator.perform(EnterReading("winding_temperature", text("x"), "°C", 0.0, 10.0))
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("[reading]\na = 1\n", "unknown key reading; did you mean readings"),
+        ('[readings]\na = "16 mOhm"\n', "readings.a = '16 mOhm'; give numbers without units"),
+        ("readings = 3\n", r"allowed is a table \[readings\]"),
+        ("[readings\n", "not valid TOML"),
+    ],
+)
+def test_bad_answers_files_are_refused(tmp_path: Path, content: str, said: str) -> None:
+    path = tmp_path / "answers.toml"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        load_answers(path)
+
+
+@pytest.fixture
+def world() -> Iterator[World]:
+    return World(load_motor("lg-400w").virtual_motor(), VirtualClock(), seed=3)
+
+
+def test_the_virtual_operator_marks_every_rest_position(world: World) -> None:
+    hands = VirtualOperator(world, seed=3)
+    hands.perform(ALIGN_D)
+    world.supply.set_voltage(5.0)
+    world.supply.set_current_limit(2.9)
+    world.supply.switch(True)
+    hands.perform(TurnToRest())
+    marks = hands.perform(MarkRestPositions())
+    assert isinstance(marks, list)
+    assert len(marks) == 4
+    spacings = [math.degrees(b - a) for a, b in itertools.pairwise(marks)]
+    assert spacings == pytest.approx([90.0] * 3, abs=4.0)
+    assert hands.hand_time > 15.0
+
+
+def test_the_virtual_operator_wires_locks_and_couples(world: World) -> None:
+    hands = VirtualOperator(world)
+    hands.perform(ALIGN_D)
+    assert world.truth()["wiring"] == {"A": "supply+", "B": "supply-", "C": "supply-"}
+    hands.perform(LockRotor())
+    assert world.truth()["rotor_locked"]
+    with pytest.raises(ProcedureError, match="the rotor is locked"):
+        hands.perform(StartTurning(0.1))
+    hands.perform(CoupleDynamometer())
+    assert world.truth()["dynamometer_coupled"]
+    assert world.truth()["rotor_locked"]
+    hands.perform(UncoupleDynamometer())
+    hands.perform(ReleaseRotor())
+    hands.perform(StartTurning(0.5))
+    world.clock.sleep(1.0)
+    assert world.truth()["shaft_speed"] == pytest.approx(0.5, rel=0.2)
+    hands.perform(StopTurning())
+    assert world.truth()["shaft_speed"] == 0.0
+    hands.perform(ShortMeterLeads())
+    assert world.truth()["leads_shorted"]
+    hands.perform(SeparateMeterLeads())
+    assert not world.truth()["leads_shorted"]
+    hands.perform(ConnectProbes((VoltageProbe(1, Node.A, Node.B), CurrentProbe(4, Terminal.A))))
+    temperature = hands.perform(READING)
+    assert temperature == pytest.approx(25.0, abs=1.0)
+    with pytest.raises(ProcedureError, match="maximum_current"):
+        hands.perform(EnterReading("maximum_current", text("x"), "A", 0.0, 1.0))
+
+
+def test_a_seed_decides_the_hand(world: World) -> None:
+    first, second, third = (VirtualOperator(world, seed).perform(READING) for seed in (1, 1, 2))
+    assert first == second != third
