@@ -1,0 +1,8 @@
+"""Analysis of stored captures: no instrument, the estimators that a run uses."""
+
+from bench.analysis.back_emf import analyze_back_emf
+from bench.analysis.coast_down import analyze_coast_down
+from bench.analysis.rotor_sweep import analyze_rotor_sweep
+from bench.analysis.step_response import analyze_step_response
+
+__all__ = ["analyze_back_emf", "analyze_coast_down", "analyze_rotor_sweep", "analyze_step_response"]

@@ -1,0 +1,215 @@
+"""Back-EMF captures: fundamental, harmonics, flux linkage, speed constants (§3.4)."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from bench.analysis.outcome import Outcome, estimated, named, paths_of
+from bench.captures import Capture, CaptureError, read_captures
+from procedures.estimation.back_emf import (
+    BackEmfFit,
+    FluxEstimate,
+    fit_back_emf,
+    flux_by_integration,
+    line_to_phase,
+    peak_amplitude,
+    peak_to_peak,
+)
+from procedures.estimation.pole_pairs import from_frequency
+
+ProbeConnection = Literal["line", "phase"]
+_PROBES = {
+    "line": "voltages taken as measured between two lines: phase amplitude = line amplitude / √3",
+    "phase": "voltages taken as measured from line to (artificial) star point",
+}
+
+
+def analyze_back_emf(
+    files: str | Path | Sequence[str | Path],
+    *,
+    connection: ProbeConnection = "line",
+    pole_pairs: int | None = None,
+    scale: Mapping[str, float] | None = None,
+    speed_rpm: float | None = None,
+    speed_uncertainty_rpm: float | None = None,
+    harmonics: Sequence[int] = (1, 3, 5, 7),
+) -> dict[str, Any]:
+    """Return frequency, fundamental, harmonics, phases, drift and flux linkage of a recorded back-EMF (one or more files).
+
+    `connection` says where the probes were; `scale` multiplies channels, by name; with `pole_pairs`, or `speed_rpm` (rpm,
+    mechanical; its uncertainty is taken as 0.5 % where not given) to find them, mechanical constants are added. Under a
+    drifting speed the flux comes from the integrated voltage. Raises CaptureError naming file and line.
+    """
+    if connection not in _PROBES:
+        raise CaptureError("connection", f"'{connection}' is not known; it is 'line' or 'phase'")
+    if pole_pairs is not None and pole_pairs < 1:
+        raise CaptureError("pole_pairs", f"{pole_pairs} is below 1")
+    capture = read_captures(paths_of(files)).evenly_sampled().scaled(named(scale))
+    for channel in capture.channels:
+        if channel.unit not in ("V", ""):
+            raise CaptureError(
+                capture.source, f"channel {channel.name} is in {channel.unit}; a back-EMF needs voltages only"
+            )
+    values = np.vstack([channel.values for channel in capture.channels])
+    steps = [channel.resolution for channel in capture.channels]
+    time = capture.times()
+    fit = estimated(capture, lambda: fit_back_emf(time, values, harmonics=harmonics, resolution=steps))
+    flux = estimated(capture, lambda: flux_by_integration(time, values, harmonics=harmonics, frequency=fit.frequency))
+    outcome = Outcome("back_emf_constant", "3.4", capture)
+    outcome.assume(_PROBES[connection])
+    factor = line_to_phase(1.0) if connection == "line" else 1.0
+    _warnings(outcome, capture, fit, flux)
+    pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
+    _parameters(outcome, fit, flux, factor, pole_pairs)
+    _details(outcome, capture, values, fit, flux, factor)
+    return outcome.as_dict()
+
+
+def _unequal(sizes: np.ndarray[Any, np.dtype[np.float64]]) -> bool:
+    return bool(np.max(sizes) > 1.1 * np.min(sizes))
+
+
+def _warnings(outcome: Outcome, capture: Capture, fit: BackEmfFit, flux: FluxEstimate) -> None:
+    if fit.drift_significant:
+        outcome.warn(
+            f"the speed drifts by {100 * fit.drift:+.2f} % over the record (u = {100 * fit.drift_uncertainty:.2f} %); the flux "
+            "linkage is that of the voltage integrated over whole periods, which does not depend on it"
+        )
+    if _unequal(flux.values):
+        told = ", ".join(f"{c.name} {v:.4g} V·s" for c, v in zip(capture.channels, flux.values, strict=True))
+        outcome.warn(
+            f"channels differ by more than 10 % ({told}): check the probes' settings; give --scale where one is off"
+        )
+    if len(capture.channels) == 3:
+        first, second = (float(np.degrees(fit.phases[k])) for k in (1, 2))
+        if not (abs(abs(first) - 120) < 3 and abs(abs(second) - 120) < 3 and first * second < 0):
+            outcome.warn(
+                f"the phases lie at {first:.1f}° and {second:.1f}° instead of ±120°: check where the probes are"
+            )
+
+
+def _pole_pairs(
+    outcome: Outcome, fit: BackEmfFit, given: int | None, speed_rpm: float | None, u_speed: float | None
+) -> int | None:
+    """Return the pole pairs given, or found from the speed, as a parameter where they were found."""
+    if speed_rpm is None:
+        return given
+    if u_speed is None:
+        u_speed = 0.005 * abs(speed_rpm)
+        outcome.assume("speed taken as known to 0.5 %")
+    try:
+        count = from_frequency(fit.frequency, speed_rpm, fit.frequency_uncertainty, u_speed)
+    except ValueError as error:
+        raise CaptureError("speed_rpm", str(error)) from error
+    outcome.detail(frequency_ratio=count.ratio)
+    if given is not None and given != count.pole_pairs:
+        outcome.warn(
+            f"{given} pole pairs were given, but frequency and speed give {count.ratio:.3f}; the given ones are used"
+        )
+        return given
+    if not count.certain or abs(count.ratio - count.pole_pairs) > 0.2:
+        outcome.warn(
+            f"frequency and speed give {count.ratio:.3f} pole pairs: not certain which integer; measure the speed better"
+        )
+    if given is None:
+        outcome.parameter("pole_pairs", count.pole_pairs, 0.0, "", math.inf, certain=count.certain)
+    return count.pole_pairs
+
+
+def _parameters(outcome: Outcome, fit: BackEmfFit, flux: FluxEstimate, factor: float, pole_pairs: int | None) -> None:
+    """Add flux linkage and what follows from it; the choice between the two estimators is the drift's."""
+    integrated, fitted = flux.mean(), fit.mean_flux_linkage()
+    if fit.drift_significant:
+        (value, uncertainty), freedom, estimator = (
+            integrated,
+            flux.degrees_of_freedom,
+            "voltage integrated over whole periods",
+        )
+    else:
+        (value, uncertainty), freedom, estimator = (
+            fitted,
+            fit.degrees_of_freedom,
+            "least squares of all channels together",
+        )
+    value, uncertainty = factor * value, factor * uncertainty
+    outcome.parameter("flux_linkage", value, uncertainty, "V·s/rad", freedom, estimator=estimator)
+    outcome.parameter(
+        "electrical_frequency",
+        fit.frequency,
+        fit.frequency_uncertainty,
+        "Hz",
+        fit.degrees_of_freedom,
+        estimator="least squares",
+    )
+    outcome.detail(
+        flux_linkage_least_squares={"value": factor * fitted[0], "standard_uncertainty": factor * fitted[1]},
+        flux_linkage_integrated={"value": factor * integrated[0], "standard_uncertainty": factor * integrated[1]},
+    )
+    if pole_pairs is None:
+        outcome.assume("pole pairs not given: mechanical constants left out")
+        return
+    outcome.assume(f"{pole_pairs} pole pairs")
+    mechanical = {
+        "back_emf_constant_mechanical": (pole_pairs, "V·s/rad"),
+        "torque_constant": (1.5 * pole_pairs, "N·m/A"),
+    }
+    for name, (times, unit) in mechanical.items():
+        outcome.parameter(name, times * value, times * uncertainty, unit, freedom, estimator=estimator)
+    outcome.detail(
+        mechanical_speed_rpm=60 * fit.frequency / pole_pairs,
+        back_emf_constant_per_krpm={"value": value * pole_pairs * 1000 * math.pi / 30, "unit": "V/krpm, phase, peak"},
+    )
+    outcome.warn(
+        "flux_linkage is V·s per electrical radian, back_emf_constant_mechanical V·s per mechanical radian: "
+        f"they differ by the {pole_pairs} pole pairs",
+        "E4",
+    )
+
+
+def _details(
+    outcome: Outcome,
+    capture: Capture,
+    values: np.ndarray[Any, np.dtype[np.float64]],
+    fit: BackEmfFit,
+    flux: FluxEstimate,
+    factor: float,
+) -> None:
+    first = fit.harmonics.index(1)
+    channels = {}
+    for k, channel in enumerate(capture.channels):
+        size, u_size = fit.fundamental(k)
+        channels[channel.name] = {
+            "fundamental": {"value": size, "unit": "V", "standard_uncertainty": u_size},
+            "phase_degrees": {
+                "value": float(np.degrees(fit.phases[k])),
+                "standard_uncertainty": float(np.degrees(fit.phase_uncertainties[k])),
+            },
+            "harmonics_percent": {
+                str(order): float(100 * abs(fit.amplitudes[k, j]) / abs(fit.amplitudes[k, first]))
+                for j, order in enumerate(fit.harmonics)
+                if j != first
+            },
+            "total_harmonic_distortion": float(fit.thd[k]),
+            "offset": float(fit.offsets[k]),
+            "residual_rms": float(fit.residual_rms[k]),
+            "resolution": channel.resolution,
+            "flux_linkage_integrated": float(factor * flux.values[k]),
+            "flux_linkage_per_period": [float(factor * x) for x in flux.per_period[k]],
+            "note_peak": peak_amplitude(values[k]),
+            "note_peak_to_peak": peak_to_peak(values[k]),
+        }
+    outcome.detail(
+        channels=channels,
+        phase_factor=factor,
+        drift={
+            "value": fit.drift,
+            "standard_uncertainty": fit.drift_uncertainty,
+            "p_value": fit.drift_p_value,
+            "significant": fit.drift_significant,
+        },
+        period_frequencies=[float(f) for f in flux.period_frequencies],
+        residual_colour=fit.colour,
+    )

@@ -1,0 +1,96 @@
+"""Rotor-sweep captures: inductance over angle, or over time while the shaft was turned by hand (§3.3.2)."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.analysis.outcome import Outcome, estimated, named, pick
+from bench.captures import CaptureError, read_capture
+from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.rotor_sweep import (
+    axis_inductances,
+    extremes,
+    fit_rotor_sweep,
+    motor_class,
+    saliency_significant,
+)
+from procedures.estimation.timed_sweep import fit_timed_sweep
+
+
+def analyze_rotor_sweep(
+    file: str | Path,
+    *,
+    connection: Connection = "wye",
+    pole_pairs: int | None = None,
+    electrical: bool = False,
+    threshold: float = 0.10,
+    scale: Mapping[str, float] | None = None,
+) -> dict[str, Any]:
+    """Return Ld and Lq (leg of the equivalent wye) from line-to-line inductance readings over angle, or over time.
+
+    The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
+    turned slowly one way. `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
+    Raises CaptureError naming file and line.
+    """
+    if connection not in ("wye", "delta"):
+        raise CaptureError("connection", f"'{connection}' is not known; it is 'wye' or 'delta'")
+    capture = read_capture(file, abscissa="angle").scaled(named(scale))
+    outcome = Outcome("dq_inductance_extremes", "3.3.2", capture)
+    rest = [c for c in capture.channels if c.unit not in ("rad", "Ω")]
+    if capture.time is None:
+        angle = pick(capture, None, ("rad",), "angle", ("angle", "theta", "winkel", "position"))
+        rest = [c for c in rest if c.name != angle.name]
+    inductance = rest[0] if len(rest) == 1 else pick(capture, None, ("H",), "inductance", ("induct", "ls", "l"))
+    if inductance.unit not in ("H", ""):
+        raise CaptureError(
+            capture.source, f"column {inductance.name} is in {inductance.unit}; inductances in H are needed"
+        )
+    if not inductance.unit:
+        outcome.assume(f"inductance '{inductance.name}' taken to be in H")
+    if capture.time is not None:
+        times = capture.time
+        outcome.assume("shaft turned slowly one way, over at least one electrical turn")
+        fit = estimated(capture, lambda: fit_timed_sweep(times, inductance.values, resolution=inductance.resolution))
+    else:
+        known = 1 if electrical else pole_pairs
+        outcome.assume("angle is electrical" if electrical else "angle is mechanical")
+        fit = estimated(
+            capture,
+            lambda: fit_rotor_sweep(
+                angle.values, inductance.values, pole_pairs=known, resolution=inductance.resolution
+            ),
+        )
+    factor = phase_factor(connection, ReadingConnection.LINE_TO_LINE)
+    outcome.assume(
+        f"winding in {connection}, read line to line: leg of the equivalent wye = {factor.y_equivalent:.4g} × reading"
+    )
+    significant, p_value = saliency_significant(fit)
+    axes = axis_inductances(fit)
+    for name in ("d_axis_inductance", "q_axis_inductance"):
+        winding = factor.winding * axes.value(name)
+        outcome.fitted(name, axes, "H", factor=factor.y_equivalent, winding=winding, convention="y_equivalent")
+    low, high = extremes(inductance.values)
+    by_note = motor_class(low, high, threshold)
+    if significant and by_note == "SPMSM":
+        outcome.warn(
+            f"the extremes differ by {100 * (high / low - 1):.1f} %, so the note's rule takes their mean; but the saliency is "
+            f"significant (p = {p_value:.2g}), and Ld and Lq are reported apart",
+            "E3",
+        )
+    if not significant:
+        outcome.warn(
+            f"the saliency is not significant (p = {p_value:.2g}): Ld and Lq are the mean of all readings", "E3"
+        )
+    outcome.detail(
+        motor_class=by_note,
+        saliency_significant=significant,
+        saliency_p_value=p_value,
+        inductance_periods=fit.periods,
+        extremes=[low, high],
+        note_d_axis_inductance=factor.y_equivalent * low,
+        note_q_axis_inductance=factor.y_equivalent * high,
+        reading_mean=fit.value("mean"),
+        reading_amplitude=fit.value("amplitude"),
+        residual_rms=fit.residual_rms,
+    )
+    return outcome.as_dict()
