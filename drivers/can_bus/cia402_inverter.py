@@ -41,6 +41,9 @@ VELOCITY_STEP, TORQUE_STEP, CURRENT_STEP = 0.01, 1e-3, 1e-3
 #: Largest number of the 16-bit torque objects.
 HIGHEST_COUNTS = (1 << 15) - 1
 
+#: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
+LISTENING_TIME = 0.05
+
 ASSUMED_CURRENT_ACCURACY = 0.05
 ASSUMED_SOURCE = "assumed, 5 % of rated: no drive profile states an accuracy; enter a calibration"
 
@@ -239,6 +242,7 @@ def open_cia402_inverter(
     """
     interface, channel, node_id, bitrate = parse_address(address, name)
     network = canopen.Network()
+    network.NOTIFIER_CYCLE = LISTENING_TIME
     try:
         network.connect(interface=interface, channel=channel, bitrate=bitrate)
     except (can.CanError, OSError, ValueError, ImportError) as error:

@@ -34,6 +34,11 @@ class ManualOscilloscope:
         """The model the station file names."""
         return Identity("", self._options.model)
 
+    @property
+    def gives_waveforms(self) -> bool:
+        """A person reads the screen; there are no samples."""
+        return False
+
     def channels(self, kind: ProbeKind) -> Sequence[int]:
         """Return the numbers of the channels with a probe of this kind, in order."""
         return tuple(sorted(channel for channel, probe in self._options.probes.items() if probe is kind))

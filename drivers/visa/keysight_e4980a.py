@@ -102,8 +102,7 @@ class KeysightE4980A:
 
         Raises ReportedError where the instrument refuses or does not switch the correction on.
         """
-        self._session.send("CORR:SHOR:EXEC")
-        self._session.query("*OPC?", repeatable=False, timeout=CORRECTION_TIMEOUT)
+        self._session.complete("CORR:SHOR:EXEC", timeout=CORRECTION_TIMEOUT)
         self._session.check_errors("CORR:SHOR:EXEC")
         self._session.write("CORR:SHOR:STAT ON")
         if self._session.query_number("CORR:SHOR:STAT?") != 1:
@@ -118,7 +117,7 @@ class KeysightE4980A:
         if not self._configured:
             raise MeasurementError(self._name, "no function and frequency set", remedy="Call configure() first")
         # Complete before fetching: a fetch in between gets the previous values, or none.
-        self._session.query("TRIG:IMM;*OPC?", repeatable=False)
+        self._session.complete("TRIG:IMM")
         inductance, resistance, status, *_ = self._session.query_numbers("FETC?", 3, 4)
         self._check_status(int(status), inductance, resistance)
         r_accuracy, l_accuracy = self.accuracy_at(resistance, inductance, self._frequency)

@@ -65,6 +65,11 @@ class KeysightInfiniiVision:
         """Who answered *IDN? when this was opened."""
         return self._identity
 
+    @property
+    def gives_waveforms(self) -> bool:
+        """Samples can be fetched."""
+        return True
+
     def channels(self, kind: ProbeKind) -> Sequence[int]:
         """Return the numbers of the channels with a probe of this kind, in order."""
         return tuple(sorted(channel for channel, probe in self._options.probes.items() if probe.kind is kind))

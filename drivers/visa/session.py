@@ -95,6 +95,16 @@ class ScpiSession:
         self._catch_up()
         self._transmit(command)
 
+    def complete(self, command: str, *, timeout: float | None = None) -> None:
+        """Send a command that takes its time, never twice, and wait until the instrument says it is done (*OPC?).
+
+        Raises CommunicationError where it does not say so within `timeout` (s), ReportedError where it tells why.
+        """
+        message = f"{command};*OPC?"
+        done = self.query(message, repeatable=False, timeout=timeout)
+        if done.strip() not in ("1", "+1"):
+            raise CommunicationError(self.name, f"'{done}' instead of 1", command=message)
+
     def check_errors(self, command: str = "") -> None:
         """Read the error queue until it is empty; raises ReportedError with all that stood in it."""
         found: list[QueueEntry] = []

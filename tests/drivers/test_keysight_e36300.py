@@ -1,0 +1,263 @@
+"""E36300 supply: dialogue, limits, and the output that is off at the end whatever happens."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import pyvisa
+
+from drivers.interfaces import (
+    Accuracy,
+    CommunicationError,
+    IdentityError,
+    MeasurementError,
+    OutputMode,
+    ReportedError,
+    SetpointError,
+)
+from drivers.visa.keysight_e36300 import decode_regulation, open_keysight_e36300
+from drivers.visa.options import E36300Options
+
+ADDRESS = "TCPIP0::supply::inst0::INSTR"
+IDENTITY = "Keysight Technologies,E36313A,MY61005055,2.1.0"
+DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_e36313a.yaml"
+
+
+def test_dialogue_of_output_2(clock: Any) -> None:
+    manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
+    traffic: list[str] = []
+    supply = open_keysight_e36300(
+        ADDRESS,
+        manager,
+        clock,
+        E36300Options(channel=2, serial_number="MY61005055"),
+        traffic=lambda direction, text: traffic.append(text) if direction == "write" else None,
+    )
+    assert supply.identity.model == "E36313A"
+    assert (supply.maximum_voltage, supply.maximum_current) == (25.75, 2.06)
+    clock.time = 7.0
+    supply.configure(1.2, 0.5)
+    assert [text for text in traffic[3:] if text != "SYST:ERR?"] == [
+        "CURR:PROT:STAT OFF,(@2)",
+        "CURR 0.5,(@2)",
+        "VOLT:PROT 1.82,(@2)",
+        "VOLT 1.2,(@2)",
+        "CURR? (@2)",
+        "VOLT:PROT? (@2)",
+        "VOLT? (@2)",
+        "CURR:PROT:STAT? (@2)",
+    ]
+    reading = supply.measure_voltage()
+    assert (reading.value, reading.unit, reading.time) == (1.1999, "V", 7.0)
+    assert reading.accuracy.gain == 3e-4
+    assert supply.output_mode() is OutputMode.CONSTANT_VOLTAGE  # 386 = 2 + bits of lists and logs
+    with pytest.raises(MeasurementError, match="no value"):
+        supply.measure_current()
+    supply.clear_protection()
+    supply.make_safe()
+    supply.close()
+    manager.close()
+
+
+@pytest.fixture
+def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
+    device = settings_class(
+        IDENTITY,
+        {
+            "VOLT? (@1)": "0",
+            "OUTP? (@1)": "0",
+            "STAT:QUES:INST:ISUM1:COND?": "0",
+            "VOLT:PROT:TRIP? (@1)": "0",
+            "CURR:PROT:TRIP? (@1)": "0",
+        },
+    )
+    wire = connect(ADDRESS, device)
+    supply = open_keysight_e36300(
+        ADDRESS, manager, clock, E36300Options(maximum_voltage=3.0, current_accuracy=Accuracy(offset=1e-3))
+    )
+    yield supply, wire, device
+    supply.close()
+
+
+def is_off(device: Any) -> bool:
+    return bool(device.values["OUTP? (@1)"] == "0")
+
+
+def test_energised_switches_on_after_protection_and_off_at_the_end(bench: Any) -> None:
+    supply, wire, device = bench
+    with supply.energised(1.0, 4.0):
+        assert not is_off(device)
+        assert device.values["VOLT:PROT? (@1)"] == "1.6"
+    assert is_off(device)
+    assert wire.sent.index("VOLT:PROT? (@1)") < wire.sent.index("OUTP ON,(@1)") < wire.sent.index("OUTP OFF,(@1)")
+    assert wire.sent[-1] == "OUTP? (@1)"
+
+
+def test_the_level_goes_down_before_its_protection(bench: Any) -> None:
+    supply, wire, _ = bench
+    supply.configure(3.0, 1.0)
+    wire.sent.clear()
+    supply.configure(0.5, 1.0)
+    assert wire.sent.index("VOLT 0.5,(@1)") < wire.sent.index("VOLT:PROT 1.05,(@1)")
+
+
+class AccidentError(Exception):
+    """Anything that may go wrong inside a block."""
+
+
+@pytest.mark.parametrize("error", [AccidentError, KeyboardInterrupt, SystemExit, MemoryError])
+def test_off_after_an_exception_in_the_block(bench: Any, error: type[BaseException]) -> None:
+    supply, _, device = bench
+    seen = []
+
+    def block() -> None:
+        with supply.energised(1.0, 1.0):
+            seen.append(is_off(device))
+            raise error
+
+    with pytest.raises(error):
+        block()
+    assert seen == [False]
+    assert is_off(device)
+
+
+def test_off_when_a_setting_inside_the_block_is_refused(bench: Any) -> None:
+    supply, _, device = bench
+    device.refuse["CURR 0.7,(@1)"] = '-222,"Data out of range"'
+    with pytest.raises(ReportedError, match="-222 Data out of range"), supply.energised(1.0, 0.5):
+        supply.configure(1.0, 0.7)
+    assert is_off(device)
+
+
+def test_off_when_the_switch_on_is_interrupted(bench: Any) -> None:
+    supply, wire, device = bench
+    wire.handler = lambda message: (
+        (_ for _ in ()).throw(KeyboardInterrupt) if message == "OUTP ON,(@1)" else device(message)
+    )
+    with pytest.raises(KeyboardInterrupt), supply.energised(1.0, 0.5):
+        pass
+    assert is_off(device)
+    assert wire.sent[-2:] == ["SYST:ERR?", "OUTP? (@1)"]
+
+
+def test_off_although_messages_on_the_way_down_are_lost(bench: Any) -> None:
+    supply, wire, device = bench
+    wire.fail_write["OUTP OFF,(@1)"] = 1
+    with pytest.raises(AccidentError), supply.energised(1.0, 0.5):
+        raise AccidentError
+    assert is_off(device)
+    with supply.energised(1.0, 0.5):
+        wire.lost["OUTP? (@1)"] = 1
+    assert is_off(device)
+
+
+def test_off_although_ctrl_c_comes_twice(bench: Any) -> None:
+    supply, wire, device = bench
+
+    def block() -> None:
+        with supply.energised(1.0, 0.5):
+            wire.interrupt["OUTP? (@1)"] = 1
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        block()
+    assert is_off(device)
+    assert wire.sent[-1] == "OUTP? (@1)"
+
+
+def test_an_output_that_stays_on_is_an_error_and_does_not_hide_the_first_one(bench: Any) -> None:
+    supply, wire, device = bench
+    with pytest.raises(ReportedError, match=r"still on.*front panel"), supply.energised(1.0, 0.5):
+        wire.handler = lambda message: None if message == "OUTP OFF,(@1)" else device(message)
+    with pytest.raises(AccidentError) as caught, supply.energised(1.0, 0.5):
+        raise AccidentError
+    assert "still on" in caught.value.__notes__[0]
+    wire.handler = device
+    supply.make_safe()
+
+
+@pytest.mark.parametrize(
+    ("voltage", "current", "message"),
+    [
+        (3.1, 1.0, "voltage = 3.1 V is outside 0 … 3 V, the limit of the station"),
+        (1.0, 10.4, "current limit = 10.4 A is outside 0 … 10.3 A, the limit of the model"),
+        (-0.1, 1.0, "voltage = -0.1 V is outside"),
+        (float("nan"), 1.0, "voltage = nan V is outside"),
+    ],
+)
+def test_limits_hold_before_anything_is_sent(bench: Any, voltage: float, current: float, message: str) -> None:
+    supply, wire, _ = bench
+    wire.sent.clear()
+    with pytest.raises(SetpointError, match=message), supply.energised(voltage, current):
+        pass
+    assert wire.sent == []
+
+
+def test_a_level_that_does_not_read_back_is_an_error_before_switching_on(bench: Any) -> None:
+    supply, wire, device = bench
+    wire.handler = lambda message: b"5.0\n" if message == "VOLT:PROT? (@1)" else device(message)
+    with pytest.raises(CommunicationError, match=r"reads back 5 after 1\.6 was set"), supply.energised(1.0, 1.0):
+        pass
+    assert "OUTP ON,(@1)" not in wire.sent
+
+
+@pytest.mark.parametrize(
+    ("condition", "on", "tripped", "mode"),
+    [
+        ("+1", "1", "0", OutputMode.CONSTANT_CURRENT),
+        ("+2", "1", "0", OutputMode.CONSTANT_VOLTAGE),
+        ("+0", "1", "0", OutputMode.UNREGULATED),
+        ("+0", "0", "0", OutputMode.OFF),
+        ("+0", "0", "1", OutputMode.TRIPPED),
+        ("+3", "1", "0", OutputMode.UNREGULATED),
+    ],
+)
+def test_output_mode(bench: Any, condition: str, on: str, tripped: str, mode: OutputMode) -> None:
+    supply, _, device = bench
+    device.values |= {
+        "STAT:QUES:INST:ISUM1:COND?": condition,
+        "OUTP? (@1)": on,
+        "CURR:PROT:TRIP? (@1)": tripped,
+    }
+    assert supply.output_mode() is mode
+    device.values["OUTP? (@1)"] = "0"
+
+
+def test_polarity_of_the_regulation_bits() -> None:
+    assert decode_regulation(1) is OutputMode.CONSTANT_CURRENT
+    assert decode_regulation(2 | 0x180) is OutputMode.CONSTANT_VOLTAGE
+
+
+def test_calibration_replaces_the_data_sheet(bench: Any) -> None:
+    supply, _, device = bench
+    device.values["MEAS:CURR? (@1)"] = "0.25"
+    assert supply.measure_current().accuracy == Accuracy(offset=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("identity", "options", "message"),
+    [
+        ("RIGOL TECHNOLOGIES,DP832,1,2", {}, "RIGOL TECHNOLOGIES DP832 answers, expected E36311A or E36312A"),
+        ("Keysight Technologies,34465A,1,2", {}, "34465A answers"),
+        (IDENTITY, {"serial_number": "MY1"}, "serial number MY61005055 answers, expected MY1"),
+        (IDENTITY, {"channel": 4}, "has outputs 1, 2, 3, not 4"),
+        ("garbage", {}, "not an identity of four fields"),
+    ],
+)
+def test_another_instrument_is_refused_and_let_go(
+    manager: Any, connect: Any, settings_class: Any, clock: Any, identity: str, options: Any, message: str
+) -> None:
+    connect(ADDRESS, settings_class(identity))
+    with pytest.raises(IdentityError, match=message):
+        open_keysight_e36300(ADDRESS, manager, clock, E36300Options(**options))
+
+
+def test_the_three_models_have_three_outputs() -> None:
+    from drivers.visa.keysight_e36300_data import OUTPUTS
+
+    assert {model: sorted(outputs) for model, outputs in OUTPUTS.items()} == {
+        "E36311A": [1, 2, 3],
+        "E36312A": [1, 2, 3],
+        "E36313A": [1, 2, 3],
+    }
+    assert OUTPUTS["E36313A"][1].maximum_current == pytest.approx(10.3)
