@@ -16,8 +16,10 @@ from sim_instruments.segment import DynamometerLaw, Outcome, Segment
 _CREEP = 1e-4
 #: A swing is integrated at most this far ahead (s).
 _HORIZON = 0.25
+#: A rotor slower than this (rad/s) under current is stopped by static friction where that can hold it.
+_SLOW = 1e-3
 #: Sliding friction lies below static friction by this share, so that what breaks away does move.
-_SLIP = 1e-4
+_SLIP = 1e-3
 
 
 def drag(made: Plan, torque: float, limit: float) -> tuple[Drag | Rest, float, Outcome]:
@@ -57,14 +59,12 @@ def coasting(made: Plan, torque: float, law: DynamometerLaw) -> Segment:
         return _turning(made, top, math.inf, DynamometerLaw("balance"))
     motion, end, outcome = drag(made, torque, limit)
     if isinstance(motion, Rest):
-        circuit, threshold, _ = made.standing_circuit()
+        circuit, threshold = made.standing_circuit()
         return made.segment(motion, circuit, threshold, law, live=bool(made.network.loops))
     return _turning(made, motion, end, law, outcome)
 
 
-def _turning(
-    made: Plan, motion: Drag | Ramp, end: float, law: DynamometerLaw, outcome: Outcome = "none"
-) -> Segment:
+def _turning(made: Plan, motion: Drag | Ramp, end: float, law: DynamometerLaw, outcome: Outcome = "none") -> Segment:
     circuit = Rotating(made.network, motion, made.rotating_source())
     return made.segment(motion, circuit, end, law, live=bool(made.network.loops), outcome=outcome)
 
@@ -77,7 +77,7 @@ def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Se
     if not made.network.drives_current:
         return coasting(made, torque, law)
     total = made.parts.shaft(made.settings, torque)
-    circuit, end, _ = made.standing_circuit()
+    circuit, end = made.standing_circuit()
     static = windings.cogging(np.array([state.angle])) + torque
 
     def push(times: FloatArray) -> FloatArray:
@@ -85,15 +85,16 @@ def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Se
         return windings.torque(np.full_like(times, made.electrical_angle), currents) + static
 
     now = float(push(np.array([time]))[0])
-    if state.speed == 0.0 and not state.breaking_away:
-        grip = max(total.coulomb_friction, _rounding(made))
-        if abs(now) <= grip:
-            constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
-            until = min(end, output.end)
-            breaks = first_rise(lambda t: np.abs(push(t)) - grip, time, until, constants)
-            if breaks < until:
-                return made.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
-            return made.segment(Rest(state.angle), circuit, end, law, live=True)
+    grip = max(total.coulomb_friction, _rounding(made))
+    # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
+    creeps = 0.0 < abs(state.speed) <= _SLOW and abs(now) <= grip
+    if (state.speed == 0.0 or creeps) and not state.breaking_away and abs(now) <= grip:
+        constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
+        until = min(end, output.end)
+        breaks = first_rise(lambda t: np.abs(push(t)) - grip, time, until, constants)
+        if breaks < until:
+            return made.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
+        return made.segment(Rest(state.angle), circuit, end, law, live=True)
     sliding = Shaft(total.inertia, total.coulomb_friction * (1.0 - _SLIP), total.viscous_friction, torque)
     return _swinging(made, sliding, 1 if (state.speed or now) > 0.0 else -1, law)
 

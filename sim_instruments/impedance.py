@@ -46,9 +46,7 @@ def reading(timeline: Timeline, frequency: float, level_rms: float, aperture: fl
     return (total * current + leak) / current
 
 
-def _leakage(
-    windings: Windings, network: Network, begin: float, end: float, window: float, angular: float
-) -> complex:
+def _leakage(windings: Windings, network: Network, begin: float, end: float, window: float, angular: float) -> complex:
     """Return the EMF between the leads (V, peak phasor) that a rectangular window lets through at the test frequency.
 
     The rotor's mean speed over the window stands for its speed.

@@ -84,7 +84,7 @@ def _field(made: Plan, state: FieldState, direction: int) -> tuple[Ramp, float]:
 
 
 def _slipping(made: Plan, field: Motion) -> Callable[[FloatArray], FloatArray]:
-    """The amplitude that the DC link can drive through the impedance of a rotor that does not follow."""
+    """Return the amplitude that the DC link can drive through the impedance of a rotor that does not follow."""
     motor, limit = made.parts.motor, made.parts.inverter.maximum_phase_voltage
     resistance, wanted = made.windings.resistance_y, made.settings.inverter.amplitude
     inductance = 0.5 * (motor.d_axis_inductance_y + motor.q_axis_inductance_y)
@@ -96,7 +96,7 @@ def _slipping(made: Plan, field: Motion) -> Callable[[FloatArray], FloatArray]:
 
 
 def _rotating_field(made: Plan, torque: float, law: DynamometerLaw, direction: int) -> Segment:
-    """The rotor follows the field from its present speed on, as long as torque and voltage suffice.
+    """Let the rotor follow the field from its present speed on, as long as torque and voltage suffice.
 
     The pull-in swing at the start is left out: the field begins at the load angle of the speed it is going to.
     """
@@ -171,7 +171,7 @@ def _limits(made: Plan) -> tuple[float, float, float, float]:
 
 
 def _q_current(made: Plan, motion: Motion, direction: int) -> Callable[[FloatArray], FloatArray]:
-    """The commanded q-axis current as far as the DC link drives it at the present speed."""
+    """Return the commanded q-axis current as far as the DC link drives it at the present speed."""
     voltage, resistance, inductance, flux = _limits(made)
     wanted, p = direction * made.settings.inverter.q_current, made.windings.pole_pairs
 

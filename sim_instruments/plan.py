@@ -68,14 +68,14 @@ class Plan:
             in_step,
         )
 
-    def standing_circuit(self) -> tuple[LinearTransient, float, Outcome]:
+    def standing_circuit(self) -> tuple[LinearTransient, float]:
         """Return the circuit of a standing rotor, and when (s) a threshold of the supply's regime ends it."""
         output = self.output
         source: Source = absent(self.time) if output is None else output.source
         circuit = LinearTransient(self.network, self.electrical_angle, self.time, self.loops(), source)
         if output is None:
-            return circuit, math.inf, "none"
-        return circuit, self._threshold(circuit, output), "none"
+            return circuit, math.inf
+        return circuit, self._threshold(circuit, output)
 
     def _threshold(self, circuit: LinearTransient, output: Regime) -> float:
         thresholds, network = output.thresholds, self.network

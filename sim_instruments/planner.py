@@ -9,9 +9,10 @@ from sim_instruments import free_shaft, inverter_drive
 from sim_instruments.parts import Parts
 from sim_instruments.physics.motion import Motion, Rest, Wavering
 from sim_instruments.physics.rotating import Rotating
+from sim_instruments.physics.source import CurrentSource
 from sim_instruments.physics.windings import Windings
 from sim_instruments.plan import Plan, dynamometer_ramp
-from sim_instruments.segment import DynamometerLaw, Segment, State
+from sim_instruments.segment import DynamometerLaw, Outcome, Segment, State
 from sim_instruments.settings import Settings
 from sim_instruments.supply_regime import over_voltage, regime
 from sim_instruments.thermal import next_update
@@ -33,6 +34,9 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
     windings = Windings(parts.motor, state.temperature)
     supplied = parts.network(windings, settings, supplied=True)
     output = regime(settings.supply, parts.supply, state, supplied, time)
+    if not settings.supply.on and _turned_from_outside(settings):
+        # What turns the shaft outlasts the output's fall by far.
+        output = None
     network = supplied if output is not None else parts.network(windings, settings, supplied=False)
     made = Plan(parts, settings, state, time, windings, network, output)
     segment = _with_shaft(made, direction)
@@ -59,7 +63,7 @@ def _with_shaft(made: Plan, direction: int) -> Segment:
         return resting(made, law)
     if settings.shaft.holder in ("turning", "pulling"):
         motion, end = _hand(made)
-        outcome = "let go" if settings.shaft.holder == "pulling" else "none"
+        outcome: Outcome = "let go" if settings.shaft.holder == "pulling" else "none"
         if settings.inverter.enabled:
             segment = inverter_drive.imposed(made, motion, end, DynamometerLaw(), direction)
         else:
@@ -84,15 +88,24 @@ def _with_shaft(made: Plan, direction: int) -> Segment:
 def resting(made: Plan, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft that something holds."""
     state = made.state
-    circuit, end, outcome = made.standing_circuit()
-    return made.segment(Rest(state.angle), circuit, end, law, outcome=outcome, live=bool(made.network.loops))
+    circuit, end = made.standing_circuit()
+    return made.segment(Rest(state.angle), circuit, end, law, live=bool(made.network.loops))
 
 
 def turning(made: Plan, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft that is turned from outside."""
     source = made.rotating_source()
     circuit = Rotating(made.network, motion, source)
-    return made.segment(motion, circuit, end, law, live=bool(made.network.loops))
+    segment = made.segment(motion, circuit, end, law, live=bool(made.network.loops))
+    if isinstance(source, CurrentSource):
+        return replace(segment, supply_mode="cc")
+    return replace(segment, supply_mode="cv") if segment.supply_mode == "cc" else segment
+
+
+def _turned_from_outside(settings: Settings) -> bool:
+    drive = settings.dynamometer
+    by_drive = settings.shaft.coupled and drive.enabled and drive.mode == "speed"
+    return settings.inverter.enabled or by_drive or settings.shaft.holder in ("turning", "pulling")
 
 
 def _hand(made: Plan) -> tuple[Motion, float]:
@@ -110,5 +123,3 @@ def _with_over_current(parts: Parts, settings: Settings, state: State, segment: 
     since = segment.start if state.constant_current_since is None else state.constant_current_since
     due = max(since + parts.supply.over_current_delay, np.nextafter(segment.start, math.inf))
     return replace(segment, end=due, outcome="trip current") if due < segment.end else segment
-
-

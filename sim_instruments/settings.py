@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 Terminal = Literal["A", "B", "C"]
-Socket = Literal[
-    "open", "supply+", "supply-", "lcr_high", "lcr_low", "inverter_u", "inverter_v", "inverter_w"
-]
+Socket = Literal["open", "supply+", "supply-", "lcr_high", "lcr_low", "inverter_u", "inverter_v", "inverter_w"]
 Holder = Literal["free", "locked", "hand", "turning", "pulling"]
 
 TERMINALS: tuple[Terminal, ...] = ("A", "B", "C")
@@ -61,7 +59,9 @@ class InverterSettings:
 
 @dataclass
 class ShaftSettings:
-    """Who holds or turns the shaft. `wobble_phase` (rad) starts the wobble. `pull_until` (s) and `pull_speed` (rad/s) belong to a pull by hand."""
+    """Who holds or turns the shaft. `wobble_phase` (rad) starts the wobble,
+    `pull_until` (s) and `pull_speed` (rad/s) belong to a pull by hand.
+    """
 
     holder: Holder = "free"
     coupled: bool = False

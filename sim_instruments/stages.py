@@ -82,7 +82,8 @@ class InverterStage:
 @dataclass(frozen=True)
 class Leads:
     """`resistance` (Ω) of each lead from supply or inverter to a terminal, and what the bridge's fixture leaves in
-    series with the motor: `lcr_resistance` (Ω), `lcr_inductance` (H)."""
+    series with the motor: `lcr_resistance` (Ω), `lcr_inductance` (H).
+    """
 
     resistance: float = 0.002
     lcr_resistance: float = 0.001

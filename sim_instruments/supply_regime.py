@@ -1,7 +1,7 @@
 """What the supply's output does next: ramps, holds a voltage or a current, falls after switching off, or trips."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from sim_instruments.stages import SupplyStage
 
 #: Below this current (A) a falling output opens.
 OPENING_CURRENT = 1e-4
+#: Constant current gives way to constant voltage this much (relative, and in V) above the level, lest the two alternate.
+_HYSTERESIS = 1e-6
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class Regime:
     source: Source
     mode: SupplyMode
     end: float = math.inf
-    thresholds: Thresholds = Thresholds()
+    thresholds: Thresholds = field(default_factory=Thresholds)
     trips_voltage: bool = False
 
 
@@ -38,7 +40,7 @@ def regime(supply: SupplySettings, stage: SupplyStage, state: State, network: Ne
     current = float(network.source_current(state.winding_currents[:, np.newaxis])[0])
     voltage = state.source_voltage
     if not supply.on:
-        if voltage <= 1e-12 and abs(current) <= OPENING_CURRENT:
+        if voltage <= 1e-12 and current <= OPENING_CURRENT * (1.0 + 1e-6):
             return None
         return _falling(stage, time, voltage, OPENING_CURRENT, "off", opens=True)
     limit = supply.current_limit
@@ -52,8 +54,9 @@ def regime(supply: SupplySettings, stage: SupplyStage, state: State, network: Ne
             needed = network.voltage_for_constant_current(
                 network.loop_currents(state.winding_currents, angle), angle, speed
             )
-            if needed <= supply.voltage * (1.0 + 1e-12) + 1e-12:
-                return Regime(CurrentSource(limit), "cc", thresholds=Thresholds(voltage=supply.voltage + 1e-9))
+            if needed <= supply.voltage * (1.0 + 0.5 * _HYSTERESIS) + 0.5 * _HYSTERESIS:
+                leaving = supply.voltage * (1.0 + _HYSTERESIS) + _HYSTERESIS
+                return Regime(CurrentSource(limit), "cc", thresholds=Thresholds(voltage=leaving))
     rising = Thresholds(current=limit) if network.drives_current else Thresholds()
     if math.isclose(voltage, supply.voltage, rel_tol=1e-12, abs_tol=1e-12):
         return Regime(VoltageSource(time, supply.voltage), "cv", thresholds=rising)
@@ -70,7 +73,7 @@ def regime(supply: SupplySettings, stage: SupplyStage, state: State, network: Ne
 def _falling(
     stage: SupplyStage, time: float, voltage: float, until_current: float, mode: SupplyMode, *, opens: bool
 ) -> Regime:
-    """The down-programmer takes the output to 0 V; the current decays to where another regime takes over."""
+    """Let the down-programmer take the output to 0 V and the current decay to where another regime takes over."""
     thresholds = Thresholds(current=until_current, current_direction=-1)
     if voltage > 1e-12:
         end = time + voltage / stage.slew

@@ -78,7 +78,9 @@ class World:
             socket = wiring.get(terminal, "open")
             known = next((entry for entry in SOCKETS if entry == socket), None)
             if known is None:
-                raise ValueError(f"socket {socket!r} for terminal {terminal} is unknown; allowed are {', '.join(SOCKETS)}")
+                raise ValueError(
+                    f"socket {socket!r} for terminal {terminal} is unknown; allowed are {', '.join(SOCKETS)}"
+                )
             complete[terminal] = known
         with self._timeline.changing() as settings:
             settings.wiring = complete
@@ -154,7 +156,7 @@ class World:
     def nudge_to_next_rest(self, direction: int = 1) -> float:
         """Pull the shaft by hand over to where the next stable position draws it, then let go; return the pull's length (s).
 
-        The pull takes bench time, and the shaft settles after it: let `returned + 0.5` s pass before reading. Where
+        The pull takes bench time, and the shaft settles after it: let `returned + 1.5` s pass before reading. Where
         nothing draws the shaft it is turned on by a random twentieth to tenth of a turn and stays there.
         Raises RuntimeError where the rotor is locked or driven by the dynamometer, ValueError for a direction other than ±1.
         """

@@ -26,7 +26,9 @@ def first_rise(
     if last <= 0.0:
         return math.inf
     steps = np.unique(
-        np.concatenate([[0.0], np.geomspace(min(finest, 0.5 * last) or 1e-6 * last, last, 200), np.linspace(0, last, 100)])
+        np.concatenate(
+            [[0.0], np.geomspace(min(finest, 0.5 * last) or 1e-6 * last, last, 200), np.linspace(0, last, 100)]
+        )
     )
     if math.isfinite(end) and end - start > last:
         steps = np.append(steps, end - start)

@@ -126,7 +126,13 @@ class Synchronous:
 
 
 def q_current_within(
-    wanted: float, electrical_speed: FloatArray, *, voltage: float, resistance: float, inductance: float, flux_linkage: float
+    wanted: float,
+    electrical_speed: FloatArray,
+    *,
+    voltage: float,
+    resistance: float,
+    inductance: float,
+    flux_linkage: float,
 ) -> FloatArray:
     """Return the q-axis current (A) nearest to the one wanted that a phase voltage (V, peak) allows at given speeds.
 
@@ -137,9 +143,7 @@ def q_current_within(
     half_b = resistance * emf
     discriminant = half_b**2 - a * (emf**2 - voltage**2)
     root = np.sqrt(np.maximum(discriminant, 0.0))
-    result: FloatArray = np.where(
-        discriminant > 0.0, np.clip(wanted, (-half_b - root) / a, (-half_b + root) / a), 0.0
-    )
+    result: FloatArray = np.where(discriminant > 0.0, np.clip(wanted, (-half_b - root) / a, (-half_b + root) / a), 0.0)
     return result
 
 

@@ -65,7 +65,9 @@ class VirtualMotor:
                 raise ValueError(f"{name} is {value}; it must be finite and not negative")
         for order, amplitude, _ in self.flux_harmonics:
             if order < 2 or not math.isfinite(amplitude):
-                raise ValueError(f"flux_harmonics has order {order}, amplitude {amplitude}; orders are 2 or more, amplitudes finite")
+                raise ValueError(
+                    f"flux_harmonics has order {order}, amplitude {amplitude}; orders are 2 or more, amplitudes finite"
+                )
 
     @property
     def winding_zero_sequence_inductance(self) -> float:
@@ -123,4 +125,6 @@ class VirtualMotor:
 
     def flux_linkage_at(self, temperature: float) -> float:
         """Return the winding's flux linkage (V·s per electrical rad) at a temperature (°C)."""
-        return self.flux_linkage * (1.0 + self.flux_temperature_coefficient * (temperature - self.resistance_temperature))
+        return self.flux_linkage * (
+            1.0 + self.flux_temperature_coefficient * (temperature - self.resistance_temperature)
+        )

@@ -45,7 +45,9 @@ class Network:
             plus[groups[self.source[0]]] = 1.0
         self._plus = plus @ incidence
         self.drive: FloatArray = self.basis.T @ self._plus
-        joined = np.array([float(len(groups.get(socket, ())) > 1 or socket in (self.source or ())) for socket in self.sockets])
+        joined = np.array(
+            [float(len(groups.get(socket, ())) > 1 or socket in (self.source or ())) for socket in self.sockets]
+        )
         loss = np.diag(windings.resistance) + lead_resistance * incidence.T @ np.diag(joined) @ incidence
         loss += source_resistance * np.outer(self._plus, self._plus)
         self.damping: FloatArray = self.basis.T @ loss @ self.basis
@@ -85,7 +87,9 @@ class Network:
         slope = windings.inductance_slope(angle) @ (self.basis @ loops)
         left = -self.damping @ loops - electrical_speed * (self.basis.T @ (slope + emf))
         inertance, reach = self.inertance(angle), null_space(self.drive[np.newaxis, :])
-        slopes = reach @ np.linalg.solve(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
+        slopes = (
+            reach @ np.linalg.solve(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
+        )
         return float(self.drive @ (inertance @ slopes - left)) / float(self.drive @ self.drive)
 
     def source_current(self, winding_currents: FloatArray) -> FloatArray:
@@ -98,7 +102,9 @@ class Network:
         result: FloatArray = self.windings.incidence @ winding_currents
         return result
 
-    def node_potentials(self, drops: FloatArray, winding_currents: FloatArray, source_voltage: FloatArray) -> FloatArray:
+    def node_potentials(
+        self, drops: FloatArray, winding_currents: FloatArray, source_voltage: FloatArray
+    ) -> FloatArray:
         """Return potentials (V, shape (5, n)) of A, B, C, N and the artificial star, from the windings' voltage drops.
 
         Zero is the source's − pole, or without a source the star. N of a delta is its artificial star.
@@ -116,7 +122,11 @@ class Network:
             for pole, potential in ((self.source[1], 0.0), (self.source[0], source_voltage)):
                 if pole in self.sockets:
                     at = self.sockets.index(pole)
-                    behind = self.source_resistance * self.source_current(winding_currents) if pole == self.source[0] else 0.0
+                    behind = (
+                        self.source_resistance * self.source_current(winding_currents)
+                        if pole == self.source[0]
+                        else 0.0
+                    )
                     shift = potential - behind - self.lead_resistance * currents[at] - terminals[at]
                     break
         terminals = terminals + shift

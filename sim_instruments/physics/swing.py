@@ -1,6 +1,7 @@
 """A free rotor under current, from one standstill to the next: the one law of the bench that needs integrating."""
 
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -29,7 +30,8 @@ class Shaft:
 @dataclass(frozen=True)
 class Thresholds:
     """What ends the swing early: the source's current passing `current` (A) in `current_direction`, or the voltage of a
-    current source rising through `voltage` (V)."""
+    current source rising through `voltage` (V).
+    """
 
     current: float = math.inf
     current_direction: int = 1
@@ -41,6 +43,9 @@ class Swing:
 
     States: shaft angle, speed, and the currents that the source leaves free. Friction keeps the sign of `direction`.
     """
+
+    #: SciPy's LSODA takes one integration at a time in a process.
+    _integrator = threading.Lock()
 
     def __init__(
         self,
@@ -66,7 +71,8 @@ class Swing:
         self._p = windings.pole_pairs
         self._basis = basis
         self._m0, self._mc, self._ms = (
-            basis.T @ part @ basis for part in (windings.inductance_mean, windings.inductance_cos, windings.inductance_sin)
+            basis.T @ part @ basis
+            for part in (windings.inductance_mean, windings.inductance_cos, windings.inductance_sin)
         )
         if isinstance(source, VoltageSource):
             self._reach = np.eye(network.loops)
@@ -79,39 +85,45 @@ class Swing:
         self._magnets = [(h, basis.T @ windings.emf_phasors(h, a, phase)) for h, a, phase in windings.harmonics]
         free = self._reach.T @ (loops - self._offset)
         events = self._events(thresholds)
-        solution = solve_ivp(
-            self._slopes,
-            (0.0, horizon - start),
-            np.concatenate([[angle, speed], free]),
-            method="RK45",
-            dense_output=True,
-            events=[event for _, event in events],
-            rtol=1e-6,
-            atol=np.concatenate([[1e-8, 1e-6 * max(1.0, abs(speed))], np.full(len(free), 1e-7)]),
-            first_step=min(horizon - start, 1e-5),
-        )
-        if not solution.success:
-            raise RuntimeError(f"the swing of the rotor could not be integrated from {start:.6g} s on: {solution.message}")
+        with self._integrator:
+            solution = solve_ivp(
+                self._slopes,
+                (0.0, horizon - start),
+                np.concatenate([[angle, speed], free]),
+                method="LSODA",
+                dense_output=True,
+                events=[event for _, event in events],
+                rtol=1e-6,
+                atol=np.concatenate([[1e-7, 1e-5 * max(1.0, abs(speed))], np.full(len(free), 1e-6)]),
+                first_step=min(horizon - start, 1e-5),
+            )
+        if not solution.success or solution.sol is None:
+            raise RuntimeError(
+                f"the swing of the rotor could not be integrated from {start:.6g} s on: {solution.message}"
+            )
         self._dense = solution.sol
         self.end = start + float(solution.t[-1])
         self.ending: Ending = "horizon"
         if solution.status == 1:
-            hit = next(k for k, times in enumerate(solution.t_events) if len(times))
+            hit = next(k for k, times in enumerate(solution.t_events or ()) if len(times))
             self.ending = events[hit][0]
 
     # Motion
 
     def angle(self, times: FloatArray) -> FloatArray:
         """Return the shaft's angle (rad)."""
-        return self._states(times)[0]
+        result: FloatArray = self._states(times)[0]
+        return result
 
     def speed(self, times: FloatArray) -> FloatArray:
         """Return the shaft's speed (rad/s)."""
-        return self._states(times)[1]
+        result: FloatArray = self._states(times)[1]
+        return result
 
     def acceleration(self, times: FloatArray) -> FloatArray:
         """Return the shaft's acceleration (rad/s²)."""
-        return self._derivatives(times)[1]
+        result: FloatArray = self._derivatives(times)[1]
+        return result
 
     # Circuit
 
@@ -125,7 +137,9 @@ class Swing:
         if isinstance(self.source, VoltageSource):
             return self.source.at(times)
         states = self._states(times)
-        return np.array([self._needed_voltage(float(t - self._start), state) for t, state in zip(times, states.T, strict=True)])
+        return np.array(
+            [self._needed_voltage(float(t - self._start), state) for t, state in zip(times, states.T, strict=True)]
+        )
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
@@ -184,9 +198,9 @@ class Swing:
         if len(state) > 2:
             if self._reduced:
                 reach = self._reach
-                derivative[2:] = np.linalg.solve(reach.T @ inertance @ reach, reach.T @ left)
+                derivative[2:] = _solve(reach.T @ inertance @ reach, reach.T @ left)
             else:
-                derivative[2:] = np.linalg.solve(inertance, left)
+                derivative[2:] = _solve(inertance, left)
         return derivative
 
     def _needed_voltage(self, passed: float, state: FloatArray) -> float:
@@ -210,6 +224,18 @@ class Swing:
         if self._reduced and math.isfinite(thresholds.voltage):
             events.append(("voltage", _Event(lambda t, y: self._needed_voltage(t, y) - thresholds.voltage, 1)))
         return events
+
+
+def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve up to two equations by hand: at this size the library's checks cost more than the arithmetic."""
+    if len(right) == 1:
+        return np.array([float(right[0]) / float(matrix[0, 0])])
+    if len(right) == 2:
+        a, b, d = float(matrix[0, 0]), float(matrix[0, 1]), float(matrix[1, 1])
+        c, e, f = float(matrix[1, 0]), float(right[0]), float(right[1])
+        determinant = a * d - b * c
+        return np.array([(e * d - b * f) / determinant, (a * f - e * c) / determinant])
+    return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
 
 
 class _Event:

@@ -39,7 +39,9 @@ class LinearTransient:
         """Return the loop currents (A, shape (loops, n))."""
         passed = times - self.start
         decay = np.exp(-np.outer(self.rates, passed))
-        amplitudes = self._free[:, np.newaxis] * decay + self._steady[:, np.newaxis] + np.outer(self._steady_slope, passed)
+        amplitudes = (
+            self._free[:, np.newaxis] * decay + self._steady[:, np.newaxis] + np.outer(self._steady_slope, passed)
+        )
         result: FloatArray = self._offset[:, np.newaxis] + self._shapes @ amplitudes
         return result
 

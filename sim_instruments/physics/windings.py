@@ -36,8 +36,9 @@ class Windings:
         self.inductance_cos: FloatArray = half * (2.0 / 3.0) * _CLARKE.T @ np.diag([1.0, -1.0]) @ _CLARKE
         self.inductance_sin: FloatArray = half * (2.0 / 3.0) * _CLARKE.T @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ _CLARKE
         #: (order, EMF amplitude per electrical speed, phase)
-        self.harmonics = ((1, self.flux_linkage, 0.0),) + tuple(
-            (order, self.flux_linkage * amplitude, phase) for order, amplitude, phase in motor.flux_harmonics
+        self.harmonics = (
+            (1, self.flux_linkage, 0.0),
+            *((order, self.flux_linkage * amplitude, phase) for order, amplitude, phase in motor.flux_harmonics),
         )
 
     @property
@@ -63,7 +64,9 @@ class Windings:
 
     def inductance(self, angle: float) -> FloatArray:
         """Return the inductance matrix (H, 3×3) at an electrical angle (rad)."""
-        return self.inductance_mean + self.inductance_cos * math.cos(2 * angle) + self.inductance_sin * math.sin(2 * angle)
+        return (
+            self.inductance_mean + self.inductance_cos * math.cos(2 * angle) + self.inductance_sin * math.sin(2 * angle)
+        )
 
     def inductance_slope(self, angle: float) -> FloatArray:
         """Return dL/dθ (H/rad, 3×3) at an electrical angle (rad)."""
@@ -80,7 +83,8 @@ class Windings:
     def inductance_slope_times(self, angles: FloatArray, currents: FloatArray) -> FloatArray:
         """Return dL/dθ·i for n angles and currents of shape (3, n)."""
         return 2.0 * (
-            np.cos(2 * angles) * (self.inductance_sin @ currents) - np.sin(2 * angles) * (self.inductance_cos @ currents)
+            np.cos(2 * angles) * (self.inductance_sin @ currents)
+            - np.sin(2 * angles) * (self.inductance_cos @ currents)
         )
 
     def emf_per_speed(self, angles: FloatArray) -> FloatArray:
