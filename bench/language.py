@@ -25,11 +25,13 @@ def language_of(wish: str, environment: Mapping[str, str] | None = None) -> str:
 
 def translator(language: str) -> Translate:
     """Return what translates templates into a language; a template without a translation stays English."""
-    return english if language == "en" else _looked_up(catalogue(language))
+    return _looked_up(catalogue(language)) if language != "en" else english
 
 
 def catalogue(language: str) -> dict[str, str]:
-    """Return a language's templates by their English ones."""
+    """Return a language's templates by their English ones; English itself needs none."""
+    if language == "en":
+        return {}
     from babel.messages.pofile import read_po
 
     path = resources.files("bench") / "locale" / language / "LC_MESSAGES" / "motorbench.po"

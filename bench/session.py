@@ -63,7 +63,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Finished:
         answers=wishes.answers,
         seed=wishes.seed,
         console=console,
-        translate=translate,
+        language=wishes.language,
     ) as where:
         _check_roles(plan, where.station)
         previous = _previous(wishes, where.station) if wishes.resume else None

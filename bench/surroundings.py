@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from bench.clock import ReplayClock, SystemClock
 from bench.errors import UsageError
 from bench.instruments import Prompts, system_visa
+from bench.language import catalogue, translator
 from bench.motor_file import MotorFile
 from bench.station import Station, load_station
 from bench.truth import truth_of
@@ -16,7 +17,6 @@ from bench.virtual_station import VIRTUAL
 from drivers import registry
 from drivers.interfaces import Clock
 from procedures.bench import Operator
-from procedures.text import Translate
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -47,7 +47,7 @@ def place(
     answers: Path | None,
     seed: int,
     console: "Console",
-    translate: Translate,
+    language: str,
 ) -> Iterator[Place]:
     """Give the surroundings for a run; `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one.
 
@@ -66,18 +66,19 @@ def place(
     if operator == "virtual":
         raise UsageError("--operator virtual works on the virtual bench only: --station virtual")
     read = load_station(Path(station))
-    yield _replayed(read, answers) if answers is not None else _by_hand(read, motor, console, translate)
+    yield _replayed(read, answers) if answers is not None else _by_hand(read, motor, console, language)
 
 
-def _by_hand(station: Station, motor: MotorFile, console: "Console", translate: Translate) -> Place:
+def _by_hand(station: Station, motor: MotorFile, console: "Console", language: str) -> Place:
     from bench.operators.terminal import TerminalOperator, TerminalPrompt
 
-    person = TerminalOperator(console, translate, motor.nameplate.wire_colours)
+    templates = catalogue(language)
+    person = TerminalOperator(console, translator(language), motor.nameplate.wire_colours)
     return Place(
         station,
         SystemClock(),
         person,
-        lambda role: TerminalPrompt(person, role.value),
+        lambda role: TerminalPrompt(person, role.value, templates),
         system_visa(station.visa_library),
         {},
         lambda: 0.0,

@@ -17,6 +17,7 @@ PARAMETER_NAMES: Mapping[str, Text] = {
     "inertia": text("Inertia"),
     "coulomb_friction": text("Coulomb friction"),
     "viscous_friction": text("Viscous friction"),
+    "electrical_frequency": text("Electrical frequency"),
     "maximum_current": text("Maximum current"),
     "rated_speed": text("Rated speed"),
 }

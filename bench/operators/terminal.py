@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from bench.interrupts import Interrupted
+from bench.phrasebook import translate_said
 from procedures.actions import Action, EnterReading, MarkRestPositions
 from procedures.text import Text, Translate, text
 
@@ -65,9 +66,9 @@ class TerminalOperator:
             else:
                 return value
 
-    def confirm(self, heading: str, sentence: str) -> None:
+    def confirm(self, heading: Text, sentence: str) -> None:
         """Say what to do to an instrument and wait until it is done."""
-        self._console.print(f"\n[bold]▶ {_plain(heading)}: {_plain(self._translate(sentence))}[/bold]")
+        self._console.print(f"\n[bold]▶ {_plain(heading.render(self._translate))}: {_plain(sentence)}[/bold]")
         self._line(text("Done? Press Enter"))
 
     def _angles(self, question: Text) -> list[float]:
@@ -98,21 +99,30 @@ class TerminalOperator:
 
 
 class TerminalPrompt:
-    """The way to the same person for instruments that are set and read by hand; `instrument` is the role."""
+    """The way to the same person for instruments that are set and read by hand; `instrument` is the role.
 
-    def __init__(self, operator: TerminalOperator, instrument: str) -> None:
+    `templates` are the catalogue of the person's language, for the sentences that drivers say in English.
+    """
+
+    def __init__(self, operator: TerminalOperator, instrument: str, templates: Mapping[str, str]) -> None:
         self._operator = operator
         self._instrument = instrument
+        self._templates = templates
 
     def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
         """Return the number typed, within its range."""
-        what = f"{quantity} {context}".strip()
-        named = text("{instrument}, {quantity}", instrument=self._instrument, quantity=Text("{what}", {"what": what}))
+        what = " ".join(self._said(words) for words in (quantity, context) if words)
+        named = text(
+            "{instrument}, {quantity}", instrument=Text(self._instrument), quantity=Text("{what}", {"what": what})
+        )
         return self._operator.number(named, unit, minimum, maximum)
 
     def confirm(self, text: str) -> None:
         """Return once the person says that it is done."""
-        self._operator.confirm(self._instrument, text)
+        self._operator.confirm(Text(self._instrument), self._said(text))
+
+    def _said(self, words: str) -> str:
+        return translate_said(words, self._templates)
 
 
 def _plain(words: str) -> str:
