@@ -6,7 +6,17 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from drivers.can_bus.options import Cia402Options
-from drivers.interfaces import Clock, Instrument, Traffic
+from drivers.interfaces import (
+    Clock,
+    Dynamometer,
+    Instrument,
+    Inverter,
+    LcrMeter,
+    Oscilloscope,
+    Supply,
+    Tachometer,
+    Traffic,
+)
 from drivers.manual.options import (
     ManualDynamometerOptions,
     ManualInverterOptions,
@@ -95,73 +105,73 @@ def find(name: str, role: Role) -> Driver:
     raise KeyError(f"no driver '{name}' for {role.value}; there are {', '.join(drivers_for(role))}")
 
 
-def _open_e4980a(address: str, options: E4980AOptions, given: Surroundings, name: str) -> Instrument:
+def _open_e4980a(address: str, options: E4980AOptions, given: Surroundings, name: str) -> LcrMeter:
     from drivers.visa.keysight_e4980a import open_keysight_e4980a
 
     return open_keysight_e4980a(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
 
 
-def _open_e36300(address: str, options: E36300Options, given: Surroundings, name: str) -> Instrument:
+def _open_e36300(address: str, options: E36300Options, given: Surroundings, name: str) -> Supply:
     from drivers.visa.keysight_e36300 import open_keysight_e36300
 
     return open_keysight_e36300(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
 
 
-def _open_infiniivision(address: str, options: InfiniiVisionOptions, given: Surroundings, name: str) -> Instrument:
+def _open_infiniivision(address: str, options: InfiniiVisionOptions, given: Surroundings, name: str) -> Oscilloscope:
     from drivers.visa.keysight_infiniivision import open_keysight_infiniivision
 
     return open_keysight_infiniivision(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
 
 
-def _open_delta_dyn200(address: str, options: DeltaDyn200Options, given: Surroundings, name: str) -> Instrument:
+def _open_delta_dyn200(address: str, options: DeltaDyn200Options, given: Surroundings, name: str) -> Dynamometer:
     from drivers.modbus.delta_dyn200 import open_delta_dyn200
 
     return open_delta_dyn200(address, given.clock, options, name=name, traffic=given.traffic)
 
 
-def _open_lutron(address: str, options: LutronTachometerOptions, given: Surroundings, name: str) -> Instrument:
+def _open_lutron(address: str, options: LutronTachometerOptions, given: Surroundings, name: str) -> Tachometer:
     from drivers.serial_line.lutron_tachometer import open_lutron_tachometer
 
     return open_lutron_tachometer(address, given.clock, options, name=name, traffic=given.traffic)
 
 
-def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Instrument:
+def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Inverter:
     from drivers.can_bus.cia402_inverter import open_cia402_inverter
 
     return open_cia402_inverter(address, given.clock, options, name=name, traffic=given.traffic)
 
 
-def _manual_supply(_: str, options: ManualSupplyOptions, given: Surroundings, name: str) -> Instrument:
+def _manual_supply(_: str, options: ManualSupplyOptions, given: Surroundings, name: str) -> Supply:
     from drivers.manual.supply import ManualSupply
 
     return ManualSupply(given.person(), given.clock, options, name=name)
 
 
-def _manual_lcr_meter(_: str, options: ManualLcrMeterOptions, given: Surroundings, name: str) -> Instrument:
+def _manual_lcr_meter(_: str, options: ManualLcrMeterOptions, given: Surroundings, name: str) -> LcrMeter:
     from drivers.manual.lcr_meter import ManualLcrMeter
 
     return ManualLcrMeter(given.person(), given.clock, options, name=name)
 
 
-def _manual_oscilloscope(_: str, options: ManualOscilloscopeOptions, given: Surroundings, name: str) -> Instrument:
+def _manual_oscilloscope(_: str, options: ManualOscilloscopeOptions, given: Surroundings, name: str) -> Oscilloscope:
     from drivers.manual.oscilloscope import ManualOscilloscope
 
     return ManualOscilloscope(given.person(), given.clock, options, name=name)
 
 
-def _manual_dynamometer(_: str, options: ManualDynamometerOptions, given: Surroundings, name: str) -> Instrument:
+def _manual_dynamometer(_: str, options: ManualDynamometerOptions, given: Surroundings, name: str) -> Dynamometer:
     from drivers.manual.dynamometer import ManualDynamometer
 
     return ManualDynamometer(given.person(), given.clock, options, name=name)
 
 
-def _manual_tachometer(_: str, options: ManualTachometerOptions, given: Surroundings, name: str) -> Instrument:
+def _manual_tachometer(_: str, options: ManualTachometerOptions, given: Surroundings, name: str) -> Tachometer:
     from drivers.manual.tachometer import ManualTachometer
 
     return ManualTachometer(given.person(), given.clock, options, name=name)
 
 
-def _manual_inverter(_: str, options: ManualInverterOptions, given: Surroundings, name: str) -> Instrument:
+def _manual_inverter(_: str, options: ManualInverterOptions, given: Surroundings, name: str) -> Inverter:
     from drivers.manual.inverter import ManualInverter
 
     return ManualInverter(given.person(), given.clock, options, name=name)

@@ -233,6 +233,15 @@ def open_descriptors() -> set[str]:
     return found
 
 
+@pytest.fixture(autouse=True, scope="session")
+def short_collections() -> Iterator[None]:
+    """Leave what the imports made out of the collections after each test."""
+    gc.collect()
+    gc.freeze()
+    yield
+    gc.unfreeze()
+
+
 @pytest.fixture(autouse=True)
 def nothing_left_open() -> Iterator[None]:
     """Fail on threads, sockets and terminals that a test leaves behind."""

@@ -1,0 +1,80 @@
+"""The registry: names, options, lazy imports, and opening."""
+
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+from drivers.interfaces import Accuracy
+from drivers.manual.options import ManualTachometerOptions
+from drivers.manual.tachometer import ManualTachometer
+from drivers.registry import DRIVERS, MANUAL, Role, Surroundings, drivers_for, find
+from drivers.serial_line.options import LutronTachometerOptions
+from drivers.visa.keysight_e36300 import KeysightE36300
+from drivers.visa.options import E36300Options
+
+
+def test_every_role_has_an_automatic_and_a_manual_driver() -> None:
+    assert {role: drivers_for(role) for role in Role} == {
+        Role.SUPPLY: ("keysight-e36300", "manual"),
+        Role.LCR_METER: ("keysight-e4980a", "manual"),
+        Role.OSCILLOSCOPE: ("keysight-infiniivision", "manual"),
+        Role.DYNAMOMETER: ("delta-dyn200", "manual"),
+        Role.TACHOMETER: ("lutron-tachometer", "manual"),
+        Role.INVERTER: ("cia402-inverter", "manual"),
+    }
+
+
+def test_an_unknown_name_lists_those_there_are() -> None:
+    with pytest.raises(KeyError, match="no driver 'keysight-e4980a' for supply; there are keysight-e36300, manual"):
+        find("keysight-e4980a", Role.SUPPLY)
+
+
+def test_importing_the_registry_imports_no_transport() -> None:
+    code = (
+        "import sys, drivers.registry\n"
+        "print([name for name in ('pyvisa', 'pymodbus', 'serial', 'can', 'canopen') if name in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def test_opening_over_visa(manager: Any, connect: Any, settings_class: Any, clock: Any) -> None:
+    connect("TCPIP0::supply::inst0::INSTR", settings_class("Keysight Technologies,E36312A,MY1,1.0"))
+    surroundings = Surroundings(clock, visa=lambda: manager)
+    supply = find("keysight-e36300", Role.SUPPLY).open(
+        "TCPIP0::supply::inst0::INSTR", E36300Options(), surroundings, name="left supply"
+    )
+    assert isinstance(supply, KeysightE36300)
+    supply.close()
+
+
+def test_opening_by_hand(clock: Any) -> None:
+    class Person:
+        def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+            return 60.0
+
+        def confirm(self, text: str) -> None:
+            raise AssertionError(text)
+
+    options = ManualTachometerOptions(accuracy=Accuracy(offset=0.1))
+    made = find(MANUAL, Role.TACHOMETER).open("", options, Surroundings(clock, prompt=Person()))
+    assert isinstance(made, ManualTachometer)
+    assert made.measure_speed().value == pytest.approx(6.2832, rel=1e-4)
+
+
+def test_options_of_another_driver_are_refused(clock: Any) -> None:
+    with pytest.raises(TypeError, match="keysight-e36300 takes E36300Options, not LutronTachometerOptions"):
+        find("keysight-e36300", Role.SUPPLY).open("", LutronTachometerOptions(), Surroundings(clock))
+
+
+def test_what_is_missing_is_said(clock: Any) -> None:
+    with pytest.raises(ValueError, match="VISA resource manager"):
+        find("keysight-e36300", Role.SUPPLY).open("", E36300Options(), Surroundings(clock))
+    with pytest.raises(ValueError, match="person to ask"):
+        find(MANUAL, Role.TACHOMETER).open("", ManualTachometerOptions(), Surroundings(clock))
+
+
+def test_only_manual_drivers_need_no_address() -> None:
+    assert all(driver.needs_address is (driver.name != MANUAL) for driver in DRIVERS)
