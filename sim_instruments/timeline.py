@@ -105,8 +105,6 @@ class Timeline:
             chosen = index == number
             segment = segments[number]
             at = np.minimum(times[chosen], self.now)
-            if math.isinf(segment.start):
-                at = np.full_like(at, segment.end)
             values[chosen] = quantity(segment, at)
         return values
 

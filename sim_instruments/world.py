@@ -59,7 +59,7 @@ class World:
         )
         self.lock = self._timeline.lock
         self.supply = SupplyOutput(self._timeline, self._timeline.parts.supply)
-        self.dynamometer = DynamometerShaft(self._timeline, self._timeline.parts.dynamometer)
+        self.dynamometer = DynamometerShaft(self._timeline, self._timeline.parts.dynamometer, clock)
         self.inverter = InverterOutput(self._timeline, self._timeline.parts.inverter)
         self._probes: dict[int, Probe] = {}
 
@@ -304,12 +304,11 @@ class World:
     # Helpers
 
     def _couple(self, coupled: bool) -> None:
-        with self._timeline.changing() as settings:
-            if abs(self._timeline.state.speed) > 0.0:
-                raise RuntimeError(
-                    f"the shaft turns at {self._timeline.state.speed:.3g} rad/s; stop it before touching the coupling"
-                )
-            settings.shaft.coupled = coupled
+        with self.lock:
+            for speed in (self.shaft_speed(0.0), self.dynamometer.own_speed):
+                if abs(speed) > 0.0:
+                    raise RuntimeError(f"the shaft turns at {speed:.3g} rad/s; stop it before touching the coupling")
+            self.dynamometer.follow_coupling(coupled)
 
     def _check_hand(self) -> None:
         settings = self._timeline.settings

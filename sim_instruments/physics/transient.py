@@ -37,7 +37,8 @@ class LinearTransient:
 
     def loop_currents(self, times: FloatArray) -> FloatArray:
         """Return the loop currents (A, shape (loops, n))."""
-        passed = times - self.start
+        # Before its start the circuit stood as it was then.
+        passed = np.maximum(times - self.start, 0.0)
         decay = np.exp(-np.outer(self.rates, passed))
         amplitudes = (
             self._free[:, np.newaxis] * decay + self._steady[:, np.newaxis] + np.outer(self._steady_slope, passed)
@@ -47,7 +48,7 @@ class LinearTransient:
 
     def loop_slopes(self, times: FloatArray) -> FloatArray:
         """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
-        decay = np.exp(-np.outer(self.rates, times - self.start))
+        decay = np.exp(-np.outer(self.rates, np.maximum(times - self.start, 0.0)))
         amplitudes = -(self.rates * self._free)[:, np.newaxis] * decay + self._steady_slope[:, np.newaxis]
         result: FloatArray = self._shapes @ amplitudes
         return result

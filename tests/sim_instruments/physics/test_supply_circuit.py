@@ -199,7 +199,9 @@ def test_probes_see_labels_not_motor_terminals(lab: Any) -> None:
 def test_history_is_for_the_past_only(lab: Any) -> None:
     world, clock = lab.ideal_world(lab.outrunner())
     world.attach_voltage_probe(1, "A", "star")
-    assert world.probe_signal(1, np.array([[-5.0, 0.0]])).shape == (1, 2)
+    assert world.probe_signal(1, np.array([[-600.0, 0.0]])).tolist() == [[0.0, 0.0]]
+    clock.sleep(0.01)
+    assert (world.supply.current(5.0), world.shaft_speed(5.0), world.dynamometer.torque(5.0)) == (0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match="still to come"):
         world.probe_signal(1, [1.0])
     for _ in range(30):
