@@ -88,12 +88,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             alignment = self.align_d(energised)
             self.lock_d(energised)
         voltage = self.set_step_d(alignment)
-        self.conclude_d(self.record_d(voltage))
+        self.conclude_d(voltage, self.record_d(voltage))
         with ExitStack() as energised:
             self.align_q(energised)
             self.lock_q(energised)
         voltage = self.set_step_q(alignment)
-        self.conclude_q(self.record_q(voltage))
+        self.conclude_q(voltage, self.record_q(voltage))
 
     @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
     def align_d(self, energised: ExitStack) -> Alignment:
@@ -148,9 +148,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._record(voltage, forward=self.settings.polarity is Polarity.ALONG)
 
     @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
-    def conclude_d(self, steps: list[StepRecord]) -> None:
+    def conclude_d(self, voltage: float, steps: list[StepRecord]) -> None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
-        self._conclude("d_axis_inductance", "d", steps)
+        self._conclude("d_axis_inductance", "d", voltage, steps)
 
     @step("3.3.1-q/1", "Align the rotor to q: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
@@ -181,9 +181,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._record(voltage, forward=True)
 
     @step("3.3.1-q/5", "Lq is two thirds of time constant times resistance")
-    def conclude_q(self, steps: list[StepRecord]) -> None:
+    def conclude_q(self, voltage: float, steps: list[StepRecord]) -> None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
-        self._conclude("q_axis_inductance", "q", steps)
+        self._conclude("q_axis_inductance", "q", voltage, steps)
 
     def _align_current(self) -> float:
         bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current)
@@ -214,6 +214,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         limit = min(2.0 * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
 
         def once(record_time: float) -> StepRecord:
+            # The current of the step before must have died away: the loop is as slow to fall as to rise.
+            self.bench.clock.sleep(record_time)
             scope.configure_acquisition(record_time, _POINTS, _PRE_TRIGGER)
             waves = record(
                 self.bench,
@@ -233,7 +235,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             record_time = min(max(1.2 * wanted, 0.05 * record_time), 4.0 * record_time)
         return [once(record_time) for _ in range(self.settings.repeats)]
 
-    def _conclude(self, name: str, axis: str, steps: list[StepRecord]) -> None:
+    def _conclude(self, name: str, axis: str, voltage: float, steps: list[StepRecord]) -> None:
         fits = [
             fit_step_response(
                 s.current.time,
@@ -255,22 +257,23 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         last = steps[-1]
         tau = time_constant_63(last.current.time, last.current.values)
         tail = slice(-len(last.current.values) // 10, None)
-        loop_resistance = float(last.voltage.values[tail].mean() / last.current.values[tail].mean())
+        total_resistance = abs(voltage / float(last.current.values[tail].mean()))
         self.findings[axis] = {
-            "loop_resistance": float(resistance.x),
-            "loop_inductance": float(inductance.x),
+            "winding_resistance": float(resistance.x),
+            "winding_inductance": float(inductance.x),
+            "total_resistance": total_resistance,
             "time_constant": float(inductance.x) / float(resistance.x),
             "time_constant_63": tau,
             "residual_current": fits[-1].residual_rms,
         }
-        self._compare_with_bridge_resistance(axis, tau, loop_resistance)
+        self._compare_with_bridge_resistance(axis, tau, total_resistance)
         self.report(
             name,
             "H",
             factors.y_equivalent * loop,
             section="3.3.1",
             estimator="output-error fit of R, L and offsets to recorded voltage and current",
-            note_value=factors.y_equivalent * tau * loop_resistance,
+            note_value=factors.y_equivalent * tau * total_resistance,
             convention=CONVENTION,
             winding=float((factors.winding * loop).x) if self.is_delta else None,
         )
@@ -286,11 +289,11 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             quantity = self.bench.uncertainties.instrument(f"oscilloscope, {label} channel", quantity, gain)
         return quantity
 
-    def _compare_with_bridge_resistance(self, axis: str, tau: float, loop_resistance: float) -> None:
+    def _compare_with_bridge_resistance(self, axis: str, tau: float, total_resistance: float) -> None:
         known = self.known_value("stator_resistance")
         if known is None:
             return
-        from_bridge, from_loop = tau * known, tau * loop_resistance / 1.5
+        from_bridge, from_loop = tau * known, tau * total_resistance / 1.5
         self.findings[axis]["with_bridge_resistance"] = from_bridge
         difference = from_bridge / from_loop - 1.0
         if abs(difference) > 0.02:

@@ -20,6 +20,8 @@ from procedures.procedure import Procedure, Settings
 from procedures.steps import step
 from procedures.text import text
 
+#: Fewer readings on a ramp do not fix three parameters.
+_FEWEST = 20
 NAMES = ("inertia", "coulomb_friction", "viscous_friction")
 _UNITS = {"inertia": "kg·m²", "coulomb_friction": "N·m", "viscous_friction": "N·m·s/rad"}
 
@@ -49,6 +51,9 @@ class InertiaSettings(Settings):
         default=0.5, gt=0.02, lt=1.0, description="the coast is followed down to this share of the top speed"
     )
     longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time to follow the coast, s")
+    settling: float = Field(
+        default=0.05, ge=0.0, le=5.0, description="readings this soon after a switch are left out: the transducer's filter, s"
+    )
     sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
     torque: float | None = Field(
         default=None, gt=0.0, description="accelerating torque, N·m; found by trial when not given"
@@ -166,6 +171,7 @@ class Inertia(Procedure[InertiaSettings]):
         deadline = clock.now() + 20.0 * self.settings.ramp_time
         readings: list[DynamometerReading] = []
         with dynamometer.driving_torque(torque):
+            switched = clock.now()
             while not readings or readings[-1].speed < top:
                 if clock.now() > deadline:
                     raise ProcedureError(
@@ -179,17 +185,18 @@ class Inertia(Procedure[InertiaSettings]):
                     )
                 readings.append(dynamometer.measure())
                 clock.sleep(self.settings.sample_interval)
-        return self._curve(readings)
+        return self._curve(readings, switched)
 
     def _coast(self, top: float) -> Curve:
         dynamometer, clock = self.bench.dynamometer, self.bench.clock
-        deadline = clock.now() + self.settings.longest_coast
+        switched = clock.now()
+        deadline = switched + self.settings.longest_coast
         readings: list[DynamometerReading] = []
         while not readings or (readings[-1].speed > self.settings.coast_share * top and clock.now() < deadline):
             readings.append(dynamometer.measure())
             clock.sleep(self.settings.sample_interval)
         dynamometer.stop()
-        return self._curve(readings)
+        return self._curve(readings, switched)
 
     def _find_torque(self, top: float) -> float:
         """Return a torque (N·m) that reaches `top` in about the ramp time, from short trials."""
@@ -212,7 +219,16 @@ class Inertia(Procedure[InertiaSettings]):
                 )
             torque = min(1.5 * torque, dynamometer.maximum_torque)
 
-    def _curve(self, readings: list[DynamometerReading]) -> Curve:
+    def _curve(self, readings: list[DynamometerReading], switched: float) -> Curve:
+        readings = [r for r in readings if r.time >= switched + self.settings.settling]
+        if len(readings) < _FEWEST:
+            raise ProcedureError(
+                text(
+                    "the ramp has {n} readings only, {fewest} are needed; lengthen ramp_time or shorten sample_interval",
+                    n=len(readings),
+                    fewest=_FEWEST,
+                )
+            )
         by_power = self.settings.torque_source is TorqueSource.POWER
         speed = np.array([r.speed for r in readings])
         if by_power:
@@ -235,7 +251,7 @@ class Inertia(Procedure[InertiaSettings]):
         driven, coast = ramps.driven, ramps.coast
         return estimation.fit_ramps(
             [
-                estimation.Ramp(driven.time, driven.speed, float(np.mean(driven.torque))),
+                estimation.Ramp(driven.time, driven.speed, driven.torque),
                 estimation.Ramp(coast.time, coast.speed, 0.0),
             ]
         )

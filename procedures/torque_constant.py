@@ -110,8 +110,13 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             fit.uncertainty("torque_constant"),
             fit.degrees_of_freedom,
         )
-        for name, accuracy in (("dynamometer, torque", torque_accuracy), ("inverter, current", current_accuracy)):
-            slope = bench.uncertainties.instrument(name, slope, Accuracy(gain=accuracy.gain, source=accuracy.source))
+        # An error given as a share of full scale may be a slope: it then tilts the line by as much at its ends.
+        for name, accuracy, reach in (
+            ("dynamometer, torque", torque_accuracy, float(np.max(np.abs(torques)))),
+            ("inverter, current", current_accuracy, float(np.max(np.abs(currents)))),
+        ):
+            gain = Accuracy(gain=accuracy.gain + accuracy.offset / reach, source=accuracy.source)
+            slope = bench.uncertainties.instrument(name, slope, gain)
         self.report(
             "torque_constant",
             "N·m/A",

@@ -2,16 +2,44 @@
 
 from typing import Literal
 
-from sim_instruments.stages import DynamometerMachine
+from sim_instruments.clock import VirtualClock
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.timeline import Timeline
+
+#: What hangs on the machine's coupling when the motor is off it: nothing that matters.
+_NO_LOAD = VirtualMotor(
+    connection="wye",
+    phase_resistances=(1.0, 1.0, 1.0),
+    d_axis_inductance=1.0e-3,
+    q_axis_inductance=1.0e-3,
+    flux_linkage=1.0e-9,
+    pole_pairs=1,
+    inertia=1.0e-15,
+)
 
 
 class DynamometerShaft:
-    """Set points and true readings of the dynamometer. Positive torque drives the shaft forwards."""
+    """Set points and true readings of the dynamometer. Positive torque drives the shaft forwards.
 
-    def __init__(self, timeline: Timeline, machine: DynamometerMachine) -> None:
-        self._timeline = timeline
+    Coupled, it shares the motor's timeline; uncoupled, its own rotor turns on a timeline of its own.
+    """
+
+    def __init__(self, timeline: Timeline, machine: DynamometerMachine, clock: VirtualClock) -> None:
+        self._shared = timeline
         self.machine = machine
+        self._alone = Timeline(
+            _NO_LOAD,
+            clock,
+            supply=SupplyStage(),
+            dynamometer=machine,
+            inverter=InverterStage(),
+            leads=Leads(),
+            ambient_temperature=25.0,
+            initial_angle=0.0,
+        )
+        with self._alone.changing() as settings:
+            settings.shaft.coupled = True
 
     def enable(self, on: bool) -> None:
         """Switch the drive on or off; off, the shaft coasts."""
@@ -40,11 +68,15 @@ class DynamometerShaft:
         with self._timeline.observing():
             return self._timeline.settings.dynamometer.enabled
 
-    def speed(self, aperture: float = 0.0) -> float:
-        """Return the mean speed (rad/s, signed) of the dynamometer over the last `aperture` s; 0 uncoupled."""
+    @property
+    def own_speed(self) -> float:
+        """Present speed (rad/s) of the machine's own shaft, coupled or not."""
         with self._timeline.observing():
-            if not self._timeline.settings.shaft.coupled:
-                return 0.0
+            return self._timeline.state.speed
+
+    def speed(self, aperture: float = 0.0) -> float:
+        """Return the mean speed (rad/s, signed) of the dynamometer over the last `aperture` s."""
+        with self._timeline.observing():
             if aperture <= 0.0:
                 return self._timeline.state.speed
             return self._timeline.turned(aperture) / aperture
@@ -56,3 +88,19 @@ class DynamometerShaft:
         """
         with self._timeline.observing():
             return self._timeline.mean(lambda segment, times: segment.dynamometer_torque(times), aperture)
+
+    def follow_coupling(self, coupled: bool) -> None:
+        """Take the drive's settings along to the shaft that it now turns; both stand still."""
+        if coupled == self._shared.settings.shaft.coupled:
+            return
+        left, joined = (self._alone, self._shared) if coupled else (self._shared, self._alone)
+        with left.changing() as old, joined.changing() as new:
+            self._shared.settings.shaft.coupled = coupled
+            new.dynamometer.enabled = old.dynamometer.enabled
+            new.dynamometer.mode = old.dynamometer.mode
+            new.dynamometer.command = old.dynamometer.command
+            old.dynamometer.enabled = False
+
+    @property
+    def _timeline(self) -> Timeline:
+        return self._shared if self._shared.settings.shaft.coupled else self._alone

@@ -27,7 +27,7 @@ class ControlMode(IntEnum):
     """Parameter 00-10."""
 
     SPEED = 0
-    TORQUE = 1
+    TORQUE = 2
 
 
 class DeltaC2000:

@@ -1,4 +1,4 @@
-"""DYN-200 torque and speed transducer between dynamometer and motor (its Modbus register table)."""
+"""DYN-200 torque and speed transducer between dynamometer and motor (its Modbus register table: every entry is a double word, high word first)."""
 
 import math
 from typing import TYPE_CHECKING
@@ -54,13 +54,13 @@ class Dyn200:
             )
         block = [0] * (self.ranges[0][0] + self.ranges[0][1])
         for number, value in self._settings.items():
-            block[number : number + 2] = [value, 0]
+            block[number : number + 2] = double_word(value)
         torque, speed = self._sense()
         speed_rpm = speed * 60.0 / (2.0 * math.pi)
         block[_TORQUE : _TORQUE + 2] = double_word(round(torque * 10.0 ** self._settings[_TORQUE_DECIMALS]))
         block[_SPEED : _SPEED + 2] = double_word(round(abs(speed_rpm) * 10.0 ** self._settings[_SPEED_DECIMALS]))
         block[_POWER : _POWER + 2] = double_word(round(torque * speed * 10.0))
-        block[_DIRECTION] = int(speed < 0.0)
+        block[_DIRECTION : _DIRECTION + 2] = double_word(int(speed < 0.0))
         return block[address : address + count]
 
     def write(self, address: int, values: list[int]) -> None:
@@ -69,10 +69,11 @@ class Dyn200:
             if any(values):
                 raise RegisterError(ILLEGAL_VALUE, "DYN-200 torque takes no value but 0, which zeroes it")
             self._zero += self._sense()[0]
-        elif address in (_TORQUE_FILTER, _SPEED_FILTER) and len(values) == 1:
-            if not 0 <= values[0] <= 99:
-                raise RegisterError(ILLEGAL_VALUE, f"DYN-200 filter {values[0]} is outside 0 … 99")
-            self._settings[address] = values[0]
+        elif address in (_TORQUE_FILTER, _SPEED_FILTER) and len(values) == 2:
+            level = values[0] << 16 | values[1]
+            if not 0 <= level <= 99:
+                raise RegisterError(ILLEGAL_VALUE, f"DYN-200 filter {level} is outside 0 … 99")
+            self._settings[address] = level
         else:
             raise RegisterError(ILLEGAL_ADDRESS, f"DYN-200 register {address:#04x} cannot be written")
 

@@ -182,7 +182,7 @@ def test_reverse_is_negative(dynamometer: DeltaDyn200, units: Units) -> None:
 
 
 def test_bytes_of_a_driving_block(dynamometer: DeltaDyn200, units: Units, server: TcpServer) -> None:
-    units.registers[1, 0x000A] = 1
+    units.registers[1, 0x000A] = 2
     server.requests.clear()
     with dynamometer.driving_speed(-100.0):
         assert units.command == 0x22
@@ -201,7 +201,7 @@ def test_bytes_of_a_driving_block(dynamometer: DeltaDyn200, units: Units, server
 def test_bytes_of_a_constant_torque(dynamometer: DeltaDyn200, units: Units) -> None:
     with dynamometer.driving_torque(-1.25):
         assert units.registers[1, 0x0B22] == 0xFF06  # −250 per mille of 5 N·m
-        assert units.registers[1, 0x000A] == 1
+        assert units.registers[1, 0x000A] == 2
         assert units.command == 0x12
     assert units.command == 0x01
     assert units.registers[1, 0x0B22] == 0
