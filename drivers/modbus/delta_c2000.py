@@ -24,7 +24,7 @@ DISABLE_TIME = 1.0
 
 
 class ControlMode(IntEnum):
-    """Parameter 00-10."""
+    """Parameter 00-10 (1 is position)."""
 
     SPEED = 0
     TORQUE = 2

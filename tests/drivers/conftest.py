@@ -130,7 +130,8 @@ class WireLibrary(VisaLibraryBase):
         return tuple(self.wires)
 
     def read(self, session: Any, count: int) -> Any:
-        return self.open_wires[session][1].read(count)
+        data, status = self.open_wires[session][1].read(count)
+        return data, self.handle_return_value(session, status)
 
     def write(self, session: Any, data: bytes) -> Any:
         assert data.endswith(b"\n")
