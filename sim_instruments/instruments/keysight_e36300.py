@@ -98,7 +98,7 @@ class KeysightE36313A(ScpiInstrument):
 
     def _add_commands(self) -> None:
         add = self.tree.add
-        level = "[:LEVel][:IMMediate][:AMPlitude]"
+        level = "[:LEVel][:IMMediate][:AMPLitude]"
         self._add_level(f"[SOURce]:VOLTage{level}", "V", "voltage", lambda rating: rating.voltage, lambda _: 0.0)
         self._add_level(
             f"[SOURce]:CURRent{level}",
