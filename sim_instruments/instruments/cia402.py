@@ -75,6 +75,7 @@ class Cia402Inverter:
         self._errors = errors or InverterErrors()
         self._rated_current = rated_current
         self._state = State.SWITCH_ON_DISABLED
+        self._powered = False
         self._control = 0
         self._mode = _NO_MODE
         self._velocity = 0
@@ -193,7 +194,9 @@ class Cia402Inverter:
             self._state = State.OPERATION_ENABLED if word & 0b1000 else State.SWITCHED_ON
 
     def _check_fault(self) -> None:
-        if self._state is not State.FAULT and self._world.inverter.fault is not None:
+        # The stage keeps its fault until it is switched on again; a fault that was reset is not one any more.
+        if self._powered and self._world.inverter.fault is not None:
+            self._powered = False
             self._state, self._error = State.FAULT, _FAULT_CODE
 
     def _apply(self) -> None:
@@ -210,8 +213,10 @@ class Cia402Inverter:
             inverter.command_q_current(0.0 if stopped else current)
             if active and not inverter.enabled:
                 inverter.enable(True)
+                self._powered = True
         elif inverter.enabled:
             inverter.enable(False)
+            self._powered = False
 
     def _status(self) -> int:
         word = int(self._state) | _REMOTE

@@ -1,0 +1,100 @@
+import os
+import threading
+
+import numpy as np
+import pytest
+import pyvisa
+
+from sim_instruments.bench import ROLES, VirtualBench
+from sim_instruments.instruments.errors import Errors, ScopeErrors, SupplyErrors
+from sim_instruments.physics.motor import VirtualMotor
+
+
+def descriptors() -> int:
+    return len(os.listdir("/proc/self/fd"))
+
+
+def reading(motor: VirtualMotor, seed: int) -> str:
+    with VirtualBench(motor, seed=seed) as bench:
+        bench.world.lock_rotor()
+        bench.world.connect({"A": "lcr_high", "B": "lcr_low"})
+        bridge = pyvisa.ResourceManager(bench.visa_library).open_resource(str(bench.address("lcr_meter")))
+        return str(bridge.query("FUNC:IMP LSRS;:FORM:ASC:LONG ON;:TRIG:SOUR BUS;:TRIG;:FETC?"))
+
+
+def test_addresses_of_every_role(virtual_bench: VirtualBench) -> None:
+    addresses = virtual_bench.addresses()
+    assert tuple(addresses) == ROLES
+    assert addresses["supply"] == "TCPIP0::supply::inst0::INSTR"
+    assert addresses["lcr_meter"] == "TCPIP0::lcr-meter::inst0::INSTR"
+    assert addresses["oscilloscope"] == "TCPIP0::oscilloscope::inst0::INSTR"
+    assert str(addresses["dynamometer"]).startswith("tcp://127.0.0.1:")
+    assert os.path.exists(str(addresses["tachometer"]))
+    inverter = addresses["inverter"]
+    assert isinstance(inverter, dict)
+    assert (inverter["interface"], inverter["node_id"]) == ("virtual", 5)
+    assert virtual_bench.addresses() == addresses
+    assert tuple(virtual_bench.faces) == ROLES
+
+
+def test_unknown_roles_are_named(virtual_bench: VirtualBench) -> None:
+    with pytest.raises(ValueError, match="'thermometer' is unknown"):
+        virtual_bench.address("thermometer")
+    with pytest.raises(ValueError, match="'thermometer' is unknown"):
+        virtual_bench.faults("thermometer")
+
+
+def test_every_line_has_faults_of_its_own(virtual_bench: VirtualBench) -> None:
+    faults = [virtual_bench.faults(role) for role in ROLES]
+    assert len({id(entry) for entry in faults}) == len(ROLES)
+
+
+def test_a_seed_decides_every_noise(bench_motor: VirtualMotor) -> None:
+    assert reading(bench_motor, 1) == reading(bench_motor, 1)
+    assert reading(bench_motor, 1) != reading(bench_motor, 2)
+
+
+def test_nothing_starts_before_it_is_asked_for_and_all_is_closed(bench_motor: VirtualMotor) -> None:
+    threads, files = threading.active_count(), descriptors()
+    with VirtualBench(bench_motor) as bench:
+        assert (threading.active_count(), descriptors()) == (threads, files)
+        bench.addresses()
+        manager = pyvisa.ResourceManager(bench.visa_library)
+        manager.open_resource(str(bench.address("supply")))
+        assert threading.active_count() > threads
+    assert (threading.active_count(), descriptors()) == (threads, files)
+    bench.clock.sleep(5.0)
+
+
+def test_closing_after_an_error(bench_motor: VirtualMotor) -> None:
+    threads = threading.active_count()
+
+    def fail() -> None:
+        with VirtualBench(bench_motor, line="rtu") as bench:
+            bench.addresses()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert threading.active_count() == threads
+
+
+def test_healthy_units_are_far_better_than_drawn_ones() -> None:
+    healthy = Errors()
+    drawn = [Errors.drawn(np.random.default_rng(seed)) for seed in range(200)]
+    assert abs(healthy.supply.voltage_gain) < np.std([unit.supply.voltage_gain for unit in drawn])
+    assert max(abs(unit.oscilloscope.gain[0]) for unit in drawn) <= 0.02
+    assert np.std([unit.oscilloscope.gain[0] for unit in drawn]) == pytest.approx(0.02 / np.sqrt(3.0), rel=0.15)
+    assert max(abs(share) for unit in drawn for share in unit.lcr_meter.share) <= 1.0
+    assert max(abs(unit.dynamometer.torque_gain) for unit in drawn) <= 2e-3
+    assert max(abs(unit.tachometer.gain) for unit in drawn) <= 5e-4
+    assert Errors.drawn(np.random.default_rng(1)) == Errors.drawn(np.random.default_rng(1))
+    assert isinstance(drawn[0].supply, SupplyErrors)
+    assert isinstance(drawn[0].oscilloscope, ScopeErrors)
+
+
+def test_an_unknown_can_interface_is_named(bench_motor: VirtualMotor) -> None:
+    bench = VirtualBench(bench_motor, can_interface="nonsense")
+    with pytest.raises(Exception, match="nonsense"):
+        bench.address("inverter")
+    bench.close()
