@@ -166,7 +166,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 factors.y_equivalent * reading,
                 section="3.3.2",
                 estimator="fit of mean and second harmonic to the whole sweep",
-                note_value=factors.y_equivalent * notes[axis],
+                note_value=factors.winding * notes[axis],
                 convention=CONVENTION,
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
             )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
 
+import numpy as np
 from GTC.lib import UncertainReal
 from pydantic import Field
 
@@ -35,9 +36,11 @@ from procedures.steps import step
 from procedures.text import text
 
 _POINTS = 10_000
-_PRE_TRIGGER = 0.1
+_PRE_TRIGGER = 0.3
 #: The record is long enough when it holds this many time constants, and not more than twice as many.
-_TIME_CONSTANTS = 8.0
+_TIME_CONSTANTS = 9.0
+#: The voltage may begin to rise this share of the record before the trigger; before that lies the baseline.
+_LEAD = 0.2
 _ATTEMPTS = 12
 
 
@@ -228,11 +231,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
         record_time = self.settings.record_time
         for _ in range(_ATTEMPTS):
-            wave = once(record_time).current
-            wanted = _TIME_CONSTANTS * time_constant_63(wave.time, wave.values)
+            first = once(record_time)
+            tau = time_constant_63(first.current.time, first.current.values)
+            wanted = max(_TIME_CONSTANTS * tau, _lead(first.voltage) / _LEAD)
             if 0.5 * record_time <= wanted <= record_time:
                 break
-            record_time = min(max(1.2 * wanted, 0.05 * record_time), 4.0 * record_time)
+            record_time = min(max(1.3 * wanted, 0.05 * record_time), 4.0 * record_time)
         return [once(record_time) for _ in range(self.settings.repeats)]
 
     def _conclude(self, name: str, axis: str, voltage: float, steps: list[StepRecord]) -> None:
@@ -306,3 +310,10 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                     difference=difference,
                 ),
             )
+
+
+def _lead(voltage: Waveform) -> float:
+    """Return how long (s) before the trigger the voltage began to rise."""
+    final = float(np.median(voltage.values[-voltage.values.size // 10 :]))
+    risen = voltage.values / final > 0.1 if final else np.ones_like(voltage.values, dtype=bool)
+    return max(0.0, -float(voltage.time[int(np.argmax(risen))]))

@@ -20,8 +20,13 @@ from procedures.procedure import Procedure, Settings
 from procedures.steps import step
 from procedures.text import text
 
+#: Share of the dynamometer's torque at which the search for the ramp's torque begins.
+_SMALLEST_TORQUE = 0.002
+#: The ramp may be this much slower or faster than asked for, and the search for it halves its step this often.
+_PACES = (0.7, 2.0)
+_HALVINGS = 4
 #: Fewer readings on a ramp do not fix three parameters.
-_FEWEST = 20
+_FEWEST = 10
 NAMES = ("inertia", "coulomb_friction", "viscous_friction")
 _UNITS = {"inertia": "kg·m²", "coulomb_friction": "N·m", "viscous_friction": "N·m·s/rad"}
 
@@ -52,7 +57,10 @@ class InertiaSettings(Settings):
     )
     longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time to follow the coast, s")
     settling: float = Field(
-        default=0.05, ge=0.0, le=5.0, description="readings this soon after a switch are left out: the transducer's filter, s"
+        default=0.05,
+        ge=0.0,
+        le=5.0,
+        description="readings this soon after a switch are left out: the transducer's filter, s",
     )
     sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
     torque: float | None = Field(
@@ -140,11 +148,13 @@ class Inertia(Procedure[InertiaSettings]):
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
         simple, no_load = self._two_points(ramps)
-        simple_tare = self._two_points(tare)[0] if tare else self.settings.tare_inertia
+        simple_tare, tare_drag = (
+            self._two_points(tare) if tare else (self.settings.tare_inertia, self.settings.tare_coulomb_friction)
+        )
         self.findings |= {
             "with_dynamometer": {name: total.value(name) for name in NAMES},
             "dynamometer": {name: own.value(name) if own else getattr(self.settings, f"tare_{name}") for name in NAMES},
-            "no_load_torque": no_load,
+            "no_load_torque": no_load - tare_drag,
             "two_point_inertia": simple - simple_tare,
         }
         for name in NAMES:
@@ -158,7 +168,7 @@ class Inertia(Procedure[InertiaSettings]):
                 quantity,
                 section="3.5",
                 estimator="fit of inertia, Coulomb and viscous friction to both whole ramps, tare subtracted",
-                note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load}.get(name),
+                note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load - tare_drag}.get(name),
                 convention="motor alone" if name == "inertia" else "motor alone, at the measured temperature",
             )
         self._say_what_two_points_cost(
@@ -199,25 +209,36 @@ class Inertia(Procedure[InertiaSettings]):
         return self._curve(readings, switched)
 
     def _find_torque(self, top: float) -> float:
-        """Return a torque (N·m) that reaches `top` in about the ramp time, from short trials."""
-        dynamometer, clock = self.bench.dynamometer, self.bench.clock
-        torque = 0.01 * dynamometer.maximum_torque
-        trial = 0.1 * self.settings.ramp_time
-        while True:
-            with dynamometer.driving_torque(torque):
-                clock.sleep(trial)
-                reached = dynamometer.measure().speed
-            dynamometer.stop()
-            if reached * self.settings.ramp_time / trial > 0.7 * top:
-                return torque
-            if torque >= dynamometer.maximum_torque:
+        """Return a torque (N·m) that reaches `top` (rad/s) in about the ramp time, from short trials."""
+        largest = self.bench.dynamometer.maximum_torque
+        torque, too_little = _SMALLEST_TORQUE * largest, 0.0
+        while (pace := self._pace(torque, top)) < _PACES[0]:
+            if torque >= largest:
                 raise ProcedureError(
                     text(
                         "the dynamometer's full torque of {torque:.3g} N·m does not bring the shaft to speed; is the rotor free?",
                         torque=torque,
                     )
                 )
-            torque = min(1.5 * torque, dynamometer.maximum_torque)
+            torque, too_little = min(1.5 * torque, largest), torque
+        for _ in range(_HALVINGS):
+            if pace <= _PACES[1]:
+                break
+            between = 0.5 * (torque + too_little)
+            if (slower := self._pace(between, top)) < _PACES[0]:
+                too_little = between
+            else:
+                torque, pace = between, slower
+        return torque
+
+    def _pace(self, torque: float, top: float) -> float:
+        """Return how many times faster than asked for this torque (N·m) would bring the shaft to `top`."""
+        dynamometer, trial = self.bench.dynamometer, 0.1 * self.settings.ramp_time
+        with dynamometer.driving_torque(torque):
+            self.bench.clock.sleep(trial)
+            reached = dynamometer.measure().speed
+        dynamometer.stop()
+        return reached * self.settings.ramp_time / (trial * top)
 
     def _curve(self, readings: list[DynamometerReading], switched: float) -> Curve:
         readings = [r for r in readings if r.time >= switched + self.settings.settling]
