@@ -1,4 +1,7 @@
-"""DYN-200 torque and speed transducer between dynamometer and motor (its Modbus register table: every entry is a double word, high word first)."""
+"""DYN-200 torque and speed transducer between dynamometer and motor.
+
+Its Modbus register table holds a double word an entry, high word first.
+"""
 
 import math
 from typing import TYPE_CHECKING
