@@ -16,10 +16,16 @@ from bench.errors import InputError
 #: Events that must have reached the disk, not only the operating system, before what follows them happens.
 DURABLE = frozenset(
     {
-        "run_started", "run_resumed", "run_finished", "procedure_started", "procedure_finished", "procedure_failed",
-        "step_finished", "step_failed", "energising", "de_energised", "made_safe",
+        "run_started",
+        "run_resumed",
+        "run_finished",
+        "procedure_finished",
+        "procedure_failed",
+        "step_finished",
+        "step_failed",
+        "energising",
     }
-)  # fmt: skip
+)
 
 Listener = Callable[[str, Mapping[str, Any]], None]
 

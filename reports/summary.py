@@ -90,7 +90,11 @@ def summary(
         for procedure, notice in warnings:
             origin = f" ({procedure})" if procedure else ""
             parts.append(
-                Padding(Words(f"{notice.identifier}{origin}: {notice.message.render(translate)}"), (0, 0, 0, 2))
+                Padding(
+                    Words(f"{notice.identifier}{origin}: {notice.message.render(translate)}"),
+                    (0, 0, 0, 2),
+                    expand=False,
+                )
             )
     return Group(*parts)
 

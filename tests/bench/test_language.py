@@ -32,14 +32,15 @@ def templates_at(node: ast.AST) -> Iterator[str]:
             yield from literals(node.args[position])
     if isinstance(node, ast.ClassDef):
         for statement in node.body:
-            if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
-                if statement.target.id == "title":
-                    yield from literals(statement.value)
+            if isinstance(statement, ast.AnnAssign) and ast.unparse(statement.target) == "title":
+                yield from literals(statement.value)
 
 
 def spoken_at(node: ast.AST) -> Iterator[str]:
     """What a driver used by hand says: the text of confirm(…), quantity and context of ask(…), figures as {0}, {1} …"""
-    if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("confirm", "ask")):
+    if not (
+        isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("confirm", "ask")
+    ):
         return
     for argument in (node.args[0], *node.args[4:]):
         if isinstance(argument, ast.Constant):

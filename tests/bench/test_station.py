@@ -1,0 +1,161 @@
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.clock import ReplayClock, SystemClock
+from bench.errors import InputError
+from bench.instruments import StationInstruments
+from bench.journal import Journal, read_journal
+from bench.motor_file import load_motor
+from bench.operators.answers import Answers, AnswersPrompt
+from bench.station import Station, load_station
+from bench.virtual_station import describe, virtual_station
+from drivers.interfaces import CommunicationError, InstrumentError, Waveform
+from drivers.visa.options import InfiniiVisionOptions
+from procedures.bench import Role
+
+GOOD = """
+[station]
+name = "Bench 1"
+
+[instruments.supply]
+driver = "keysight-e36300"
+address = "TCPIP0::192.0.2.7::inst0::INSTR"
+channel = 2
+maximum_current = 5.0
+
+[instruments.oscilloscope]
+driver = "keysight-infiniivision"
+address = "TCPIP0::192.0.2.8::inst0::INSTR"
+[instruments.oscilloscope.probes.1]
+kind = "V"
+attenuation = 10
+[instruments.oscilloscope.probes.4]
+kind = "A"
+attenuation = 20.0
+gain = 0.01
+
+[instruments.tachometer]
+driver = "manual"
+accuracy = { resolution = 0.1, source = "manual" }
+"""
+
+
+def read(path: Path, content: str) -> Station:
+    path.write_text(content, encoding="utf-8")
+    return load_station(path)
+
+
+def test_a_station_is_read(tmp_path: Path) -> None:
+    station = read(tmp_path / "station.toml", GOOD)
+    assert station.name == "Bench 1"
+    supply: Any = station.entries[Role.SUPPLY].options
+    assert (supply.channel, supply.maximum_current, supply.maximum_voltage) == (2, 5.0, None)
+    scope = station.entries[Role.OSCILLOSCOPE].options
+    assert isinstance(scope, InfiniiVisionOptions)
+    assert scope.probes[4].kind.value == "A"
+    assert scope.probes[4].gain == 0.01
+    tachometer: Any = station.entries[Role.TACHOMETER].options
+    assert tachometer.accuracy.source == "manual"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("[instruments.supply]", "[instruments.suply]", ["unknown key instruments.suply", "did you mean supply"]),
+        ("keysight-e36300", "keysight-e3630", ["instruments.supply.driver", "did you mean keysight-e36300"]),
+        ("maximum_current = 5.0", "maximum_curent = 5.0", ["instruments.supply.maximum_curent", "maximum_current"]),
+        ("maximum_current = 5.0", 'maximum_current = "5 A"', ["instruments.supply.maximum_current = '5 A'"]),
+        ("channel = 2", "channel = 2.5", ["instruments.supply.channel = 2.5"]),
+        ('address = "TCPIP0::192.0.2.7::inst0::INSTR"', "", ["instruments.supply.address is missing"]),
+        ('kind = "V"', 'kind = "volt"', ["instruments.oscilloscope.probes", "kind = 'volt'", "'V' or 'A'"]),
+        ("gain = 0.01", "gian = 0.01", ["instruments.oscilloscope.probes", "gian", "did you mean gain"]),
+        ("resolution = 0.1", "resolutoin = 0.1", ["instruments.tachometer.accuracy.resolutoin", "resolution"]),
+        ("[station]\nname", "[station]\nnam", ["station.name is missing", "did you mean name"]),
+        ("[station]", "[stations]", ["unknown key stations; did you mean station"]),
+    ],
+)
+def test_each_fault_is_named(tmp_path: Path, old: str, new: str, parts: list[str]) -> None:
+    assert old in GOOD
+    path = tmp_path / "station.toml"
+    with pytest.raises(InputError) as error:
+        read(path, GOOD.replace(old, new, 1))
+    for part in [str(path), *parts]:
+        assert part in str(error.value)
+
+
+def test_the_virtual_bench_is_a_station_like_any_other() -> None:
+    roles = [role.value for role in Role]
+    station = virtual_station(dict.fromkeys(roles, "somewhere"))
+    assert set(station.entries) == set(Role)
+    assert (
+        describe({"inverter": {"interface": "virtual", "channel": "c", "node_id": 5}})["instruments"]["inverter"][
+            "address"
+        ]
+        == "can://virtual/c?node=5"
+    )
+    # Addresses differ from start to start, and a run is resumed all the same.
+    assert station.sha256 == virtual_station(dict.fromkeys(roles, "elsewhere")).sha256
+
+
+class Nowhere:
+    def store(self, name: str, waveform: Waveform) -> str:
+        return ""
+
+
+def instruments_of(station: Station, journal: Journal, answers: dict[str, Any], *, trace: bool = False) -> Any:
+    def no_visa() -> Any:
+        raise CommunicationError("VISA", "no library")
+
+    given = Answers(answers, "answers.toml")
+    return StationInstruments(
+        station,
+        load_motor("lg-400w").nameplate,
+        ReplayClock(),
+        journal,
+        Nowhere(),
+        no_visa,
+        lambda role: AnswersPrompt(given, role.value),
+        trace=trace,
+    )
+
+
+def test_instruments_open_when_first_used(tmp_path: Path) -> None:
+    station = read(tmp_path / "station.toml", GOOD)
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    instruments = instruments_of(station, journal, {"tachometer": {"speed": [1600]}})
+    handed = instruments.available()
+    assert set(handed) == {Role.SUPPLY, Role.OSCILLOSCOPE, Role.TACHOMETER}
+    assert instruments.opened() == {}
+    assert handed[Role.TACHOMETER].measure_speed().value == pytest.approx(167.55, abs=0.01)
+    assert list(instruments.opened()) == [Role.TACHOMETER]
+    instruments.open(Role.LCR_METER)
+    with pytest.raises(InstrumentError, match="no library"):
+        instruments.open(Role.SUPPLY)
+    assert instruments.close() == []
+    journal.close()
+    kinds = [event.kind for event in read_journal(tmp_path / "journal.jsonl").events]
+    assert kinds == ["instrument_opened", "reading", "instrument_error"]
+
+
+def test_one_that_cannot_be_closed_does_not_keep_the_next_open(tmp_path: Path, kit: Any, trace: list[str]) -> None:
+    station = read(tmp_path / "station.toml", GOOD)
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    instruments = instruments_of(station, journal, {})
+    first, second = kit.FakeInstrument("supply", trace), kit.FakeInstrument("oscilloscope", trace)
+    first.failing["close"] = OSError("gone")
+    instruments._opened = {Role.SUPPLY: first, Role.OSCILLOSCOPE: second}
+    assert instruments.close() == ["supply could not be closed: gone"]
+    assert trace == ["supply.close", "oscilloscope.close"]
+    journal.close()
+
+
+def test_clocks_count() -> None:
+    replay, system = ReplayClock(), SystemClock()
+    replay.sleep(3600.0)
+    assert replay.now() == 3600.0
+    before = system.now()
+    system.sleep(0.0)
+    system.sleep(1e-4)
+    assert system.now() >= before + 1e-4

@@ -1,0 +1,116 @@
+import io
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from procedures.parameter_set import merge
+from procedures.result import Notice, Parameter, ProcedureResult
+from procedures.text import english, text
+from reports.figures import decimals_for, figure, percent, scale_of
+from reports.names import parameter_name
+from reports.summary import rows, summary
+
+
+def parameter(name: str, value: float, unit: str, uncertainty: float, **more: object) -> Parameter:
+    given: dict[str, object] = {
+        "degrees_of_freedom": math.inf,
+        "coverage_interval": (value, value),
+        "procedure": "p",
+        "section": "3.3.2",
+        "estimator": "e",
+    }
+    return Parameter(name, value, unit, uncertainty, **{**given, **more})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "uncertainty", "shown"),
+    [
+        (0.01602, "Ω", 0.00093, ("16.02", "mΩ", "0.93", "5.8")),
+        (73.02e-6, "H", 0.043e-6, ("73.020", "µH", "0.043", "0.059")),
+        (2.0504e-3, "H", 6.5e-7, ("2.05040", "mH", "0.00065", "0.032")),
+        (5.632, "Ω", 0.013, ("5.632", "Ω", "0.013", "0.23")),
+        (6.0e-5, "kg·m²", 2.3e-6, ("60.0", "kg·mm²", "2.3", "3.8")),
+        (4.0, "1", 0.0, ("4", "", "–", "–")),
+        (3000.0, "rpm", 0.0, ("3000", "rpm", "–", "–")),
+        (0.0, "N·m", 0.001, ("0.0000", "N·m", "0.0010", "–")),
+    ],
+)
+def test_figures_have_a_fitting_prefix_and_honest_digits(
+    value: float, unit: str, uncertainty: float, shown: tuple[str, str, str, str]
+) -> None:
+    merged = merge([ProcedureResult("p", "3", (parameter("x", value, unit, uncertainty),))])
+    (row,) = rows(merged, {}, english)
+    assert (row.value, row.unit, row.uncertainty, row.relative) == shown
+
+
+def test_flux_linkage_is_in_webers() -> None:
+    merged = merge(
+        [ProcedureResult("p", "3", (parameter("flux_linkage", 8.5e-3, "V·s/rad", 1e-5, note_value=8.7e-3),))]
+    )
+    (row,) = rows(merged, {"flux_linkage": 8.5e-3}, english)
+    assert (row.value, row.unit, row.note, row.truth) == ("8.500", "mWb", "8.700", "8.500")
+
+
+@given(st.floats(1e-9, 1e6), st.floats(1e-6, 1.0))
+def test_the_printed_figure_lies_within_the_uncertainty(value: float, relative: float) -> None:
+    scale = scale_of(value, "H")
+    spread = relative * value / scale.factor
+    decimals = decimals_for(spread, value / scale.factor)
+    printed = float(figure(value / scale.factor, decimals))
+    assert abs(printed * scale.factor - value) <= 0.06 * relative * value + 1e-12 * value
+    if value >= 1e-9 and value < 1.0:
+        assert 0.99 <= value / scale.factor < 1000.0
+
+
+def test_the_table_fits_and_says_everything() -> None:
+    results = [
+        ProcedureResult(
+            "dq-inductance-extremes",
+            "3.3.2",
+            (
+                parameter("d_axis_inductance", 73.0e-6, "H", 4e-8, note_value=74.75e-6),
+                parameter("maximum_current", 80.0, "A", 0.0, source="data sheet", section="2.7"),
+            ),
+            (Notice("E3", text("differ by {share:.1%}", share=0.049)),),
+        ),
+        ProcedureResult(
+            "dq-inductance-aligned",
+            "3.3.3",
+            (parameter("d_axis_inductance", 73.1e-6, "H", 5e-7, procedure="dq-inductance-aligned"),),
+        ),
+    ]
+    merged = merge(results)
+    said = io.StringIO()
+    Console(file=said, width=110, color_system=None).print(
+        summary(merged, [("dq-inductance-extremes", results[0].warnings[0])], {"d_axis_inductance": 73e-6}, english)
+    )
+    lines = said.getvalue().splitlines()
+    assert max(map(len, lines)) <= 110
+    whole = said.getvalue()
+    for part in (
+        "d-axis inductance",
+        "73.000",
+        "µH",
+        "74.750",
+        "data sheet",
+        "· by dq-inductance-aligned",
+        "E3 (dq-inductance-extremes): differ by 4.9%",
+    ):
+        assert part in whole
+
+
+def test_without_truth_there_is_no_column_for_it() -> None:
+    merged = merge([ProcedureResult("p", "3", (parameter("inertia", 1.0, "kg·m²", 0.1),))])
+    said = io.StringIO()
+    Console(file=said, width=110, color_system=None).print(summary(merged, [], {}, english))
+    assert "Truth" not in said.getvalue()
+    assert "Warnings" not in said.getvalue()
+
+
+def test_unknown_parameters_keep_their_name() -> None:
+    assert parameter_name("something_new").render() == "something_new"
+    assert percent(math.nan) == "–"
+    assert figure(math.nan, 2) == "–"
