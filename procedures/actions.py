@@ -135,6 +135,24 @@ class ConnectProbes:
 
 
 @dataclass(frozen=True)
+class ConnectVoltmeter:
+    """Put the voltmeter's sense leads on two motor terminals, inside the supply's clamps."""
+
+    positive: Terminal
+    negative: Terminal
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, in one line."""
+        return [
+            text(
+                "Put the voltmeter's sense leads on {positive} (high) and {negative} (low), inside the supply's clamps",
+                positive=self.positive.value,
+                negative=self.negative.value,
+            )
+        ]
+
+
+@dataclass(frozen=True)
 class _Sentence:
     """An action that one sentence says."""
 
@@ -274,6 +292,7 @@ class EnterReading(_Sentence):
 Action = (
     Connect
     | ConnectProbes
+    | ConnectVoltmeter
     | ShortMeterLeads
     | SeparateMeterLeads
     | LockRotor

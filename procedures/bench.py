@@ -14,6 +14,7 @@ from drivers.interfaces import (
     Oscilloscope,
     Supply,
     Tachometer,
+    Voltmeter,
 )
 from procedures.actions import Action
 from procedures.steps import Step
@@ -30,6 +31,7 @@ class Role(Enum):
     DYNAMOMETER = "dynamometer"
     TACHOMETER = "tachometer"
     INVERTER = "inverter"
+    VOLTMETER = "voltmeter"
 
 
 class Operator(Protocol):
@@ -104,6 +106,11 @@ class Bench:
     def inverter(self) -> Inverter:
         """The inverter."""
         return cast("Inverter", self._get(Role.INVERTER))
+
+    @property
+    def voltmeter(self) -> Voltmeter:
+        """The DC voltmeter."""
+        return cast("Voltmeter", self._get(Role.VOLTMETER))
 
     def perform(self, action: Action) -> None:
         """Have an action done that gives no reading."""

@@ -25,6 +25,7 @@ from drivers.interfaces.oscilloscope import (
 )
 from drivers.interfaces.supply import OutputMode, Supply
 from drivers.interfaces.tachometer import Tachometer
+from drivers.interfaces.voltmeter import Voltmeter
 
 __all__ = [
     "Accuracy",
@@ -55,5 +56,6 @@ __all__ = [
     "Tachometer",
     "Traffic",
     "Trigger",
+    "Voltmeter",
     "Waveform",
 ]
