@@ -69,3 +69,13 @@ def steps_of(procedure: type[Any]) -> tuple[Step, ...]:
             if isinstance(this, Step):
                 found[this.identifier] = this
     return tuple(found.values())
+
+
+def methods_of(procedure: type[Any]) -> dict[str, str]:
+    """Return the name of the method behind each step, by the step's identifier."""
+    return {
+        member.__step__.identifier: name
+        for cls in reversed(procedure.__mro__)
+        for name, member in vars(cls).items()
+        if isinstance(getattr(member, "__step__", None), Step)
+    }

@@ -10,13 +10,15 @@ from procedures.procedure import Procedure
 from procedures.text import Translate
 
 
-def procedures(*, json: bool = False, language: str = "auto") -> None:
+def procedures(*, json: bool = False, markdown: bool = False, language: str = "auto") -> None:
     """List the procedures with their place in the note, instruments, steps and settings.
 
     Parameters
     ----------
     json
         Print one JSON object and nothing else.
+    markdown
+        Print the tables of `docs/procedures.md`: step of the document, step of the code.
     language
         en, zh, or auto by the locale.
 
@@ -25,6 +27,11 @@ def procedures(*, json: bool = False, language: str = "auto") -> None:
     listed = {name: describe(procedure, translate) for name, procedure in catalogue().items()}
     if json:
         print_json({"procedures": listed})
+        return
+    if markdown:
+        from reports.procedure_table import markdown as tables
+
+        sys.stdout.write(tables(catalogue(), translate))
         return
     console = console_on(sys.stdout)
     for name, entry in listed.items():

@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+
+from procedures.estimation.fit import EstimationError
+from procedures.estimation.inertia import Ramp, fit_coast_down, fit_ramps, subtract_tare, two_point
+from tests.studies.simulated import COULOMB, INERTIA, MECHANICS, TORQUE, VISCOUS, ramp_speed, ramps
+
+UP, DOWN = np.linspace(0, 0.3, 100), np.linspace(0, 0.5, 120)
+TOP = ramp_speed(MECHANICS, UP, TORQUE, 0.0)[-1]
+
+
+def exact(sign: float = 1.0) -> list[Ramp]:
+    return [
+        Ramp(UP, sign * ramp_speed(MECHANICS, UP, TORQUE, 0.0), sign * TORQUE),
+        Ramp(DOWN, sign * ramp_speed(MECHANICS, DOWN, 0.0, TOP)),
+    ]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_exact_ramps_give_exact_parameters_in_both_directions(sign: float) -> None:
+    fit = fit_ramps(exact(sign))
+    assert fit.values[:3] == pytest.approx(MECHANICS, rel=1e-5)
+    assert fit.names[3:] == ("initial_speed_1", "initial_speed_2")
+
+
+def test_standstill_before_and_after_is_left_out() -> None:
+    down = np.linspace(0, 3.0, 600)
+    stopped = np.maximum(ramp_speed(MECHANICS, down, 0.0, TOP), 0.0)
+    up_time = np.linspace(-0.2, 0.3, 200)
+    up = np.where(up_time > 0, ramp_speed(MECHANICS, np.maximum(up_time, 0), TORQUE, 0.0), 0.0)
+    assert fit_ramps([Ramp(up_time, up, TORQUE), Ramp(down, stopped)]).values[:3] == pytest.approx(MECHANICS, rel=1e-4)
+
+
+def test_uneven_sampling_and_a_torque_that_changes() -> None:
+    random = np.random.default_rng(1)
+    time = np.sort(random.uniform(0, 0.3, 400))
+    steps = 20_001
+    fine = np.linspace(0, 0.3, steps)
+    torque = 0.1 + 0.2 * fine
+    k = VISCOUS / INERTIA
+    from_torque = np.concatenate(([0.0], np.cumsum(np.exp(k * fine[1:]) * (torque[1:] - COULOMB) / INERTIA * fine[1])))
+    speed = np.exp(-k * fine) * from_torque
+    driven = Ramp(time, np.interp(time, fine, speed), 0.1 + 0.2 * time)
+    assert fit_ramps([driven, exact()[1]]).values[:2] == pytest.approx(MECHANICS[:2], rel=5e-3)
+
+
+def test_scatter_of_the_torque_is_part_of_the_uncertainty() -> None:
+    random = np.random.default_rng(2)
+    up, down = ramps(random)
+    noisy = fit_ramps([Ramp(up.time, up.speed, TORQUE + random.normal(0, 0.01, up.time.size)), down])
+    assert noisy.uncertainty("inertia") / INERTIA == pytest.approx(0.01 / TORQUE / np.sqrt(up.time.size), rel=0.3)
+    assert abs(noisy.value("inertia") - INERTIA) < 4 * noisy.uncertainty("inertia")
+
+
+def test_coast_down_alone_gives_friction_over_inertia() -> None:
+    fit = fit_coast_down(DOWN, ramp_speed(MECHANICS, DOWN, 0.0, TOP))
+    assert fit.value("coulomb_deceleration") == pytest.approx(COULOMB / INERTIA, rel=1e-5)
+    assert fit.value("viscous_rate") == pytest.approx(VISCOUS / INERTIA, rel=1e-4)
+    assert fit.value("initial_speed") == pytest.approx(TOP)
+
+
+def test_two_points_as_in_the_note() -> None:
+    found = two_point(0.0, 0.0, 1.0, 800.0, 0.1, 2.0, 800.0, 3.0, 600.0)
+    assert found.inertia == pytest.approx(1e-4)
+    assert found.no_load_torque == pytest.approx(0.02)
+
+
+def test_two_points_are_biased_by_viscous_friction_over_different_speeds() -> None:
+    heavy = np.array([INERTIA, COULOMB, 2e-4])
+    w = [float(ramp_speed(heavy, np.array([t]), TORQUE, 0.0)[0]) for t in (0.02, 0.08)]
+    c = [float(ramp_speed(heavy, np.array([t]), 0.0, 200.0)[0]) for t in (0.0, 0.1)]
+    assert two_point(0.02, w[0], 0.08, w[1], TORQUE, 0.0, c[0], 0.1, c[1]).inertia / INERTIA - 1 < -0.05
+
+
+def test_tare_is_subtracted_with_its_uncertainty() -> None:
+    random = np.random.default_rng(3)
+    total, tare = fit_ramps(ramps(random)), fit_ramps(ramps(random))
+    half = tare.derived(tare.names, list(0.4 * tare.values), 0.4 * np.eye(len(tare.names)))
+    motor = subtract_tare(total, half)
+    assert motor.value("inertia") == pytest.approx(0.6 * INERTIA, rel=1e-2)
+    assert motor.uncertainty("inertia") == pytest.approx(
+        np.hypot(total.uncertainty("inertia"), half.uncertainty("inertia"))
+    )
+    with pytest.raises(EstimationError, match="interchanged"):
+        subtract_tare(half, total)
+
+
+@pytest.mark.parametrize(
+    ("records", "message"),
+    [
+        ([], "no ramp"),
+        (exact()[1:], "no ramp has a driving torque"),
+        ([Ramp(UP, exact()[0].speed, -TORQUE), exact()[1]], "torque's sign is reversed"),
+        ([Ramp(UP, np.full(100, 50.0), TORQUE)], "does not change"),
+        ([Ramp(UP[:4], UP[:4], TORQUE)], "at least 5"),
+        ([Ramp(UP, np.where(UP > 0.1, np.nan, 1.0), TORQUE)], "not numbers"),
+        ([Ramp(UP[::-1], exact()[0].speed, TORQUE)], "does not increase"),
+    ],
+)
+def test_ramps_that_carry_no_estimate_are_refused(records, message) -> None:
+    with pytest.raises(EstimationError, match=message):
+        fit_ramps(records)
+
+
+def test_a_rising_speed_is_no_coast_down() -> None:
+    with pytest.raises(EstimationError, match="does not fall"):
+        fit_coast_down(UP, exact()[0].speed)
+    with pytest.raises(EstimationError, match="not steeper"):
+        two_point(0.0, 0.0, 1.0, -800.0, 0.1, 2.0, 800.0, 3.0, 600.0)

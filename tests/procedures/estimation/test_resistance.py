@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from procedures.estimation.connections import ReadingConnection, phase_factor
+from procedures.estimation.fit import EstimationError
+from procedures.estimation.resistance import at_temperature, from_lines, phase_resistances, slope, unbalance
+
+ohms = st.floats(0.01, 100.0)
+
+
+def parallel(a: float, b: float) -> float:
+    return a * b / (a + b)
+
+
+@given(ohms, ohms, ohms)
+def test_wye_phases_come_back_from_their_line_readings(a: float, b: float, c: float) -> None:
+    assert phase_resistances(a + b, b + c, c + a, "wye") == pytest.approx((a, b, c), rel=1e-6, abs=1e-9)
+
+
+@given(st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0))
+def test_delta_windings_come_back_from_their_line_readings(ab: float, bc: float, ca: float) -> None:
+    readings = (parallel(ab, bc + ca), parallel(bc, ca + ab), parallel(ca, ab + bc))
+    assert phase_resistances(*readings, "delta") == pytest.approx((ab, bc, ca), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("connection", "reading", "y_equivalent", "winding"),
+    [
+        ("wye", ReadingConnection.LINE_TO_LINE, 1 / 2, 1 / 2),
+        ("delta", ReadingConnection.LINE_TO_LINE, 1 / 2, 3 / 2),
+        ("wye", ReadingConnection.SERIES_PARALLEL, 2 / 3, 2 / 3),
+        ("delta", ReadingConnection.SERIES_PARALLEL, 2 / 3, 2.0),
+        ("wye", ReadingConnection.PHASE_TO_STAR, 1.0, 1.0),
+    ],
+)
+def test_factor_follows_from_the_connection_of_the_reading(connection, reading, y_equivalent, winding) -> None:
+    assert phase_factor(connection, reading) == (y_equivalent, winding)
+
+
+def test_a_delta_has_no_star_point() -> None:
+    with pytest.raises(EstimationError, match="no star point"):
+        phase_factor("delta", ReadingConnection.PHASE_TO_STAR)
+    with pytest.raises(EstimationError, match="'star' is not known"):
+        phase_factor("star", ReadingConnection.LINE_TO_LINE)
+
+
+def test_the_notes_example() -> None:
+    assert from_lines(32.2e-3, 31.7e-3, 32.1e-3, "wye").y_equivalent == pytest.approx(16.0e-3)
+    assert from_lines(32.2e-3, 31.7e-3, 32.1e-3, "delta") == pytest.approx((48.0e-3, 16.0e-3))
+    assert unbalance([32.2, 31.7, 32.1]) == pytest.approx(0.3 / 32.0)
+
+
+def test_readings_of_no_winding_are_refused() -> None:
+    with pytest.raises(EstimationError, match="exceeds the sum of the other two"):
+        phase_resistances(1.0, 1.0, 2.5, "wye")
+    with pytest.raises(EstimationError, match="R_BC = nan"):
+        from_lines(1.0, float("nan"), 1.0, "wye")
+
+
+def test_temperature_by_copper_and_by_the_notes_rule() -> None:
+    assert at_temperature(1.0, 25.0, 85.0, 0.004, 25.0) == pytest.approx(1.24)
+    assert at_temperature(1.0, 25.0, 26.0) - 1 == pytest.approx(0.00385, abs=1e-5)
+    assert at_temperature(at_temperature(1.0, 31.0, 25.0), 25.0, 31.0) == pytest.approx(1.0)
+
+
+def test_slope_of_voltage_over_current_leaves_the_thermal_voltage_out() -> None:
+    random = np.random.default_rng(1)
+    current = np.array([-2.0, -1.0, -0.5, 0.5, 1.0, 2.0] * 10)
+    fit = slope(0.032 * current + 1e-4 + random.normal(0, 1e-5, current.size), current)
+    assert abs(fit.value("resistance") - 0.032) < 3 * fit.uncertainty("resistance")
+    assert abs(fit.value("offset") - 1e-4) < 3 * fit.uncertainty("offset")
+    assert fit.uncertainty("resistance") == pytest.approx(1e-5 / np.sqrt(np.sum(current**2)), rel=0.3)
+
+
+def test_slope_asks_for_both_polarities_and_right_leads() -> None:
+    with pytest.raises(EstimationError, match="both polarities"):
+        slope([1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
+    with pytest.raises(EstimationError, match="several currents"):
+        slope([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], both_polarities=False)
+    with pytest.raises(EstimationError, match="wrong way round"):
+        slope([1.0, 0.0, -1.0], [-1.0, 0.0, 1.0])

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from procedures.estimation.fit import EstimationError
+from procedures.estimation.rotor_sweep import (
+    axis_inductances,
+    extremes,
+    fit_rotor_sweep,
+    motor_class,
+    saliency_significant,
+)
+from procedures.estimation.timed_sweep import fit_timed_sweep
+from tests.studies.simulated import LD, LQ, READ_NOISE, READINGS, sweep_record
+
+ANGLE = np.linspace(0, 2 * np.pi, 90, endpoint=False)
+
+
+def readings(course: np.ndarray) -> np.ndarray:
+    return LD + LQ - (LQ - LD) * np.cos(course + 0.7)
+
+
+@pytest.mark.parametrize("given", [{"pole_pairs": 4}, {"cycles_per_angle": 4 / np.pi}, {}])
+def test_exact_readings_over_a_known_angle(given: dict[str, float]) -> None:
+    fit = fit_rotor_sweep(ANGLE, readings(8 * ANGLE), **given)
+    assert fit.values == pytest.approx([LD + LQ, LQ - LD, 0.7])
+    axes = axis_inductances(fit, 0.5)
+    assert axes.values == pytest.approx([LD, LQ])
+    assert saliency_significant(fit) == (True, 0.0)
+
+
+def test_uncertainty_is_the_textbooks() -> None:
+    random = np.random.default_rng(3)
+    noisy = readings(8 * ANGLE) + random.normal(0, READ_NOISE, 90)
+    axes = axis_inductances(fit_rotor_sweep(ANGLE, noisy, pole_pairs=4), 0.5)
+    assert axes.uncertainty("d_axis_inductance") == pytest.approx(READ_NOISE * np.sqrt(3 / (4 * 90)), rel=0.15)
+
+
+@pytest.mark.parametrize("wobble", [0.0, 0.3])
+def test_a_shaft_turned_by_hand_over_one_electrical_turn(wobble: float) -> None:
+    at, noisy = sweep_record(np.random.default_rng(5), wobble=wobble, turns=2.1)
+    fit = fit_timed_sweep(20 * at, noisy)
+    axes = axis_inductances(fit, 0.5)
+    assert fit.periods == pytest.approx(2.1, abs=0.15)
+    assert abs(axes.value("d_axis_inductance") - LD) < 4 * axes.uncertainty("d_axis_inductance")
+    assert abs(axes.value("q_axis_inductance") - LQ) < 4 * axes.uncertainty("q_axis_inductance")
+
+
+def test_exact_readings_of_a_strongly_wobbling_hand() -> None:
+    at = np.linspace(0, 1, 200)
+    course = 2 * np.pi * 8 * (at + 0.3 / (3 * np.pi) * np.sin(3 * np.pi * at))
+    fit = fit_timed_sweep(at, readings(course))
+    assert axis_inductances(fit, 0.5).values == pytest.approx([LD, LQ], rel=1e-3)
+
+
+def test_without_saliency_both_axes_are_the_mean() -> None:
+    _, noisy = sweep_record(np.random.default_rng(6), saliency=0.0)
+    fit = fit_rotor_sweep(np.linspace(0, 2 * np.pi, READINGS), noisy, pole_pairs=3)
+    significant, p_value = saliency_significant(fit)
+    assert not significant
+    assert 0.05 < p_value <= 1
+    axes = axis_inductances(fit, 0.5)
+    assert axes.value("d_axis_inductance") == axes.value("q_axis_inductance") == pytest.approx(0.5 * fit.value("mean"))
+
+
+def test_class_by_the_notes_rule() -> None:
+    assert motor_class(146e-6, 153e-6) == "SPMSM"
+    assert motor_class(100e-6, 110.1e-6) == "IPMSM"
+    assert extremes([3.0, 1.0, 2.0]) == (1.0, 3.0)
+    with pytest.raises(EstimationError, match="swap"):
+        motor_class(2.0, 1.0)
+
+
+def test_sweeps_that_carry_no_estimate_are_refused() -> None:
+    with pytest.raises(EstimationError, match="at one angle"):
+        fit_rotor_sweep(np.ones(10), np.ones(10))
+    with pytest.raises(EstimationError, match="turn the rotor over at least one"):
+        fit_rotor_sweep(ANGLE[:5], readings(ANGLE[:5]), pole_pairs=1)
+    with pytest.raises(EstimationError, match="less than one period"):
+        fit_rotor_sweep(np.linspace(0, 0.01, 10), np.arange(10.0))
+    with pytest.raises(EstimationError, match="at least 4"):
+        fit_rotor_sweep(ANGLE[:3], readings(ANGLE[:3]))
+    with pytest.raises(EstimationError, match="only 1"):
+        fit_timed_sweep(np.linspace(0, 1, 100), readings(np.linspace(0, 2.2 * np.pi, 100)))
+    with pytest.raises(EstimationError, match="triggers anew"):
+        fit_timed_sweep(np.arange(20.0), np.ones(20))
+    with pytest.raises(EstimationError, match="not numbers"):
+        fit_timed_sweep(np.arange(20.0), np.full(20, np.nan))

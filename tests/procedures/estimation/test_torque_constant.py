@@ -1,0 +1,34 @@
+import numpy as np
+import pytest
+
+from procedures.estimation.fit import EstimationError
+from procedures.estimation.torque_constant import fit_torque_constant
+
+CURRENT = np.array([1.0, 2.0, 3.0, 4.0, -1.0, -2.0, -3.0, -4.0])
+NOISE = np.random.default_rng(1).normal(0, 1e-4, 8)
+
+
+def test_friction_joins_the_offset_in_one_direction() -> None:
+    fit = fit_torque_constant(CURRENT, 0.05 * CURRENT - 0.02 + NOISE, np.full(8, 100.0))
+    assert fit.names == ("torque_constant", "offset")
+    assert abs(fit.value("torque_constant") - 0.05) < 4 * fit.uncertainty("torque_constant")
+    assert fit.value("offset") == pytest.approx(-0.02, abs=3e-4)
+
+
+def test_friction_is_told_apart_in_both_directions() -> None:
+    speed = np.array([100.0, 100.0, -100.0, -100.0] * 2)
+    fit = fit_torque_constant(CURRENT, 0.05 * CURRENT - 0.02 * np.sign(speed) + 0.003 + NOISE, speed)
+    assert fit.value("friction") == pytest.approx(0.02, abs=3e-4)
+    assert fit.value("offset") == pytest.approx(0.003, abs=3e-4)
+
+
+def test_resolution_of_the_torque_limits_the_uncertainty() -> None:
+    fit = fit_torque_constant(CURRENT, 0.05 * CURRENT, torque_resolution=0.01)
+    assert fit.uncertainty("torque_constant") == pytest.approx(0.01 / np.sqrt(12 * np.sum(CURRENT**2)))
+
+
+def test_one_current_gives_no_slope() -> None:
+    with pytest.raises(EstimationError, match="several currents"):
+        fit_torque_constant(np.ones(5), np.ones(5))
+    with pytest.raises(EstimationError, match="differ in length"):
+        fit_torque_constant(CURRENT, CURRENT[:-1])

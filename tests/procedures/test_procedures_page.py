@@ -1,0 +1,11 @@
+"""The page of the procedures is what the steps say."""
+
+from pathlib import Path
+
+from procedures.catalogue import catalogue
+from reports.procedure_table import markdown
+
+
+def test_page_holds_the_tables_made_from_the_steps():
+    page = (Path(__file__).parents[2] / "docs" / "procedures.md").read_text()
+    assert page.endswith(markdown(catalogue())), "docs/procedures.md is stale; its first lines say which command makes it"
