@@ -96,6 +96,11 @@ def inductance_matrix(drive: SixStepDrive) -> Real:
     return np.asarray(difference * np.eye(3) + np.full((3, 3), drive.mutual_inductance))
 
 
+def loop_current(drive: SixStepDrive) -> float:
+    """Give the current in A that only the resistances between the source's poles would let through: a tolerance scale."""
+    return drive.source_voltage / (drive.resistance + drive.source_resistance + 2 * drive.switch_resistance)
+
+
 def _freedom(drive: SixStepDrive, idle: Idle) -> Real:
     """Basis of the winding currents that the connection and an open leg allow, shape (3, n)."""
     if drive.connection == "delta":
@@ -164,7 +169,7 @@ def _watches(
     drive: SixStepDrive, conduction: Conduction, line: LinearForm, legs: LinearForm, bus: LinearForm
 ) -> tuple[LinearForm, Real, tuple[str, ...]]:
     # A shift by the tolerance keeps a quantity that starts at 0 from being an event at once.
-    ampere, volt = 1e-12 * drive.source_voltage / drive.resistance, 1e-9 * drive.source_voltage
+    ampere, volt = 1e-12 * loop_current(drive), 1e-9 * drive.source_voltage
     rows: list[tuple[LinearForm, float, str]] = []
     if conduction.idle is Idle.OPEN:
         below = _add(_scale(_row(legs, 1), -1.0, drive.diode_drop), _row(bus, 0))

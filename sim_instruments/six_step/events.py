@@ -8,6 +8,7 @@ import numpy as np
 from sim_instruments.six_step.circuit import Complex
 
 _GRID_INTERVALS = 16
+_MOST_HALVINGS = 2000
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,15 @@ class _Curve:
             total += math.hypot(real, imaginary) * speed * speed
         return total
 
+    def noise(self) -> float:
+        """Bound of the rounding error of a value."""
+        total = abs(self.offset)
+        for amplitude, _ in self.decays:
+            total += abs(amplitude)
+        for real, imaginary, _ in self.swings:
+            total += abs(real) + abs(imaginary)
+        return 1e-15 * total
+
 
 def first_below_zero(
     coefficients: Complex, exponents: Complex, modes: int, duration: float
@@ -51,7 +61,7 @@ def first_below_zero(
 
     Curves are Re(coefficients @ exp(exponents·t)), shape (m, modes + 1 + H): decays, constant, sinusoids. An interval
     counts as free of events only where the chord less the greatest possible sag, bound(|f''|)·width²/8, stays above 0;
-    the others are halved. So no event is missed, however short. Returns None when there is none.
+    the others are halved. So no event is missed, however short, unless it is no deeper than rounding. Returns None when there is none.
     """
     edges = duration * np.linspace(0.0, 1.0, _GRID_INTERVALS + 1)
     width = duration / _GRID_INTERVALS
@@ -89,18 +99,24 @@ def _curve(coefficients: Complex, exponents: Complex, modes: int) -> _Curve:
 def _first_root(curve: _Curve, left: float, right: float, resolution: float) -> float | None:
     """Find the first time in [left, right] at which the curve is below 0, by certified halving; None if there is none."""
     pending = [(left, curve.value(left), right, curve.value(right))]
+    noise = curve.noise()
+    halvings = 0
     while pending:
         a, fa, b, fb = pending.pop()
-        if fa < 0:
+        if fa < -noise:
             return a
         width, bend = b - a, curve.bend(a)
-        if min(fa, fb) > bend * width * width / 8:
+        if min(fa, fb) >= bend * width * width / 8 - noise:
             continue
+        halvings += 1
+        if halvings == _MOST_HALVINGS:
+            # A curve that lies on zero over a stretch: no dip can be told from it, so look at it coarsely.
+            resolution = max(resolution, 1e-4 * (right - left))
         if width <= resolution:
-            if fb < 0:
+            if fb < -noise:
                 return b
             continue
-        if fb < 0 and max(curve.slope(a), curve.slope(b)) + bend * width / 2 < 0:
+        if fb < -noise and max(curve.slope(a), curve.slope(b)) + bend * width / 2 < 0:
             return _polish(curve, a, b, resolution)
         middle = 0.5 * (a + b)
         fm = curve.value(middle)

@@ -13,13 +13,6 @@ from sim_instruments.six_step.steady_state import SteadyState, steady_state
 _SPEED_LIMIT = 100.0
 
 
-def no_load_speed(bridge: Bridge) -> float:
-    """Speed in mechanical rad/s at which the average EMF between the conducting legs equals the source voltage."""
-    drive = bridge.drive
-    windings = 1.0 if drive.connection == "delta" else math.sqrt(3.0)
-    return drive.source_voltage / (3 / math.pi * drive.emf_constant * windings)
-
-
 def stall_torque(bridge: Bridge) -> float:
     """Torque of the currents on the magnets as the speed goes to 0, averaged over a state, in N·m."""
     circuit = bridge.circuit(Conduction(Idle.OPEN))
@@ -38,12 +31,18 @@ def balance_load(bridge: Bridge, load_torque: float) -> SteadyState:
     if not math.isfinite(load_torque):
         raise SixStepError(f"load is {load_torque:g} N·m: a finite torque is needed")
     strongest = stall_torque(bridge) - bridge.drive.coulomb_friction
+    if strongest <= 0 <= load_torque:
+        raise SixStepError(
+            f"the drive cannot start: it gives {strongest + bridge.drive.coulomb_friction:.4g} N·m at standstill against "
+            f"{bridge.drive.coulomb_friction:.4g} N·m of Coulomb friction; check source voltage, resistances, EMF constant "
+            "and advance angle"
+        )
     if load_torque >= strongest:
         raise SixStepError(
             f"load {load_torque:g} N·m is above the stall torque: less than {strongest:.4g} N·m at the shaft is allowed "
             f"({bridge.drive.coulomb_friction:.4g} N·m of friction taken off)"
         )
-    scale = no_load_speed(bridge)
+    scale = bridge.no_load_speed
     low, high = 0.0, scale / 8
     guess: SteadyState | None = None
 

@@ -14,6 +14,7 @@ from sim_instruments.six_step.circuit import (
     build_circuit,
     inductance_matrix,
     line_matrix,
+    loop_current,
 )
 from sim_instruments.six_step.drive import SixStepDrive, SixStepError
 from sim_instruments.six_step.emf import emf_phasors
@@ -48,7 +49,10 @@ class Bridge:
         self.orders, self._emf = emf_phasors(drive)
         self._lines = line_matrix(drive)
         self.inductance = inductance_matrix(drive)
-        self.current_scale = drive.source_voltage / drive.resistance
+        self.current_scale = loop_current(drive)
+        #: Mechanical speed in rad/s at which the average EMF between the conducting legs equals the source voltage.
+        windings = 1.0 if drive.connection == "delta" else math.sqrt(3.0)
+        self.no_load_speed = drive.source_voltage / (3 / math.pi * drive.emf_constant * windings)
         self._tolerance = 1e-12 * self.current_scale
         self._clamp = drive.diode_drop / drive.switch_resistance if drive.switch_resistance > 0 else math.inf
         # Direction in which a jump of the idle leg's voltage bends the winding currents.

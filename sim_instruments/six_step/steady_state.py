@@ -14,6 +14,10 @@ from sim_instruments.six_step.state import Bridge, Passage
 
 _STATE_ANGLE = math.pi / 3
 _MOST_ITERATIONS = 500
+#: Of the no-load speed: beyond it exact arithmetic has too few digits, and no machine lives.
+_SPEED_RANGE = (1e-9, 1e6)
+#: In states: with a longer time constant the little that a state adds drowns in rounding.
+_LONGEST_CONSTANT = 1e8
 
 
 def next_state(values: Real) -> Real:
@@ -176,14 +180,27 @@ def steady_state(bridge: Bridge, speed: float, guess: Real | None = None) -> Ste
     `guess` is an estimate of the winding currents at the start of T1T2; the result does not depend on it, for a
     passive circuit with diodes contracts to one periodic solution. Newton on the map of one state, with the map
     itself (a contraction) as the step where Newton does not help.
-    Raises SixStepError for a speed that is not above 0 and finite, or when the iteration does not settle.
+    Raises SixStepError for a speed that is not above 0 or beyond all sense, or when the iteration does not settle.
     """
     if not (math.isfinite(speed) and speed > 0):
         raise SixStepError(
             f"speed is {speed:g} rad/s: a finite speed above 0 is needed (a drive at rest has no period)"
         )
+    lowest, highest = _SPEED_RANGE[0] * bridge.no_load_speed, _SPEED_RANGE[1] * bridge.no_load_speed
+    if not lowest <= speed <= highest:
+        raise SixStepError(
+            f"speed is {speed * 30 / math.pi:g} rpm: {lowest * 30 / math.pi:.3g} to {highest * 30 / math.pi:.3g} rpm can be "
+            f"solved for this drive, whose EMF equals its source at {bridge.no_load_speed * 30 / math.pi:.5g} rpm"
+        )
     duration = _STATE_ANGLE / (bridge.drive.pole_pairs * speed)
-    scale = bridge.current_scale + bridge.drive.emf_constant * speed / bridge.drive.resistance
+    drive = bridge.drive
+    constant = (drive.self_inductance - drive.mutual_inductance) * bridge.current_scale / drive.source_voltage
+    if constant > _LONGEST_CONSTANT * duration:
+        raise SixStepError(
+            f"the resistances are too small to be told from none at {speed * 30 / math.pi:g} rpm: an electrical time "
+            f"constant of {constant:.3g} s is {constant / duration:.1g} states, up to {_LONGEST_CONSTANT:g} are allowed"
+        )
+    scale = bridge.current_scale * (1.0 + speed / bridge.no_load_speed)
 
     def passage_from(currents: Real) -> tuple[Passage, Real]:
         passage = bridge.run(currents, speed=speed, angle=0.0, duration=duration)
