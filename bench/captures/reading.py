@@ -42,12 +42,16 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time") -> Cap
     """Return several captures as one, channels side by side. Raises CaptureError where their times differ, naming files."""
     if not paths:
         raise CaptureError("capture", "no file given")
+    if len({str(path) for path in paths}) < len(paths):
+        raise CaptureError(
+            ", ".join(str(path) for path in paths), "a file is given twice; give each file of the record once"
+        )
     captures = [read_capture(path, abscissa=abscissa) for path in paths]
     first = captures[0]
     if len(captures) == 1:
         return first
     time = first.times()
-    tolerance = 0.5 * float(np.median(np.diff(time)))
+    tolerance = 0.25 * float(np.median(np.diff(time)))
     for other in captures[1:]:
         axis = other.times()
         if axis.size != time.size or float(np.max(np.abs(axis - time))) > tolerance:
