@@ -42,7 +42,7 @@ def analyze_coast_down(
         elif torque is not None and k == 0 and len(captures) > 1:
             driven = torque
         ramps.append(Ramp(capture.times(), channel.values, driven, channel.resolution))
-    parts = [part for capture, ramp in zip(captures, ramps, strict=True) for part in _split(capture, ramp)]
+    parts = [part for ramp in ramps for part in _split(ramp)]
     if len(parts) > 1 or any(np.any(ramp.torque) for ramp in parts):
         fit = estimated(captures[0], lambda: fit_ramps(parts))
         outcome.assume(
@@ -98,14 +98,11 @@ def _speed(outcome: Outcome, capture: Capture, wanted: str | None, in_rpm: bool)
     return channel
 
 
-def _split(capture: Capture, ramp: Ramp) -> list[Ramp]:
+def _split(ramp: Ramp) -> list[Ramp]:
     """Part a record with a torque column where the drive lets go: before it a driven ramp, after it a coast-down."""
     torque = np.asarray(ramp.torque, dtype=np.float64)
     if torque.ndim == 0:
         return [ramp]
-    bad = torque.size != ramp.time.size
-    if bad:
-        raise CaptureError(capture.source, "the torque column is not as long as the speed's")
     level = float(np.median(np.abs(torque[np.abs(torque) > 0.5 * np.max(np.abs(torque))]))) if np.any(torque) else 0.0
     driving = np.abs(torque) > 0.5 * level
     last = np.flatnonzero(driving)
