@@ -92,7 +92,7 @@ class StationInstruments:
             instrument = entry.driver.open(entry.address, entry.options, surroundings, name=entry.name)
         except Exception as error:
             self._recorder.event("instrument_error", **said, call="open", error=f"{type(error).__name__}: {error}")
-            if isinstance(error, InstrumentError):
+            if not isinstance(error, ValueError | OSError | ImportError):
                 raise
             raise InstrumentError(
                 entry.name,

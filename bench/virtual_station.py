@@ -23,6 +23,7 @@ def describe(addresses: Mapping[str, Address]) -> dict[str, Any]:
             "probes": {"1": voltage, "2": voltage, "3": voltage, "4": current},
         },
         "dynamometer": {"driver": "delta-dyn200", "maximum_speed": 630.0},
+        "voltmeter": {"driver": "keysight-34461a"},
         "tachometer": {"driver": "lutron-tachometer"},
         "inverter": {"driver": "cia402-inverter", "maximum_current": 30.0, "maximum_frequency": 1000.0},
     }

@@ -14,6 +14,7 @@ ORDER: tuple[Role, ...] = (
     Role.LCR_METER,
     Role.OSCILLOSCOPE,
     Role.TACHOMETER,
+    Role.VOLTMETER,
 )
 
 

@@ -82,9 +82,13 @@ def summary(
     from rich.padding import Padding
     from rich.text import Text as Words
 
-    made = table(rows(parameters, truth, translate), translate, with_truth=bool(truth))
-    legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.").render(translate)
-    parts: list[Table | Words | Padding] = [made, Words(legend, style="dim")]
+    parts: list[Table | Words | Padding] = []
+    if parameters.parameters:
+        parts.append(table(rows(parameters, truth, translate), translate, with_truth=bool(truth)))
+        legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.")
+        parts.append(Words(legend.render(translate), style="dim"))
+    else:
+        parts.append(Words(text("No parameter was measured.").render(translate)))
     if warnings:
         parts.append(Words("\n" + text("Warnings").render(translate), style="bold"))
         for procedure, notice in warnings:

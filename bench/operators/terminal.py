@@ -48,6 +48,10 @@ class TerminalOperator:
     def number(self, quantity: Text, unit: str, minimum: float, maximum: float) -> float:
         """Ask for a number in `unit` within `minimum` … `maximum`, again and again until it is one."""
         question = EnterReading("", quantity, unit, minimum, maximum).sentence()
+        if not unit:
+            question = text(
+                "Enter {quantity} ({minimum:g} … {maximum:g})", quantity=quantity, minimum=minimum, maximum=maximum
+            )
         while True:
             typed = self._line(question)
             value = _number(typed, unit)

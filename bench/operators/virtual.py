@@ -10,6 +10,7 @@ from procedures.actions import (
     Action,
     Connect,
     ConnectProbes,
+    ConnectVoltmeter,
     CoupleDynamometer,
     EnterReading,
     LockRotor,
@@ -71,6 +72,9 @@ class VirtualOperator:
                 world.connect({terminal.value: socket.value for terminal, socket in action.complete().items()})
             case ConnectProbes():
                 self._fit(action)
+            case ConnectVoltmeter():
+                self._take(_PROBE)
+                world.attach_voltmeter(action.positive.value, action.negative.value)
             case ShortMeterLeads() | SeparateMeterLeads():
                 self._take(_LEADS)
                 world.short_leads(isinstance(action, ShortMeterLeads))

@@ -38,6 +38,8 @@ def templates_at(node: ast.AST) -> Iterator[str]:
 
 def spoken_at(node: ast.AST) -> Iterator[str]:
     """What a driver used by hand says: the text of confirm(…), quantity and context of ask(…), figures as {0}, {1} …"""
+    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "quantity":
+        yield from literals(node.value)
     if not (
         isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("confirm", "ask")
     ):

@@ -9,10 +9,10 @@ from rich.console import Console
 
 from bench.errors import InputError
 from bench.interrupts import Interrupted
-from bench.language import translator
+from bench.language import catalogue, translator
 from bench.motor_file import load_motor
 from bench.operators.answers import AnswersOperator, load_answers
-from bench.operators.terminal import TerminalOperator
+from bench.operators.terminal import TerminalOperator, TerminalPrompt
 from bench.operators.virtual import VirtualOperator
 from procedures.actions import (
     ALIGN_D,
@@ -72,6 +72,17 @@ def test_a_reading_is_asked_again_until_it_makes_sense() -> None:
     assert said.getvalue().count("Enter the winding's temperature in °C (-50 … 200)") == 5
 
 
+def test_instruments_set_by_hand_reach_the_same_person() -> None:
+    operator, said = typing(["", "x", "2", "1500"])
+    prompt = TerminalPrompt(operator, "supply", {})
+    prompt.confirm("Switch the supply's output on.")
+    assert prompt.ask("regulation: 0 off, 1 on", "", 0, 3, "") == 2.0
+    assert prompt.ask("speed", "rpm", 0, 5000, "of the shaft") == 1500.0
+    assert "supply: Switch the supply's output on." in said.getvalue()
+    assert "Enter supply, regulation: 0 off, 1 on (0 … 3)" in said.getvalue()
+    assert "Enter supply, speed of the shaft in rpm (0 … 5000)" in said.getvalue()
+
+
 def test_angles_are_typed_in_degrees() -> None:
     operator, said = typing(["ten", "", "0 90 180,5; 270"])
     assert operator.perform(MarkRestPositions()) == pytest.approx(
@@ -89,8 +100,11 @@ def test_the_end_of_the_input_aborts() -> None:
 def test_chinese_is_spoken() -> None:
     said = io.StringIO()
     console = Console(file=said, width=100, color_system=None)
-    TerminalOperator(console, translator("zh"), {}, lambda _: "").perform(ALL_OPEN)
-    assert "Connect" not in said.getvalue()
+    operator = TerminalOperator(console, translator("zh"), {}, lambda _: "")
+    operator.perform(ALL_OPEN)
+    TerminalPrompt(operator, "supply", catalogue("zh")).confirm("Set the supply to 1 V, current limit 2 A.")
+    assert "连接电机端子" in said.getvalue()
+    assert "直流电源: 将电源设为 1 V，电流限制 2 A。" in said.getvalue()
 
 
 @pytest.fixture

@@ -55,7 +55,9 @@ def test_every_failure_takes_the_way_down(
     assert "other" not in view.procedures
     events = read_journal(tmp_path / "journal.jsonl").events
     assert events[-1].kind == "run_finished"
-    assert [e.data["instrument"] for e in events if e.kind == "made_safe"][-6:] == [role.value for role in ORDER]
+    assert [e.data["instrument"] for e in events if e.kind == "made_safe"][-len(ORDER) :] == [
+        role.value for role in ORDER
+    ]
     assert view.as_dict()["procedures"]["tiny"]["status"] == "failed"
 
 
@@ -101,7 +103,7 @@ def test_a_signal_on_the_way_down_waits(
     fakes[Role.SUPPLY].make_safe = impatient
     view = make_runner().run(plan, "run_started", about)
     assert view.status == "completed"
-    assert trace[-6:] == [f"{role.value}.close" for role in fakes]
+    assert trace[-len(fakes) :] == [f"{role.value}.close" for role in fakes]
 
 
 def test_going_on_after_an_error(
@@ -162,7 +164,7 @@ def test_a_full_disk_still_leaves_everything_off(
     view = runner.run(plan, "run_started", about)
     assert view.status == "failed"
     assert "No space left" in view.cause
-    assert [entry for entry in trace if entry.endswith("make_safe")][:6] == [
+    assert [entry for entry in trace if entry.endswith("make_safe")][: len(ORDER)] == [
         f"{role.value}.make_safe" for role in ORDER
     ]
 

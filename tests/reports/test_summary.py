@@ -110,6 +110,12 @@ def test_without_truth_there_is_no_column_for_it() -> None:
     assert "Warnings" not in said.getvalue()
 
 
+def test_a_run_without_a_figure_says_so() -> None:
+    said = io.StringIO()
+    Console(file=said, width=110, color_system=None).print(summary(merge([]), [], {}, english))
+    assert said.getvalue() == "No parameter was measured.\n"
+
+
 def test_unknown_parameters_keep_their_name() -> None:
     assert parameter_name("something_new").render() == "something_new"
     assert percent(math.nan) == "–"
