@@ -67,6 +67,9 @@ class Reference:
         out[3] = self.drive.pole_pairs * speed
         if self.speed is None:
             out[4] = (shape @ i - self.drive.friction_torque(speed) - self.load_torque) / self.drive.inertia
+            if speed <= 1e-6:
+                # At rest, friction and brake only hold.
+                out[4] = max(0.0, out[4])
         return out
 
     def run_state(self, y: np.ndarray, number: int, t_end: float = math.inf, rtol: float = 1e-9) -> tuple:
