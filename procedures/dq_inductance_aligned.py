@@ -6,7 +6,7 @@ from typing import ClassVar
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Aperture
+from drivers.interfaces import Aperture, Wanted
 from procedures.actions import ALIGN_D, ALIGN_Q, LockRotor, ReleaseRotor, UncoupleDynamometer, meter_series_parallel
 from procedures.alignment import aligning
 from procedures.bench import Role
@@ -106,7 +106,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         require(connection_of(connection), ReadingConnection.SERIES_PARALLEL)
         self.bench.perform(connection)
         bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
-        readings = [bridge.measure() for _ in range(self.settings.repeats)]
+        readings = [bridge.measure(Wanted.INDUCTANCE) for _ in range(self.settings.repeats)]
         mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
         self.findings[f"reading_{axis}"] = mean
         statistics = self.bench.uncertainties.statistical(f"repeats of L_{axis}", mean, uncertainty, freedom)

@@ -5,11 +5,20 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from GTC.lib import UncertainReal
 from numpy.typing import NDArray
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, Aperture
-from procedures.actions import ReleaseRotor, StartTurning, StopTurning, Terminal, UncoupleDynamometer, meter_across
+from drivers.interfaces import Accuracy, Aperture, Wanted
+from procedures.actions import (
+    EnterReading,
+    ReleaseRotor,
+    StartTurning,
+    StopTurning,
+    Terminal,
+    UncoupleDynamometer,
+    meter_across,
+)
 from procedures.bench import Role
 from procedures.estimation import rotor_sweep
 from procedures.estimation.connections import phase_factor
@@ -22,6 +31,9 @@ from procedures.text import text
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
 _CAUTIOUS_POLE_PAIRS = 10
 _WARM_UP = 3
+#: Speed (rad/s) at which a person can follow the display while turning.
+_WATCHING_SPEED = 0.1
+_NAMES = (("d_axis_inductance", "d"), ("q_axis_inductance", "q"))
 
 
 class DqInductanceExtremesSettings(Settings):
@@ -43,11 +55,15 @@ class DqInductanceExtremesSettings(Settings):
 
 @dataclass(frozen=True)
 class Sweep:
-    """Inductance between two lines (H, shape (n,)) over bench time (s), and the bridge's accuracy at its mean."""
+    """Inductance between two lines (H, shape (n,)) over bench time (s), and the bridge's accuracy at its mean.
+
+    `extremes_only`: a person watched the meter, and these are the smallest and the largest value seen.
+    """
 
     time: NDArray[np.float64]
     inductance: NDArray[np.float64]
     accuracy: Accuracy
+    extremes_only: bool = False
 
 
 class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
@@ -77,9 +93,11 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         if self.settings.short_correction:
             short_correct(self.bench, bridge)
         self.bench.perform(meter_across(Terminal.A, Terminal.B))
+        if bridge.read_by_hand:
+            return 0.0
         started = self.bench.clock.now()
         for _ in range(_WARM_UP):
-            bridge.measure()
+            bridge.measure(Wanted.INDUCTANCE)
         return (self.bench.clock.now() - started) / _WARM_UP
 
     @step(
@@ -90,6 +108,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     def sweep(self, reading_time: float) -> Sweep:
         """Return the sweep; the shaft is turned by hand, so its angle is not known."""
         bridge = self.bench.lcr_meter
+        if bridge.read_by_hand:
+            return self._watched()
         pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or _CAUTIOUS_POLE_PAIRS
         # The inductance has two periods an electrical turn.
         readings = math.ceil(2.0 * self.settings.electrical_turns * self.settings.readings_per_period)
@@ -97,7 +117,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         if speed is None:
             speed = 2.0 * math.pi * self.settings.electrical_turns / (pairs * readings * max(reading_time, 1e-3))
         self.bench.perform(StartTurning(speed))
-        taken = [bridge.measure() for _ in range(readings)]
+        taken = [bridge.measure(Wanted.INDUCTANCE) for _ in range(readings)]
         self.bench.perform(StopTurning())
         inductance = np.array([r.inductance for r in taken])
         self.findings["sweep"] = {"time": [r.time for r in taken], "inductance": inductance.tolist()}
@@ -115,6 +135,14 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     @step("3.3.2/4", "From line to phase: wye 0.5, delta 1.5 of the smallest (Ld) and the largest (Lq)")
     def conclude(self, sweep: Sweep, motor_class: str) -> None:
         """Fit the whole sweep; the extremes stand beside, and whether the saliency is more than noise."""
+        if sweep.extremes_only:
+            self._report(
+                sweep,
+                motor_class,
+                self._from_extremes(sweep, motor_class),
+                "smallest and largest reading, by the note's rule",
+            )
+            return
         fit = fit_timed_sweep(sweep.time, sweep.inductance)
         lines = rotor_sweep.axis_inductances(fit)
         significant, p_value = rotor_sweep.saliency_significant(fit)
@@ -143,6 +171,47 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                     amplitude=1e6 * amplitude,
                 ),
             )
+        found = {
+            axis: self.bench.uncertainties.statistical(
+                f"sweep fit of L_{axis}", lines.value(name), lines.uncertainty(name), lines.degrees_of_freedom
+            )
+            for name, axis in _NAMES
+        }
+        self._report(sweep, motor_class, found, "fit of mean and second harmonic to the whole sweep")
+
+    def _watched(self) -> Sweep:
+        """Ask for the extremes that a person sees on the meter while turning."""
+        bridge = self.bench.lcr_meter
+        self.bench.perform(StartTurning(self.settings.turning_speed or _WATCHING_SPEED))
+        seen = []
+        for key, quantity in (
+            ("smallest_inductance", text("the smallest inductance seen while turning")),
+            ("largest_inductance", text("the largest inductance seen while turning")),
+        ):
+            seen.append(1e-6 * self.bench.reading(EnterReading(key, quantity, "µH", 1e-3, 1e7)))
+        self.bench.perform(StopTurning())
+        self.findings["sweep"] = {"smallest": seen[0], "largest": seen[1], "read": "by eye"}
+        _, accuracy = bridge.accuracy_at(0.0, seen[1], self.settings.frequency)
+        return Sweep(np.full(2, self.bench.clock.now()), np.array(seen), accuracy, extremes_only=True)
+
+    def _from_extremes(self, sweep: Sweep, motor_class: str) -> dict[str, UncertainReal]:
+        """By eye there is no fit; what two values hide is half their distance where the note takes the mean."""
+        low, high = rotor_sweep.extremes(sweep.inductance)
+        if motor_class == "SPMSM":
+            self.notice(
+                "E3",
+                text(
+                    "the note's rule calls this a surface-magnet machine and takes one inductance; the extremes differ by {share:.1%}, "
+                    "so smallest and largest are given as d and q. A recorded sweep would tell whether that is more than noise",
+                    share=(high - low) / low,
+                ),
+            )
+        return {
+            axis: self.bench.uncertainties.statistical(f"extreme for {axis}", value, 0.0)
+            for axis, value in (("d", low), ("q", high))
+        }
+
+    def _report(self, sweep: Sweep, motor_class: str, found: dict[str, UncertainReal], estimator: str) -> None:
         low, high = rotor_sweep.extremes(sweep.inductance)
         one = 0.5 * (low + high)
         notes = {"d": one, "q": one} if motor_class == "SPMSM" else {"d": low, "q": high}
@@ -155,17 +224,14 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                     "half the reading. Both are given"
                 ),
             )
-        for name, axis in (("d_axis_inductance", "d"), ("q_axis_inductance", "q")):
-            statistics = self.bench.uncertainties.statistical(
-                f"sweep fit of L_{axis}", lines.value(name), lines.uncertainty(name), lines.degrees_of_freedom
-            )
-            reading = self.bench.uncertainties.instrument("LCR meter", statistics, sweep.accuracy)
+        for name, axis in _NAMES:
+            reading = self.bench.uncertainties.instrument("LCR meter", found[axis], sweep.accuracy)
             self.report(
                 name,
                 "H",
                 factors.y_equivalent * reading,
                 section="3.3.2",
-                estimator="fit of mean and second harmonic to the whole sweep",
+                estimator=estimator,
                 note_value=factors.winding * notes[axis],
                 convention=CONVENTION,
                 winding=float((factors.winding * reading).x) if self.is_delta else None,

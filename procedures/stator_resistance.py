@@ -6,7 +6,7 @@ from typing import ClassVar
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, Aperture
+from drivers.interfaces import Accuracy, Aperture, Wanted
 from procedures.actions import (
     LINE_PAIRS,
     EnterReading,
@@ -107,7 +107,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
         accuracies: dict[Pair, Accuracy] = {}
         for pair in LINE_PAIRS:
             self.bench.perform(meter_across(*pair))
-            readings = [self.bench.lcr_meter.measure() for _ in range(self.settings.repeats)]
+            readings = [self.bench.lcr_meter.measure(Wanted.RESISTANCE) for _ in range(self.settings.repeats)]
             mean, uncertainty, freedom = mean_of_readings([r.resistance for r in readings])
             label = pair[0].value + pair[1].value
             statistics = self.bench.uncertainties.statistical(f"repeats of R_{label}", mean, uncertainty, freedom)

@@ -13,7 +13,7 @@ from drivers.interfaces.errors import (
 )
 from drivers.interfaces.identity import Accuracy, Identity, Instrument, Reading, Traffic
 from drivers.interfaces.inverter import Inverter
-from drivers.interfaces.lcr_meter import Aperture, ImpedanceReading, LcrMeter
+from drivers.interfaces.lcr_meter import Aperture, ImpedanceReading, LcrMeter, Wanted
 from drivers.interfaces.oscilloscope import (
     ChannelSettings,
     Oscilloscope,
@@ -57,5 +57,6 @@ __all__ = [
     "Traffic",
     "Trigger",
     "Voltmeter",
+    "Wanted",
     "Waveform",
 ]

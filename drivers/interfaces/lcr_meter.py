@@ -15,6 +15,14 @@ class Aperture(Enum):
     LONG = "LONG"
 
 
+class Wanted(Enum):
+    """What a measurement is taken for; a meter that a person reads asks for no more than that."""
+
+    BOTH = "resistance and inductance"
+    RESISTANCE = "resistance"
+    INDUCTANCE = "inductance"
+
+
 @dataclass(frozen=True)
 class ImpedanceReading:
     """Series equivalent of an impedance: resistance (Ω) and inductance (H) at `frequency` (Hz), each with its accuracy.
@@ -34,14 +42,18 @@ class ImpedanceReading:
 class LcrMeter(Instrument, Protocol):
     """An LCR bridge or meter."""
 
+    @property
+    def read_by_hand(self) -> bool:
+        """Whether a person types the readings in, so that a series of them is not to be had."""
+
     def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
         """Set the series L–R function, test frequency (Hz), level (V rms, open circuit) and measurement time."""
 
     def correct_short(self) -> None:
         """Measure the shorted leads at the present settings and subtract them from now on."""
 
-    def measure(self) -> ImpedanceReading:
-        """Trigger one measurement and return it.
+    def measure(self, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:
+        """Trigger one measurement and return it; what is not `wanted` may be NaN.
 
         Raises OverloadError (no value within range) or MeasurementError (status other than good).
         """

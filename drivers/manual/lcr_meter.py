@@ -1,7 +1,6 @@
 """An LCR meter that a person reads."""
 
 import math
-from enum import Enum
 
 from drivers.interfaces import (
     Accuracy,
@@ -11,22 +10,15 @@ from drivers.interfaces import (
     ImpedanceReading,
     MeasurementError,
     SetpointError,
+    Wanted,
 )
 from drivers.limits import check_setpoint
 from drivers.manual.options import ManualLcrMeterOptions
 from drivers.manual.prompt import Prompt, Questions
 
 
-class Asked(Enum):
-    """What a person is asked for at each measurement."""
-
-    BOTH = "resistance and inductance"
-    RESISTANCE = "resistance"
-    INDUCTANCE = "inductance"
-
-
 class ManualLcrMeter:
-    """An LCR meter read by hand; `asked` says which of resistance and inductance the next readings are asked for."""
+    """An LCR meter read by hand."""
 
     def __init__(
         self, prompt: Prompt, clock: Clock, options: ManualLcrMeterOptions, *, name: str = "lcr_meter"
@@ -36,12 +28,16 @@ class ManualLcrMeter:
         self._options = options
         self._name = name
         self._frequency = 0.0
-        self.asked = Asked.RESISTANCE if options.direct_current else Asked.BOTH
 
     @property
     def identity(self) -> Identity:
         """The model the station file names."""
         return Identity("", self._options.model)
+
+    @property
+    def read_by_hand(self) -> bool:
+        """Always so."""
+        return True
 
     def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
         """Have series R and L and the frequency (Hz) set; level (V rms) and aperture are as the meter has them.
@@ -63,8 +59,8 @@ class ManualLcrMeter:
         """Have the leads shorted and the meter zeroed."""
         self._questions.confirm("Clip the meter's leads together and zero it (short correction).")
 
-    def measure(self) -> ImpedanceReading:
-        """Ask for what is `asked`; the other is NaN.
+    def measure(self, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:
+        """Ask for what is wanted; the other is NaN. A meter of direct current is asked for the resistance only.
 
         Raises MeasurementError where no accuracy is stated, the frequency was not set, or after three unusable answers.
         """
@@ -73,10 +69,10 @@ class ManualLcrMeter:
         resistance = inductance = math.nan
         r_accuracy = l_accuracy = Accuracy()
         context = "" if self._options.direct_current else f"at {self._frequency:g} Hz"
-        if self.asked is not Asked.INDUCTANCE:
+        if wanted is not Wanted.INDUCTANCE:
             r_accuracy = self._questions.stated(self._options.resistance_accuracy, "resistance")
             resistance = self._questions.ask("resistance Rs", "Ω", 0.0, self._options.maximum_resistance, context)
-        if self.asked is not Asked.RESISTANCE:
+        if wanted is not Wanted.RESISTANCE and not self._options.direct_current:
             l_accuracy = self._questions.stated(self._options.inductance_accuracy, "inductance")
             inductance = self._questions.ask("inductance Ls", "H", 0.0, self._options.maximum_inductance, context)
         return ImpedanceReading(resistance, inductance, self._frequency, r_accuracy, l_accuracy, self._clock.now())
@@ -91,12 +87,10 @@ class ManualLcrMeter:
             raise MeasurementError(
                 self._name, f"{resistance:g} Ω and {inductance:g} H at {frequency:g} Hz are beyond its range"
             )
-        r_accuracy = l_accuracy = Accuracy()
-        if self.asked is not Asked.INDUCTANCE:
-            r_accuracy = self._questions.stated(options.resistance_accuracy, "resistance")
-        if self.asked is not Asked.RESISTANCE:
-            l_accuracy = self._questions.stated(options.inductance_accuracy, "inductance")
-        return r_accuracy, l_accuracy
+        unknown = Accuracy()
+        if options.resistance_accuracy is None and options.inductance_accuracy is None:
+            self._questions.stated(None, "resistance")
+        return options.resistance_accuracy or unknown, options.inductance_accuracy or unknown
 
     def make_safe(self) -> None:
         """Do nothing: a meter harms nobody."""

@@ -13,6 +13,7 @@ from drivers.interfaces import (
     OverloadError,
     ReportedError,
     Traffic,
+    Wanted,
 )
 from drivers.limits import check_setpoint, lesser
 from drivers.visa import keysight_e4980a_data as data
@@ -108,7 +109,12 @@ class KeysightE4980A:
         if self._session.query_number("CORR:SHOR:STAT?") != 1:
             raise ReportedError(self._name, "short correction is still off", command="CORR:SHOR:STAT ON")
 
-    def measure(self) -> ImpedanceReading:
+    @property
+    def read_by_hand(self) -> bool:
+        """Never: it answers by itself."""
+        return False
+
+    def measure(self, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:
         """Trigger one measurement and return series resistance (Ω) and inductance (H) at the frequency set.
 
         Raises OverloadError where there is no value, MeasurementError where the status is not good

@@ -15,10 +15,11 @@ from drivers.interfaces import (
     SetpointError,
     Slope,
     Trigger,
+    Wanted,
 )
 from drivers.manual.dynamometer import ManualDynamometer
 from drivers.manual.inverter import ManualInverter
-from drivers.manual.lcr_meter import Asked, ManualLcrMeter
+from drivers.manual.lcr_meter import ManualLcrMeter
 from drivers.manual.options import (
     ManualDynamometerOptions,
     ManualInverterOptions,
@@ -128,18 +129,17 @@ def test_a_meter_is_set_and_read(clock: Any) -> None:
     ]
 
 
-@pytest.mark.parametrize(("asked", "missing"), [(Asked.RESISTANCE, "inductance"), (Asked.INDUCTANCE, "resistance")])
-def test_only_what_is_asked_for(clock: Any, asked: Asked, missing: str) -> None:
+@pytest.mark.parametrize(("asked", "missing"), [(Wanted.RESISTANCE, "inductance"), (Wanted.INDUCTANCE, "resistance")])
+def test_only_what_is_asked_for(clock: Any, asked: Wanted, missing: str) -> None:
     person = Person(0.5)
     made = meter(person, clock, **{f"{missing}_accuracy": None})
-    made.asked = asked
     made.configure(100.0)
-    reading = made.measure()
+    reading = made.measure(asked)
     assert math.isnan(getattr(reading, missing))
     assert getattr(reading, asked.value) == 0.5
     assert len(person.asked) == 1
     stated = made.accuracy_at(1.0, 1.0, 100.0)
-    assert stated == ((STATED, Accuracy()) if asked is Asked.RESISTANCE else (Accuracy(), STATED))
+    assert stated == ((STATED, Accuracy()) if asked is Wanted.RESISTANCE else (Accuracy(), STATED))
 
 
 def test_a_dc_meter_has_no_frequency(clock: Any) -> None:
