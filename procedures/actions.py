@@ -26,6 +26,9 @@ class Socket(Enum):
     INVERTER_U = "inverter_u"
     INVERTER_V = "inverter_v"
     INVERTER_W = "inverter_w"
+    DRIVE_1 = "drive_1"
+    DRIVE_2 = "drive_2"
+    DRIVE_3 = "drive_3"
 
 
 class Node(Enum):
@@ -47,6 +50,9 @@ SOCKET_NAMES: Mapping[Socket, Text] = {
     Socket.INVERTER_U: text("inverter, U"),
     Socket.INVERTER_V: text("inverter, V"),
     Socket.INVERTER_W: text("inverter, W"),
+    Socket.DRIVE_1: text("six-step drive, leg 1"),
+    Socket.DRIVE_2: text("six-step drive, leg 2"),
+    Socket.DRIVE_3: text("six-step drive, leg 3"),
 }
 
 NODE_NAMES: Mapping[Node, Text] = {
@@ -336,3 +342,5 @@ STEP_NEGATIVE = Connect(
 STEP_POSITIVE = ALIGN_D
 ALL_OPEN = Connect({})
 INVERTER = Connect({Terminal.A: Socket.INVERTER_U, Terminal.B: Socket.INVERTER_V, Terminal.C: Socket.INVERTER_W})
+#: The six-step drive's legs, in the order of the phases.
+DRIVE = Connect({Terminal.A: Socket.DRIVE_1, Terminal.B: Socket.DRIVE_2, Terminal.C: Socket.DRIVE_3})

@@ -6,6 +6,7 @@ from enum import Enum
 from typing import Any, Protocol, cast
 
 from drivers.interfaces import (
+    BldcDrive,
     Clock,
     Dynamometer,
     Instrument,
@@ -32,6 +33,7 @@ class Role(Enum):
     TACHOMETER = "tachometer"
     INVERTER = "inverter"
     VOLTMETER = "voltmeter"
+    DRIVE = "drive"
 
 
 class Operator(Protocol):
@@ -111,6 +113,11 @@ class Bench:
     def voltmeter(self) -> Voltmeter:
         """The DC voltmeter."""
         return cast("Voltmeter", self._get(Role.VOLTMETER))
+
+    @property
+    def drive(self) -> BldcDrive:
+        """The six-step drive."""
+        return cast("BldcDrive", self._get(Role.DRIVE))
 
     def perform(self, action: Action) -> None:
         """Have an action done that gives no reading."""

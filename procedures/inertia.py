@@ -253,9 +253,9 @@ class Inertia(Procedure[InertiaSettings]):
         by_power = self.settings.torque_source is TorqueSource.POWER
         speed = np.array([r.speed for r in readings])
         if by_power:
+            # The torque is constant on a ramp; at low speed power says little of it.
             power = np.array([r.power for r in readings])
-            torque = np.divide(power, speed, out=np.full_like(power, np.nan), where=np.abs(speed) > 1.0)
-            torque = np.where(np.isfinite(torque), torque, np.nanmedian(torque) if np.isfinite(torque).any() else 0.0)
+            torque = np.full_like(speed, float(power @ speed) / float(speed @ speed))
         else:
             torque = np.array([r.torque for r in readings])
         time = np.array([r.time for r in readings])

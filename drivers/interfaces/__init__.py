@@ -1,5 +1,6 @@
 """What a procedure may know of an instrument: one interface a kind, in IVI's class terms."""
 
+from drivers.interfaces.bldc_drive import BldcDrive
 from drivers.interfaces.clock import Clock
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
@@ -30,6 +31,7 @@ from drivers.interfaces.voltmeter import Voltmeter
 __all__ = [
     "Accuracy",
     "Aperture",
+    "BldcDrive",
     "ChannelSettings",
     "Clock",
     "CommunicationError",
