@@ -1,0 +1,89 @@
+"""Every procedure on the virtual bench, through the real drivers, finds what the virtual motor is."""
+
+import pytest
+
+SHIPPED = ("lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone")
+MEASURED = {
+    "pole_pairs",
+    "stator_resistance",
+    "d_axis_inductance",
+    "q_axis_inductance",
+    "flux_linkage",
+    "back_emf_constant_mechanical",
+    "torque_constant",
+    "inertia",
+    "coulomb_friction",
+    "viscous_friction",
+}
+
+
+@pytest.mark.parametrize("motor", SHIPPED)
+def test_every_figure_holds_the_truth(motorbench, motor):
+    status, given = motorbench("demo", "--motor", motor, "--seed", "7")
+    assert status == 0, given.get("cause")
+    parameters = given["parameters"]
+    assert set(parameters) >= MEASURED
+    for name in MEASURED:
+        truth = parameters[name]["truth"]
+        for figure in (parameters[name], *parameters[name]["alternatives"]):
+            allowed = 3.0 * figure["standard_uncertainty"] + 1e-9 * abs(truth)
+            assert abs(figure["value"] - truth) <= allowed, (name, figure["procedure"], figure["value"], truth)
+    assert "disagreement" not in {w["id"] for w in given["warnings"]}
+
+
+def test_two_runs_with_one_seed_give_the_same_figures(motorbench):
+    figures = []
+    for _ in range(2):
+        _, given = motorbench("demo", "--seed", "3")
+        figures.append({n: (p["value"], p["standard_uncertainty"]) for n, p in given["parameters"].items()})
+    assert figures[0] == figures[1]
+
+
+def test_the_run_warns_of_the_errata_that_apply(motorbench):
+    _, given = motorbench("demo", "--seed", "1")
+    assert {w["id"] for w in given["warnings"]} >= {"E1", "E3", "E4", "E6", "E9", "E10", "E15"}
+
+
+def test_aligned_bridge_reads_one_and_a_half_times_the_inductance(motorbench):
+    _, given = motorbench("run", "dq-inductance-aligned", "--station", "virtual", "--motor", "lg-400w")
+    findings = given["procedures"]["dq-inductance-aligned"]["findings"]
+    assert findings["reading_d"] == pytest.approx(109.5e-6, rel=3e-3)
+    assert findings["reading_q"] == pytest.approx(114.75e-6, rel=3e-3)
+
+
+def test_weak_alignment_is_a_warning(motorbench):
+    _, given = motorbench(
+        "run", "dq-inductance-time-constant", "--station", "virtual", "--motor", "lg-400w", "--set", "align_share=0.1"
+    )
+    assert "E11" in {w["id"] for w in given["warnings"]}
+
+
+def test_torque_from_shaft_power(motorbench):
+    _, given = motorbench(
+        "run", "inertia", "--station", "virtual", "--motor", "lg-400w", "--set", "torque_source=power"
+    )
+    inertia = given["parameters"]["inertia"]
+    assert inertia["value"] == pytest.approx(inertia["truth"], rel=0.05)
+    assert "E5" in {w["id"] for w in given["warnings"]}
+
+
+def test_delta_gives_winding_and_equivalent_wye(motorbench):
+    _, given = motorbench("run", "stator-resistance", "--station", "virtual", "--motor", "outrunner-delta")
+    resistance = given["parameters"]["stator_resistance"]
+    assert resistance["winding"] == pytest.approx(3.0 * resistance["value"])
+    assert "E8" in {w["id"] for w in given["warnings"]}
+
+
+def test_one_line_voltage_gives_the_same_flux(motorbench):
+    _, given = motorbench(
+        "run", "back-emf-constant", "--station", "virtual", "--motor", "lg-400w", "--set", "probing=line"
+    )
+    flux = given["parameters"]["flux_linkage"]
+    assert abs(flux["value"] - flux["truth"]) <= 3.0 * flux["standard_uncertainty"]
+
+
+def test_sweep_that_is_too_quick_is_noticed(motorbench):
+    _, given = motorbench(
+        "run", "dq-inductance-extremes", "--station", "virtual", "--motor", "lg-400w", "--set", "turning_speed=8"
+    )
+    assert "rough-sweep" in {w["id"] for w in given["warnings"]} or given["status"] == "failed"
