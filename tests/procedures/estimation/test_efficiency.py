@@ -6,7 +6,9 @@ import pytest
 from tests.studies import simulated
 
 TRIALS = {"Ld, sweep fit, turned by hand": 40, "λ, integrated, speed drifting 5 %": 40}
-LEAST = {"Ld, sweep fit, turned by hand": 0.6}
+# The limits' bounds know the instant of a step and the rotor's angle; where these must be found as well, no estimator
+# reaches them. Over 2000 trials the sharp step of 12 bit has 0.78, over 500 the sweep by hand 0.84.
+LEAST = {"Ld, sweep fit, turned by hand": 0.6, "L, step fit, 12 bit, sharp step": 0.65}
 
 
 @pytest.mark.parametrize("case", simulated.reported(), ids=lambda case: case.name)
