@@ -19,6 +19,7 @@ from sim_instruments.instruments.cia402 import Cia402Inverter
 from sim_instruments.instruments.delta import DeltaDrive
 from sim_instruments.instruments.dyn200 import Dyn200
 from sim_instruments.instruments.errors import Errors
+from sim_instruments.instruments.keysight_34461a import Keysight34461A
 from sim_instruments.instruments.keysight_e4980a import KeysightE4980A
 from sim_instruments.instruments.keysight_e36300 import RATINGS, KeysightE36313A
 from sim_instruments.instruments.keysight_infiniivision import KeysightInfiniiVision
@@ -27,14 +28,18 @@ from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world import World
 
-Role = Literal["supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter"]
+Role = Literal["supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter"]
 Address = str | dict[str, str | int]
 
-ROLES: tuple[Role, ...] = ("supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter")
+# A role's place decides its instrument's noise, so new ones go to the end.
+ROLES: tuple[Role, ...] = (
+    "supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter",
+)  # fmt: skip
 VISA_ADDRESSES: dict[str, str] = {
     "supply": "TCPIP0::supply::inst0::INSTR",
     "lcr_meter": "TCPIP0::lcr-meter::inst0::INSTR",
     "oscilloscope": "TCPIP0::oscilloscope::inst0::INSTR",
+    "voltmeter": "TCPIP0::voltmeter::inst0::INSTR",
 }
 
 
@@ -136,6 +141,11 @@ class VirtualBench:
         """The inverter's face."""
         return Cia402Inverter(self.world, self.errors.inverter, rated_current=self._rated_current)
 
+    @cached_property
+    def voltmeter(self) -> Keysight34461A:
+        """The voltmeter's face."""
+        return Keysight34461A(self.world, self._generator("voltmeter"), self.errors.voltmeter)
+
     @property
     def faces(self) -> dict[str, object]:
         """Return every face by role."""
@@ -156,6 +166,8 @@ class VirtualBench:
                 return self.tachometer.faults
             case "inverter":
                 return self._can_node.faults
+            case "voltmeter":
+                return self.voltmeter.faults
         raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(ROLES)}")
 
     # endpoints
@@ -168,6 +180,7 @@ class VirtualBench:
                 VISA_ADDRESSES["supply"]: self.supply,
                 VISA_ADDRESSES["lcr_meter"]: self.lcr_meter,
                 VISA_ADDRESSES["oscilloscope"]: self.oscilloscope,
+                VISA_ADDRESSES["voltmeter"]: self.voltmeter,
             }
         )
         self._open.callback(library.shut)
@@ -195,7 +208,7 @@ class VirtualBench:
     def address(self, role: str) -> Address:
         """Return where a role's instrument is reached, opening its endpoint. Raises ValueError for an unknown role."""
         match role:
-            case "supply" | "lcr_meter" | "oscilloscope":
+            case "supply" | "lcr_meter" | "oscilloscope" | "voltmeter":
                 return VISA_ADDRESSES[role]
             case "dynamometer":
                 return self._dynamometer_endpoint.address

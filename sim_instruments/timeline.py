@@ -92,13 +92,8 @@ class Timeline:
         values = np.zeros(len(times))
         if not len(times):
             return values
-        if float(times.max()) > self.now + 1e-12:
-            raise ValueError(f"time {float(times.max()):.9g} s is still to come; now is {self.now:.9g} s")
+        self._check_known(float(times.min()), float(times.max()))
         segments = [*self._past, self.present]
-        if float(times.min()) < segments[0].start:
-            raise ValueError(
-                f"time {float(times.min()):.9g} s is no longer known; the bench remembers {HISTORY:g} s of its past"
-            )
         starts = np.array([segment.start for segment in segments])
         index = np.searchsorted(starts, times, side="right") - 1
         for number in np.unique(index):
@@ -108,12 +103,21 @@ class Timeline:
             values[chosen] = quantity(segment, at)
         return values
 
-    def mean(self, quantity: Callable[[Segment, FloatArray], FloatArray], aperture: float) -> float:
-        """Return the mean of a quantity over the last `aperture` s, or its present value for 0."""
+    def mean(
+        self, quantity: Callable[[Segment, FloatArray], FloatArray], aperture: float, until: float | None = None
+    ) -> float:
+        """Return the mean of a quantity over the `aperture` s before `until` (s; now), or its value then for 0.
+
+        Raises ValueError where `until` is given and the aperture lies in times to come or no longer kept.
+        """
+        if until is not None:
+            self._check_known(until - aperture, until)
         if aperture <= 0.0:
+            if until is not None:
+                return float(self.sample(quantity, np.array([until]))[0])
             return float(quantity(self.present, np.array([self.now]))[0])
         total = 0.0
-        for segment, start, end in self.stretches(aperture):
+        for segment, start, end in self.stretches(aperture, until):
             times, weights = segment.nodes_between(start, end)
             total += float(weights @ quantity(segment, times))
         return total / aperture
@@ -134,14 +138,21 @@ class Timeline:
             for segment, start, end in self.stretches(gate)
         )
 
-    def stretches(self, gate: float) -> Iterator[tuple[Segment, float, float]]:
-        """Give the parts of segments that fill the last `gate` s: segment, from, to (s)."""
-        begin = self.now - gate
+    def stretches(self, gate: float, until: float | None = None) -> Iterator[tuple[Segment, float, float]]:
+        """Give the parts of segments that fill the `gate` s before `until` (s; now): segment, from, to (s)."""
+        last = self.now if until is None else min(until, self.now)
+        begin = last - gate
         for segment in [*self._past, self.present]:
-            end = min(segment.end, self.now)
+            end = min(segment.end, last)
             start = max(segment.start, begin)
             if end > start:
                 yield segment, start, end
+
+    def _check_known(self, first: float, last: float) -> None:
+        if last > self.now + 1e-12:
+            raise ValueError(f"time {last:.9g} s is still to come; now is {self.now:.9g} s")
+        if first < (self._past[0] if self._past else self.present).start:
+            raise ValueError(f"time {first:.9g} s is no longer known; the bench remembers {HISTORY:g} s of its past")
 
     # Going on
 

@@ -13,6 +13,7 @@ from sim_instruments.dynamometer_shaft import DynamometerShaft
 from sim_instruments.inverter_output import InverterOutput
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.probes import NODES, CurrentProbe, Node, Probe, VoltageProbe
+from sim_instruments.segment import Segment
 from sim_instruments.settings import SOCKETS, TERMINALS, FloatArray, Socket, Terminal
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.supply_output import SupplyOutput
@@ -62,6 +63,7 @@ class World:
         self.dynamometer = DynamometerShaft(self._timeline, self._timeline.parts.dynamometer, clock)
         self.inverter = InverterOutput(self._timeline, self._timeline.parts.inverter)
         self._probes: dict[int, Probe] = {}
+        self._sense: tuple[Terminal, Terminal] | None = None
 
     # What hands do
 
@@ -108,6 +110,23 @@ class World:
         """Take a channel's probe off; it then senses nothing."""
         with self.lock:
             self._probes.pop(channel, None)
+
+    def attach_voltmeter(self, positive: Terminal, negative: Terminal) -> None:
+        """Put the voltmeter's leads on two of the motor's own terminals, inside the clamps of whatever feeds it.
+
+        Raises ValueError for an unknown terminal, or one given twice.
+        """
+        self._check_terminal(positive)
+        self._check_terminal(negative)
+        if positive == negative:
+            raise ValueError(f"the voltmeter's leads must be on two different terminals, not {positive} twice")
+        with self.lock:
+            self._sense = (positive, negative)
+
+    def detach_voltmeter(self) -> None:
+        """Take the voltmeter's leads off; it then senses nothing."""
+        with self.lock:
+            self._sense = None
 
     def lock_rotor(self) -> None:
         """Lock the shaft where it is; a turning shaft stops at once."""
@@ -219,6 +238,24 @@ class World:
                     lambda segment, at: (lambda nodes: nodes[plus] - nodes[minus])(segment.node_potentials(at)), flat
                 )
             return values.reshape(wanted.shape)
+
+    def voltmeter_voltage(self, aperture: float, until: float | None = None) -> float:
+        """Return the mean true voltage (V) between the voltmeter's leads over the `aperture` s before `until` (s).
+
+        `until` defaults to now; an aperture of 0 is the value at that time. Without leads on the motor it is zero.
+        Raises ValueError for times to come or older than the history kept.
+        """
+        with self._timeline.observing():
+            if self._sense is None:
+                return 0.0
+            plus, minus = (self._node_row(terminal) for terminal in self._sense)
+
+            def difference(segment: Segment, at: FloatArray) -> FloatArray:
+                nodes = segment.node_potentials(at)
+                result: FloatArray = nodes[plus] - nodes[minus]
+                return result
+
+            return self._timeline.mean(difference, aperture, until)
 
     def shaft_speed(self, gate: float) -> float:
         """Return the mean of |speed| (rad/s, mechanical) over the last `gate` s; 0 is the present value."""

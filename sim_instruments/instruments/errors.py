@@ -121,6 +121,26 @@ class InverterErrors:
 
 
 @dataclass(frozen=True)
+class VoltmeterErrors:
+    """Errors of a DC voltmeter in its ranges 100 mV, 1, 10, 100, 1000 V.
+
+    `gain` is relative to the reading, `offset` to the range; the defaults are a tenth of the data sheet's limits.
+    """
+
+    gain: tuple[float, ...] = (5.0e-6, 4.0e-6, 3.5e-6, 4.5e-6, 4.5e-6)
+    offset: tuple[float, ...] = (-3.5e-6, -0.7e-6, 0.5e-6, -0.6e-6, 1.0e-6)
+
+    @classmethod
+    def drawn(cls, generator: np.random.Generator) -> "VoltmeterErrors":
+        """Draw a unit within the 1-year accuracy at 23 ± 5 °C (Keysight 34461A data sheet, 5991-1983EN)."""
+        gain = (5.0e-5, 4.0e-5, 3.5e-5, 4.5e-5, 4.5e-5)
+        offset = (3.5e-5, 0.7e-5, 0.5e-5, 0.6e-5, 1.0e-5)
+        return cls(
+            tuple(_within(generator, limit) for limit in gain), tuple(_within(generator, limit) for limit in offset)
+        )
+
+
+@dataclass(frozen=True)
 class Errors:
     """The errors of every instrument of a bench."""
 
@@ -130,6 +150,7 @@ class Errors:
     dynamometer: DynamometerErrors = field(default_factory=DynamometerErrors)
     tachometer: TachometerErrors = field(default_factory=TachometerErrors)
     inverter: InverterErrors = field(default_factory=InverterErrors)
+    voltmeter: VoltmeterErrors = field(default_factory=VoltmeterErrors)
 
     @classmethod
     def drawn(cls, generator: np.random.Generator) -> "Errors":
@@ -141,4 +162,5 @@ class Errors:
             DynamometerErrors.drawn(generator),
             TachometerErrors.drawn(generator),
             InverterErrors.drawn(generator),
+            VoltmeterErrors.drawn(generator),
         )

@@ -30,6 +30,7 @@ MESSAGES = {
     -200: "Execution error",
     -211: "Trigger ignored",
     -213: "Init ignored",
+    -214: "Trigger deadlock",
     -221: "Settings conflict",
     -222: "Data out of range",
     -223: "Too much data",
