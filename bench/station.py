@@ -79,6 +79,8 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
 def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     prefix = f"instruments.{role.value}"
     common = validate(_Instrument, {key: table[key] for key in _COMMON if key in table}, source, prefix)
+    if role.value not in [known.value for known in registry.Role]:
+        raise InputError(f"{source}: {prefix}: there is no driver for this role; take the table out of the file")
     kind = registry.Role(role.value)
     names = registry.drivers_for(kind)
     if common.driver not in names:

@@ -26,6 +26,7 @@ def describe(addresses: Mapping[str, Address]) -> dict[str, Any]:
         "voltmeter": {"driver": "keysight-34461a"},
         "tachometer": {"driver": "lutron-tachometer"},
         "inverter": {"driver": "cia402-inverter", "maximum_current": 30.0, "maximum_frequency": 1000.0},
+        "drive": {"driver": "cia402-six-step"},
     }
     instruments = {role: {**options[role], "address": _as_text(address)} for role, address in addresses.items()}
     return {"station": {"name": "virtual bench"}, "instruments": instruments}

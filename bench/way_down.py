@@ -10,6 +10,7 @@ from procedures.bench import Recorder, Role
 ORDER: tuple[Role, ...] = (
     Role.SUPPLY,
     Role.INVERTER,
+    Role.DRIVE,
     Role.DYNAMOMETER,
     Role.LCR_METER,
     Role.OSCILLOSCOPE,

@@ -169,6 +169,10 @@ def test_a_full_disk_still_leaves_everything_off(
     ]
 
 
+def test_the_way_down_knows_every_role() -> None:
+    assert sorted(ORDER, key=lambda role: role.value) == sorted(Role, key=lambda role: role.value)
+
+
 def test_nothing_opened_nothing_to_make_safe(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "j.jsonl", lambda: 0.0)
     assert make_safe({}, journal) == []
