@@ -7,6 +7,7 @@ from procedures.back_emf_constant import BackEmfConstant
 from procedures.dq_inductance_aligned import DqInductanceAligned
 from procedures.dq_inductance_extremes import DqInductanceExtremes
 from procedures.dq_inductance_time_constant import DqInductanceTimeConstant
+from procedures.equivalent_resistance import EquivalentResistance
 from procedures.inertia import Inertia
 from procedures.nameplate_data import NameplateData
 from procedures.pole_pairs_back_emf import PolePairsBackEmf
@@ -28,6 +29,7 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     BackEmfConstant,
     Inertia,
     TorqueConstant,
+    EquivalentResistance,
 )
 
 

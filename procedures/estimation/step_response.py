@@ -169,6 +169,8 @@ def time_constant_63(time: ArrayLike, current: ArrayLike) -> float:
     still = np.flatnonzero(rise[: crossed + 1] <= max(0.02, 4 * noise / abs(change)))
     begin = int(still[-1]) if still.size else 0
     if crossed == 0:
-        raise EstimationError("the first sample already lies beyond 63 % of the step; cut it off, or move the trigger towards the middle")
+        raise EstimationError(
+            "the first sample already lies beyond 63 % of the step; cut it off, or move the trigger towards the middle"
+        )
     share = (1 - np.exp(-1.0) - rise[crossed - 1]) / (rise[crossed] - rise[crossed - 1])
     return float(t[crossed - 1] + share * (t[crossed] - t[crossed - 1]) - t[begin])
