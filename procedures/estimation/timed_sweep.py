@@ -11,6 +11,12 @@ from procedures.estimation.fit import EstimationError, FloatArray
 from procedures.estimation.rotor_sweep import SweepFit, saliency_significant, sweep_fit
 
 _CHIRPS = np.linspace(-0.6, 0.6, 25)
+#: Degrees of the course that are tried; a hand that wavers several times during the sweep needs the high ones.
+_DEGREES = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 32)
+#: So many degrees in a row without a better score, and no higher one is tried.
+_PATIENCE = 5
+#: Over a period or more the amplitude is half the readings' range; much more is a fit that mean and cosine cancel in.
+_PLAUSIBLE = 0.6
 
 
 def _scan(x: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:
@@ -66,18 +72,22 @@ def _refine(x: FloatArray, values: FloatArray, start: FloatArray, degree: int) -
     return np.append(0.0, found.x), float(2 * found.cost) * scale**2
 
 
-def _acceptable(x: FloatArray, coefficients: FloatArray) -> bool:
-    """Whether the course never turns back and every period of it was sampled."""
+def _acceptable(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
+    """Whether the course never turns back, every period of it was sampled, and the amplitude is one the readings show."""
     fine = np.linspace(-1.0, 1.0, max(4 * x.size, 400))
     rate = chebyshev.chebval(fine, chebyshev.chebder(coefficients))
     if rate[0] < 0:
         rate = -rate
     course = chebyshev.chebval(x, coefficients)
-    return bool(np.min(rate) > 0.02 * np.mean(rate) and np.max(np.abs(np.diff(course))) < 0.97 * np.pi)
+    if np.min(rate) <= 0.02 * np.mean(rate) or np.max(np.abs(np.diff(course))) >= 0.97 * np.pi:
+        return False
+    design = np.column_stack((np.ones_like(course), np.cos(course), np.sin(course)))
+    _, cosine, sine = np.linalg.lstsq(design, values, rcond=None)[0]
+    return bool(np.hypot(cosine, sine) <= _PLAUSIBLE * np.ptp(values))
 
 
 def fit_timed_sweep(
-    time: ArrayLike, inductance: ArrayLike, *, largest_degree: int = 14, resolution: float = 0.0
+    time: ArrayLike, inductance: ArrayLike, *, largest_degree: int = 32, resolution: float = 0.0
 ) -> SweepFit:
     """Fit L = mean − amplitude·cos(2θ(t) + phase) to readings (H, shape (n,)) of a shaft turned slowly one way.
 
@@ -96,18 +106,18 @@ def fit_timed_sweep(
     places, phase = _analytic_phase(x, values)
     best_score, best = np.inf, scanned[:2]
     course, worse = scanned, 0
-    for degree in range(1, min(largest_degree, n // 4) + 1):
+    for degree in (d for d in _DEGREES if d <= min(largest_degree, n // 3)):
         followed = np.asarray(chebyshev.chebfit(places, phase, degree), dtype=np.float64)
         starts = (scanned if degree <= 2 else course, followed)
         course, squares = min((_refine(x, values, start, degree) for start in starts), key=lambda found: found[1])
         parameters = degree + 4
         floor = n * resolution**2 / 12.0 + 1e-24 * float(values @ values)
         score = n * np.log((squares + floor) / n) + 2 * parameters * n / (n - parameters - 1)
-        if _acceptable(x, course) and score < best_score - 1e-9:
+        if score < best_score - 1e-9 and _acceptable(x, values, course):
             best_score, best, worse = float(score), course, 0
         else:
             worse += 1
-        if worse > 4 and degree > 6:
+        if worse >= _PATIENCE and degree > 6:
             break
     degree = best.size - 1
     fit = sweep_fit(chebyshev.chebval(x, best), values, chebyshev.chebvander(x, degree)[:, 1:], tried, resolution)
