@@ -16,6 +16,7 @@ from drivers.interfaces import (
     Supply,
     Tachometer,
     Traffic,
+    Voltmeter,
 )
 from drivers.manual.options import (
     ManualDynamometerOptions,
@@ -24,11 +25,12 @@ from drivers.manual.options import (
     ManualOscilloscopeOptions,
     ManualSupplyOptions,
     ManualTachometerOptions,
+    ManualVoltmeterOptions,
 )
 from drivers.manual.prompt import Prompt
 from drivers.modbus.options import DeltaDyn200Options
 from drivers.serial_line.options import LutronTachometerOptions
-from drivers.visa.options import E4980AOptions, E36300Options, InfiniiVisionOptions
+from drivers.visa.options import E4980AOptions, E36300Options, InfiniiVisionOptions, Keysight34461AOptions
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -45,6 +47,7 @@ class Role(StrEnum):
     DYNAMOMETER = "dynamometer"
     TACHOMETER = "tachometer"
     INVERTER = "inverter"
+    VOLTMETER = "voltmeter"
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,12 @@ def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name
     return open_cia402_inverter(address, given.clock, options, name=name, traffic=given.traffic)
 
 
+def _open_34461a(address: str, options: Keysight34461AOptions, given: Surroundings, name: str) -> Voltmeter:
+    from drivers.visa.keysight_34461a import open_keysight_34461a
+
+    return open_keysight_34461a(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+
+
 def _manual_supply(_: str, options: ManualSupplyOptions, given: Surroundings, name: str) -> Supply:
     from drivers.manual.supply import ManualSupply
 
@@ -177,6 +186,12 @@ def _manual_inverter(_: str, options: ManualInverterOptions, given: Surroundings
     return ManualInverter(given.person(), given.clock, options, name=name)
 
 
+def _manual_voltmeter(_: str, options: ManualVoltmeterOptions, given: Surroundings, name: str) -> Voltmeter:
+    from drivers.manual.voltmeter import ManualVoltmeter
+
+    return ManualVoltmeter(given.person(), given.clock, options, name=name)
+
+
 DRIVERS: tuple[Driver, ...] = (
     Driver("keysight-e36300", Role.SUPPLY, E36300Options, True, _open_e36300),
     Driver("keysight-e4980a", Role.LCR_METER, E4980AOptions, True, _open_e4980a),
@@ -184,10 +199,12 @@ DRIVERS: tuple[Driver, ...] = (
     Driver("delta-dyn200", Role.DYNAMOMETER, DeltaDyn200Options, True, _open_delta_dyn200),
     Driver("lutron-tachometer", Role.TACHOMETER, LutronTachometerOptions, True, _open_lutron),
     Driver("cia402-inverter", Role.INVERTER, Cia402Options, True, _open_cia402),
+    Driver("keysight-34461a", Role.VOLTMETER, Keysight34461AOptions, True, _open_34461a),
     Driver(MANUAL, Role.SUPPLY, ManualSupplyOptions, False, _manual_supply),
     Driver(MANUAL, Role.LCR_METER, ManualLcrMeterOptions, False, _manual_lcr_meter),
     Driver(MANUAL, Role.OSCILLOSCOPE, ManualOscilloscopeOptions, False, _manual_oscilloscope),
     Driver(MANUAL, Role.DYNAMOMETER, ManualDynamometerOptions, False, _manual_dynamometer),
     Driver(MANUAL, Role.TACHOMETER, ManualTachometerOptions, False, _manual_tachometer),
     Driver(MANUAL, Role.INVERTER, ManualInverterOptions, False, _manual_inverter),
+    Driver(MANUAL, Role.VOLTMETER, ManualVoltmeterOptions, False, _manual_voltmeter),
 )

@@ -82,3 +82,12 @@ class ManualInverterOptions:
     model: str = "inverter run by hand"
     current_accuracy: Accuracy | None = None
     frequency_accuracy: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class ManualVoltmeterOptions:
+    """Range (V) and accuracy (V) of a DC voltmeter that a person reads."""
+
+    model: str = "voltmeter read by hand"
+    maximum_voltage: float = 1000.0
+    accuracy: Accuracy | None = None

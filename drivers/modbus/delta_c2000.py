@@ -15,7 +15,8 @@ CONTROL_MODE, STOP_METHOD, TORQUE_COMMAND = 0x000A, 0x0016, 0x0B22
 STOP, RUN_FORWARD, RUN_REVERSE = 0b01, 0b01_00_10, 0b10_00_10
 COAST_TO_STOP = 1
 
-#: Frequencies are in 0.01 Hz, up to 599 Hz (parameter 01-00); torque in 0.1 % of the machine's rated torque.
+#: Frequencies are in 0.01 Hz; torque in 0.1 % of the machine's rated torque. 599 Hz is the limit of drives of this class;
+#: the drive's own may be lower (parameter 01-00), and a speed beyond it then does not settle.
 FREQUENCY_STEP = 0.01
 MAXIMUM_FREQUENCY = 599.0
 TORQUE_STEP = 1e-3

@@ -21,9 +21,10 @@ from drivers.modbus.line import ModbusLine, open_line
 from drivers.modbus.options import DeltaDyn200Options
 from drivers.safety import always
 
-#: DYN-200 data sheet: 0.1 % of full scale; speed one digit.
+#: Share of full scale that is the limit of error of strain-gauge transducers of this class.
 TORQUE_SHARE = 1e-3
-TRANSDUCER_SOURCE = "DYN-200 data sheet: 0.1 % of full scale"
+TORQUE_SOURCE = "0.1 % of full scale, typical of its class; enter the transducer's calibration"
+SPEED_SOURCE = "one digit, typical of its class; enter the transducer's calibration"
 #: A shaft slower than this (rad/s) is at rest.
 REST_SPEED = 0.5 * RPM
 #: Consecutive readings that must agree before a speed counts as settled.
@@ -52,12 +53,12 @@ class DeltaDyn200:
         self._torque_accuracy = options.torque_accuracy or Accuracy(
             offset=TORQUE_SHARE * full_scale,
             resolution=self._transducer.torque_resolution,
-            source=TRANSDUCER_SOURCE,
+            source=TORQUE_SOURCE,
         )
         self._speed_accuracy = options.speed_accuracy or Accuracy(
             offset=self._transducer.speed_resolution,
             resolution=self._transducer.speed_resolution,
-            source=TRANSDUCER_SOURCE,
+            source=SPEED_SOURCE,
         )
 
     @property

@@ -10,9 +10,9 @@ from drivers.serial_line.lutron_frame import END, LENGTH, START, Frame, parse_fr
 from drivers.serial_line.options import LutronTachometerOptions
 
 RPM = 2 * math.pi / 60
-#: Accuracy where the station states no other: ±1 rpm.
+#: Limit of error of handheld tachometers of this class.
 ACCURACY_RPM = 1.0
-SOURCE = "Lutron tachometer, ±1 rpm"
+SOURCE = "±1 rpm, typical of its class; enter the calibration"
 #: More than this never comes without a frame's end on a healthy line.
 LONGEST_WAIT = 4 * LENGTH
 #: A frame starts a little late on a real line; half a period would already be another reading.
@@ -66,7 +66,7 @@ class LutronTachometer:
             raise MeasurementError(
                 self._name,
                 f"the display is not in rpm (annunciator {frame.annunciator} instead of {self._options.annunciator})",
-                remedy="Select rpm on the instrument",
+                remedy="Select rpm on the instrument; where it shows rpm, enter its code as annunciator in the station file",
             )
         speed = abs(frame.value) * RPM
         if speed > self._options.speed_limit:

@@ -8,9 +8,10 @@ from drivers.interfaces import Accuracy
 
 @dataclass(frozen=True)
 class LutronTachometerOptions:
-    """Settings of a Lutron tachometer: `annunciator` is the two-digit code of rpm, `update_period` in s.
+    """Settings of a Lutron tachometer.
 
-    `speed_limit` (rad/s) is the largest speed the instrument can show.
+    `annunciator` is the two-digit code of rpm in a frame; 22 has not been compared with the maker's sheet, and a frame
+    with another code is refused. `update_period` is in s, `speed_limit` (rad/s) is the largest speed the instrument can show.
     """
 
     model: str = "DT-2236"

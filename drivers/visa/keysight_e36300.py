@@ -38,7 +38,8 @@ READBACK_STEP = 5e-3
 def decode_regulation(condition: int) -> OutputMode | None:
     """Return what the ISUMmary condition register says of the regulation, `None` where the output is off or lost.
 
-    Source: E36300 Programming Guide, STATus:QUEStionable:INSTrument:ISUMmary<n>:CONDition?
+    Source: the same query in the E364xA User's and Service Guide (1 CC, 2 CV, 0 off or unregulated, 3 failure), whose
+    status system the series continues.
     """
     return REGULATION[condition & REGULATION_MASK]
 

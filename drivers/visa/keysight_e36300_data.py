@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 from drivers.interfaces import Accuracy
 
-#: Where the figures below stand: maker's data sheet 5992-2124, specifications at 23 °C ± 5 °C, 12 months.
-SOURCE = "Keysight E36300 series data sheet 5992-2124, readback accuracy, 12 months, 23 °C ± 5 °C"
+#: The ratings are those of data sheet 5992-2124. The readback accuracies have not been compared with it: they are what
+#: supplies of this class have over 12 months at 23 °C ± 5 °C.
+SOURCE = "readback accuracy typical of its class, not compared with the data sheet; enter the calibration"
 
-#: Over-voltage protection can be set up to 110 % of the rated voltage (same data sheet).
+#: Over-voltage protection is taken to go up to 110 % of the rated voltage; the instrument refuses what is beyond its own.
 OVER_VOLTAGE_SHARE = 1.1
 
 
@@ -30,7 +31,7 @@ class OutputData:
 def _output(
     rated_voltage: float, rated_current: float, voltage: tuple[float, float], current: tuple[float, float]
 ) -> OutputData:
-    # Every output can be programmed to 103 % of its rating (programming guide, "Programming ranges").
+    # Supplies of this series can be programmed to 103 % of the rating; the instrument refuses what is beyond its own.
     return OutputData(
         rated_voltage,
         round(1.03 * rated_voltage, 6),

@@ -183,7 +183,7 @@ class KeysightInfiniiVision:
         Raises MeasurementError where the screen shows no full period.
         """
         value = self._screen(channel, "FREQ", "no full period of")
-        return Reading(value, "Hz", Accuracy(gain=data.TIME_BASE, source=data.SOURCE), self._clock.now())
+        return Reading(value, "Hz", Accuracy(gain=data.TIME_BASE, source=data.TIME_BASE_SOURCE), self._clock.now())
 
     def measure_amplitude(self, channel: int) -> Reading:
         """Return half the peak-to-peak value (V or A) of a channel's trace by the instrument's own measurement.

@@ -79,3 +79,14 @@ class InfiniiVisionOptions:
     serial_number: str | None = None
     calibration: Mapping[int, Accuracy] = field(default_factory=dict)
     poll_interval: float = 0.02
+
+
+@dataclass(frozen=True)
+class Keysight34461AOptions:
+    """Settings of a Keysight 34461A as a DC voltmeter.
+
+    `calibration` replaces the data sheet's accuracy, by range (V); a range that is not in it keeps the data sheet's.
+    """
+
+    serial_number: str | None = None
+    calibration: Mapping[float, Accuracy] = field(default_factory=dict)

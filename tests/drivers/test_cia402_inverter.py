@@ -1,5 +1,6 @@
 """CiA 402 inverter against a canopen node on a virtual bus: payloads, states, faults, and off at the end."""
 
+import secrets
 from collections.abc import Iterator
 from typing import Any
 
@@ -52,7 +53,7 @@ TYPES = {
 class Drive:
     """The drive's side: an object dictionary with the power state machine behind the controlword."""
 
-    def __init__(self) -> None:
+    def __init__(self, interface: str = "virtual", channel: str = "drive") -> None:
         self.values = dict.fromkeys(SIZES, 0) | {0x1000: 0x00020192, 0x6075: 20_000, 0x6041: 0x240}
         self.writes: list[tuple[int, bytes]] = []
         self.words: list[int] = []
@@ -61,7 +62,7 @@ class Drive:
         self.follows = True
         self.network = canopen.Network()
         self.network.NOTIFIER_CYCLE = 0.02
-        self.network.connect(interface="virtual", channel="drive")
+        self.network.connect(interface=interface, channel=channel)
         self.node = self.network.create_node(NODE, self.dictionary())
         self.node.add_read_callback(self.read)
         self.node.add_write_callback(self.written)
@@ -344,6 +345,21 @@ def test_addresses(address: str, parts: Any) -> None:
 def test_addresses_that_are_none(address: str) -> None:
     with pytest.raises(CommunicationError, match="is no CAN address"):
         parse_address(address, "inverter")
+
+
+def test_between_processes_over_udp(clock: Any) -> None:
+    # A group of its own: other runs on this machine hear the same port.
+    group = f"239.74.{secrets.randbelow(254) + 1}.{secrets.randbelow(254) + 1}"
+    drive = Drive("udp_multicast", group)
+    try:
+        inverter = open_cia402_inverter(f"can://udp_multicast/{group}?node={NODE}", clock, OPTIONS)
+        with inverter.driving_frequency(-53.76, 2.5):
+            assert drive.state is PowerState.OPERATION_ENABLED
+            assert inverter.measure_frequency().value == -53.76
+        assert drive.state is PowerState.SWITCH_ON_DISABLED
+        inverter.close()
+    finally:
+        drive.network.disconnect()
 
 
 def test_a_bus_that_cannot_be_opened(clock: Any) -> None:

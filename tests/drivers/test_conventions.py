@@ -20,6 +20,7 @@ from drivers.interfaces import (
     ScreenReadings,
     Supply,
     Tachometer,
+    Voltmeter,
 )
 from drivers.registry import DRIVERS
 
@@ -32,12 +33,14 @@ KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
     "drivers.modbus.delta_dyn200.DeltaDyn200": ("dynamometer", (Dynamometer,)),
     "drivers.serial_line.lutron_tachometer.LutronTachometer": ("tachometer", (Tachometer,)),
     "drivers.can_bus.cia402_inverter.Cia402Inverter": ("inverter", (Inverter,)),
+    "drivers.visa.keysight_34461a.Keysight34461A": ("voltmeter", (Voltmeter,)),
     "drivers.manual.supply.ManualSupply": ("supply", (Supply,)),
     "drivers.manual.lcr_meter.ManualLcrMeter": ("lcr_meter", (LcrMeter,)),
     "drivers.manual.oscilloscope.ManualOscilloscope": ("oscilloscope", (Oscilloscope, ScreenReadings)),
     "drivers.manual.dynamometer.ManualDynamometer": ("dynamometer", (Dynamometer,)),
     "drivers.manual.tachometer.ManualTachometer": ("tachometer", (Tachometer,)),
     "drivers.manual.inverter.ManualInverter": ("inverter", (Inverter,)),
+    "drivers.manual.voltmeter.ManualVoltmeter": ("voltmeter", (Voltmeter,)),
 }
 
 

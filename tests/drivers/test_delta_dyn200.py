@@ -172,6 +172,7 @@ def test_bytes_of_one_measurement(dynamometer: DeltaDyn200, units: Units, server
     assert reading.power == -193.9
     assert reading.time == 4.0
     assert reading.torque_accuracy.offset == pytest.approx(0.005)
+    assert "typical of its class" in reading.torque_accuracy.source
     assert reading.torque_accuracy.resolution == pytest.approx(1e-4)
     assert reading.speed_accuracy.resolution == pytest.approx(0.01 * RPM)
 

@@ -50,6 +50,7 @@ def test_dialogue_of_output_2(clock: Any) -> None:
     reading = supply.measure_voltage()
     assert (reading.value, reading.unit, reading.time) == (1.1999, "V", 7.0)
     assert reading.accuracy.gain == 3e-4
+    assert "typical of its class" in reading.accuracy.source
     assert supply.output_mode() is OutputMode.CONSTANT_VOLTAGE  # 386 = 2 + bits of lists and logs
     with pytest.raises(MeasurementError, match="no value"):
         supply.measure_current()

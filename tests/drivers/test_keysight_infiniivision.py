@@ -51,6 +51,7 @@ def test_dialogue(clock: Any) -> None:
     assert clock.now() == pytest.approx(0.102, abs=2e-3)
     frequency = scope.measure_frequency(4)
     assert (frequency.value, frequency.unit) == (53.76, "Hz")
+    assert "not compared with the data sheet" in frequency.accuracy.source
     amplitude = scope.measure_amplitude(4)
     assert (amplitude.value, amplitude.unit) == (3.0, "A")
     assert amplitude.accuracy.gain == pytest.approx(0.03)

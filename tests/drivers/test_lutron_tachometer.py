@@ -57,6 +57,7 @@ def test_a_frame_in_radians_per_second(clock: Any) -> None:
     assert reading.unit == "rad/s"
     assert reading.time == clock.now() == pytest.approx(1.02)
     assert reading.accuracy.offset == pytest.approx(RPM)
+    assert "typical of its class" in reading.accuracy.source
     assert reading.accuracy.resolution == pytest.approx(0.1 * RPM)
 
 

@@ -1,0 +1,65 @@
+"""A DC voltmeter that a person reads."""
+
+from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading
+from drivers.limits import check_setpoint
+from drivers.manual.options import ManualVoltmeterOptions
+from drivers.manual.prompt import Prompt, Questions
+
+
+class ManualVoltmeter:
+    """A multimeter on DC volts, read by hand."""
+
+    def __init__(
+        self, prompt: Prompt, clock: Clock, options: ManualVoltmeterOptions, *, name: str = "voltmeter"
+    ) -> None:
+        self._questions = Questions(prompt, name)
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._full_scale: float | None = None
+
+    @property
+    def identity(self) -> Identity:
+        """The model the station file names."""
+        return Identity("", self._options.model)
+
+    def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
+        """Have DC volts set, the smallest range (V) that holds `full_scale`, and the integration time in line cycles.
+
+        Raises SetpointError before anything is asked.
+        """
+        check_setpoint(self._name, "full scale", full_scale, "V", 0.0, self._options.maximum_voltage, "the station")
+        check_setpoint(self._name, "integration time", power_line_cycles, "power-line cycles", 0.0, 1e3, "any meter")
+        self._questions.confirm(
+            f"Set the voltmeter to DC volts, the smallest range that holds {full_scale:g} V, "
+            f"integrating over {power_line_cycles:g} power-line cycles or its slowest rate."
+        )
+        self._full_scale = full_scale
+
+    def measure_voltage(self) -> Reading:
+        """Ask for the voltage in V, which lies within the full scale asked for, so that millivolts typed are noticed.
+
+        Raises MeasurementError where no accuracy is stated, no range was set, or after three unusable answers.
+        """
+        if self._full_scale is None:
+            raise MeasurementError(self._name, "no range set", remedy="Call configure() first")
+        accuracy = self._questions.stated(self._options.accuracy, "voltage")
+        value = self._questions.ask("DC voltage", "V", -self._full_scale, self._full_scale, "with its sign, in volts")
+        return Reading(value, "V", accuracy, self._clock.now())
+
+    def accuracy_at(self, voltage: float) -> Accuracy:
+        """Return the accuracy of the station file, the same for every voltage (V).
+
+        Raises MeasurementError where the voltage is beyond the meter's range or no accuracy is stated.
+        """
+        if abs(voltage) > self._options.maximum_voltage:
+            raise MeasurementError(
+                self._name, f"{voltage:g} V is beyond its range, {self._options.maximum_voltage:g} V"
+            )
+        return self._questions.stated(self._options.accuracy, "voltage")
+
+    def make_safe(self) -> None:
+        """Do nothing: a voltmeter only listens."""
+
+    def close(self) -> None:
+        """Do nothing: there is no connection."""
