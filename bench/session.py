@@ -20,6 +20,7 @@ from bench.runner import Runner
 from bench.station import Station
 from bench.surroundings import Place, place
 from bench.waveforms import WaveformStore
+from procedures.text import Translate, text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,6 +66,8 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Finished:
         console=console,
         language=wishes.language,
     ) as where:
+        if list(wishes.procedures) == ["all"]:
+            plan = _possible(plan, where.station, console, translate)
         _check_roles(plan, where.station)
         previous = _previous(wishes, where.station) if wishes.resume else None
         view = view_of(previous.events) if previous else RunView()
@@ -88,6 +91,21 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Finished:
         runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on)
         folder.write_result(view.as_dict(translate))
         return Finished(folder, view, where.hand_time())
+
+
+def _possible(plan: list[Planned], station: Station, console: "Console", translate: Translate) -> list[Planned]:
+    """Return the procedures that the station has the instruments for, and say which are left out."""
+    possible = []
+    for planned in plan:
+        missing = sorted(role.value for role in planned.procedure.roles - set(station.entries))
+        if missing:
+            left_out = text(
+                "{procedure} is left out: the station has no {roles}", procedure=planned.name, roles=missing
+            )
+            console.print(left_out.render(translate), markup=False)
+        else:
+            possible.append(planned)
+    return possible
 
 
 def _check_roles(plan: Sequence[Planned], station: Station) -> None:
