@@ -87,6 +87,9 @@ class NameplateSection(Section):
         )
 
 
+#: Of the Y-equivalent, as Saturation's law takes it: the q axis' differential inductance has halved there.
+_SATURATION = "peak, of the Y-equivalent; without it the axis does not saturate"
+
 Resistance = Annotated[float, Field(gt=0.0, le=1e4, strict=True)]
 
 
@@ -121,6 +124,8 @@ class VirtualSection(Section):
     flux_temperature_coefficient: float = _number("1/K", -0.001, at_least=-0.1, up_to=0.1)
     thermal_resistance: float = _number("K/W", 0.5, at_least=0.0, up_to=1e3)
     thermal_time_constant: float = _number("s", 600.0, above=0.0, up_to=1e6)
+    d_axis_saturation_current: float | None = _number("A", None, above=0.0, up_to=1e5, description=_SATURATION)
+    q_axis_saturation_current: float | None = _number("A", None, above=0.0, up_to=1e5, description=_SATURATION)
 
     @field_validator("phase_resistance", mode="before")
     @classmethod
@@ -141,6 +146,9 @@ class VirtualSection(Section):
         values = {name: getattr(self, name) for name in VirtualSection.model_fields}
         values["phase_resistances"] = values.pop("phase_resistance")
         values["flux_harmonics"] = tuple((h.order, h.amplitude, h.phase) for h in self.flux_harmonics)
+        for axis in ("d_axis_saturation_current", "q_axis_saturation_current"):
+            # An axis that the file says nothing of does not saturate.
+            values[axis] = math.inf if values[axis] is None else values[axis]
         name: Literal["wye", "delta"] = "delta" if connection is Connection.DELTA else "wye"
         return VirtualMotor(connection=name, **values)
 

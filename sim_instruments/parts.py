@@ -43,6 +43,7 @@ class Parts:
             SUPPLY_POLES if supplied else None,
             source_resistance=self.supply.output_resistance,
             lead_resistance=self.leads.resistance,
+            held=settings.rotor_held,
         )
 
     def bridge_network(self, windings: Windings, settings: Settings) -> Network:

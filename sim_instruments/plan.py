@@ -9,12 +9,15 @@ from sim_instruments.parts import Parts
 from sim_instruments.physics.crossing import first_rise
 from sim_instruments.physics.motion import Motion, Ramp, Rest, Wavering
 from sim_instruments.physics.network import Network
+from sim_instruments.physics.saturated import SaturatedTransient
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource, absent
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.segment import Circuit, DynamometerLaw, Outcome, Segment, State
 from sim_instruments.settings import Settings
 from sim_instruments.supply_regime import Regime
+
+StandingCircuit = LinearTransient | SaturatedTransient
 
 
 @dataclass(frozen=True)
@@ -68,16 +71,21 @@ class Plan:
             in_step,
         )
 
-    def standing_circuit(self) -> tuple[LinearTransient, float]:
+    def standing_circuit(self) -> tuple[StandingCircuit, float]:
         """Return the circuit of a standing rotor, and when (s) a threshold of the supply's regime ends it."""
-        output = self.output
+        output, network, angle = self.output, self.network, self.electrical_angle
         source: Source = absent(self.time) if output is None else output.source
-        circuit = LinearTransient(self.network, self.electrical_angle, self.time, self.loops(), source)
+        circuit: StandingCircuit
+        if network.saturation is None or not network.loops:
+            circuit = LinearTransient(network, angle, self.time, self.loops(), source)
+        else:
+            until = math.inf if output is None else output.end
+            circuit = SaturatedTransient(network, network.saturation, angle, self.time, self.loops(), source, until)
         if output is None:
             return circuit, math.inf
         return circuit, self._threshold(circuit, output)
 
-    def _threshold(self, circuit: LinearTransient, output: Regime) -> float:
+    def _threshold(self, circuit: StandingCircuit, output: Regime) -> float:
         thresholds, network = output.thresholds, self.network
         constants = 1.0 / circuit.rates
         if isinstance(output.source, CurrentSource):

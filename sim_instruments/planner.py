@@ -47,10 +47,9 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
 def _with_shaft(made: Plan, direction: int) -> Segment:
     """Choose the law of the shaft, and with it that of the circuit."""
     settings, state, time = made.settings, made.state, made.time
-    held = settings.stuck_rotor or settings.shaft.holder in ("locked", "hand")
     driven = settings.shaft.coupled and settings.dynamometer.enabled
     speed_mode = driven and settings.dynamometer.mode == "speed"
-    if held:
+    if settings.rotor_held:
         law = DynamometerLaw()
         if driven:
             limit = made.parts.dynamometer.maximum_torque

@@ -87,6 +87,11 @@ class Settings:
     swapped: tuple[Terminal, Terminal] | None = None
     stuck_rotor: bool = False
 
+    @property
+    def rotor_held(self) -> bool:
+        """Whether the lock, a hand or a jam holds the rotor."""
+        return self.stuck_rotor or self.shaft.holder in ("locked", "hand")
+
     def motor_terminal(self, label: Terminal) -> Terminal:
         """Return the motor's own terminal that the wire with this label goes to."""
         if self.swapped is not None and label in self.swapped:

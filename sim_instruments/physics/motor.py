@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from sim_instruments.physics.saturation import Saturation
+
 Connection = Literal["wye", "delta"]
 
 
@@ -19,7 +21,10 @@ class VirtualMotor:
     `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, `cogging_torque` N·m amplitude with
     `cogging_order` periods a turn. `temperature_coefficient` (1/K) is copper's at 20 °C, `flux_temperature_coefficient`
     (1/K) the magnets' from `resistance_temperature`. `thermal_resistance` K/W and `thermal_time_constant` s are those
-    of the winding against ambient. Raises ValueError for values that no motor has.
+    of the winding against ambient. `d_axis_saturation_current` and `q_axis_saturation_current` (A, peak, of the
+    Y-equivalent) say how soon an axis saturates, after `Saturation`; infinite, the default, is never. Only a held rotor
+    on the supply saturates: everything else, the torque too, takes the inductances at no current.
+    Raises ValueError for values that no motor has.
     """
 
     connection: Connection
@@ -40,6 +45,8 @@ class VirtualMotor:
     flux_temperature_coefficient: float = -0.001
     thermal_resistance: float = 0.5
     thermal_time_constant: float = 600.0
+    d_axis_saturation_current: float = math.inf
+    q_axis_saturation_current: float = math.inf
 
     def __post_init__(self) -> None:
         if self.connection not in ("wye", "delta"):
@@ -63,6 +70,10 @@ class VirtualMotor:
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:
                 raise ValueError(f"{name} is {value}; it must be finite and not negative")
+        for name in ("d_axis_saturation_current", "q_axis_saturation_current"):
+            value = getattr(self, name)
+            if not value > 0.0:
+                raise ValueError(f"{name} is {value}; it must be positive, infinite for an axis that does not saturate")
         for order, amplitude, _ in self.flux_harmonics:
             if order < 2 or not math.isfinite(amplitude):
                 raise ValueError(
@@ -105,6 +116,24 @@ class VirtualMotor:
     def flux_linkage_y(self) -> float:
         """Peak phase flux linkage (V·s per electrical rad) of the Y-equivalent at `resistance_temperature`."""
         return self.flux_linkage * math.sqrt(self._impedance_share)
+
+    @property
+    def saturation_y(self) -> Saturation | None:
+        """Saturation of the Y-equivalent's axes, None where neither saturates."""
+        return self._saturation(self._impedance_share)
+
+    @property
+    def winding_saturation(self) -> Saturation | None:
+        """Saturation of the axes in a winding's own inductances and currents, None where neither saturates."""
+        return self._saturation(1.0)
+
+    def _saturation(self, share: float) -> Saturation | None:
+        d, q = self.d_axis_saturation_current, self.q_axis_saturation_current
+        if math.isinf(d) and math.isinf(q):
+            return None
+        # A delta's windings carry 1/√3 of the Y-equivalent's current.
+        current = math.sqrt(self._impedance_share / share)
+        return Saturation(self.d_axis_inductance * share, self.q_axis_inductance * share, d * current, q * current)
 
     @property
     def torque_constant(self) -> float:

@@ -14,6 +14,7 @@ class Network:
 
     Winding currents are w = basis·x: the loops that Kirchhoff's current law leaves. With a `source` (two socket
     names, + and −) they obey M·x' + K·x + basisᵀ·EMF = drive·u, and the source's current is driveᵀ·x.
+    `held` says that the rotor stands, and so that the circuit may saturate.
     """
 
     def __init__(
@@ -24,8 +25,10 @@ class Network:
         *,
         source_resistance: float = 0.0,
         lead_resistance: float = 0.0,
+        held: bool = False,
     ) -> None:
         self.windings = windings
+        self.saturation = windings.saturation if held else None
         self.sockets = tuple(sockets)
         self.source_resistance = source_resistance
         self.lead_resistance = lead_resistance
@@ -67,6 +70,26 @@ class Network:
         result: FloatArray = self.basis.T @ self.windings.inductance(angle) @ self.basis
         return result
 
+    def axis_shares(self, angle: float) -> FloatArray:
+        """Return the loops' shares (2, loops) in the currents of d and q axis at an electrical angle."""
+        result: FloatArray = (2.0 / 3.0) * self.windings.axes(angle) @ self.basis
+        return result
+
+    def axis_inertances(self, angle: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return Z (H), D and Q (loops×loops each) of M = Z + Ld·D + Lq·Q at an electrical angle."""
+        zero, direct, quadrature = (self.basis.T @ part @ self.basis for part in self.windings.axis_inductances(angle))
+        return zero, direct, quadrature
+
+    def differential_inertance(self, loops: FloatArray, angle: float) -> FloatArray:
+        """Return dψ/dx (H) of the loops at loop currents (A): M, or where the circuit saturates less."""
+        if self.saturation is None:
+            return self.inertance(angle)
+        along, across = (self.axis_shares(angle) @ loops).tolist()
+        direct, quadrature = self.saturation.differential_inductances(along, across)
+        zero, direct_part, quadrature_part = self.axis_inertances(angle)
+        result: FloatArray = zero + direct * direct_part + quadrature * quadrature_part
+        return result
+
     @cached_property
     def mean_inertance(self) -> FloatArray:
         """M with the inductance averaged over a turn."""
@@ -86,7 +109,7 @@ class Network:
         emf = windings.emf_per_speed(np.array([angle]))[:, 0]
         slope = windings.inductance_slope(angle) @ (self.basis @ loops)
         left = -self.damping @ loops - electrical_speed * (self.basis.T @ (slope + emf))
-        inertance, reach = self.inertance(angle), null_space(self.drive[np.newaxis, :])
+        inertance, reach = self.differential_inertance(loops, angle), null_space(self.drive[np.newaxis, :])
         slopes = (
             reach @ np.linalg.solve(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
         )

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import null_space
 
 from sim_instruments.physics.network import Network
+from sim_instruments.physics.small import solve_small
 from sim_instruments.physics.source import Source, VoltageSource
 from sim_instruments.physics.windings import FloatArray
 
@@ -198,9 +199,9 @@ class Swing:
         if len(state) > 2:
             if self._reduced:
                 reach = self._reach
-                derivative[2:] = _solve(reach.T @ inertance @ reach, reach.T @ left)
+                derivative[2:] = solve_small(reach.T @ inertance @ reach, reach.T @ left)
             else:
-                derivative[2:] = _solve(inertance, left)
+                derivative[2:] = solve_small(inertance, left)
         return derivative
 
     def _needed_voltage(self, passed: float, state: FloatArray) -> float:
@@ -224,18 +225,6 @@ class Swing:
         if self._reduced and math.isfinite(thresholds.voltage):
             events.append(("voltage", _Event(lambda t, y: self._needed_voltage(t, y) - thresholds.voltage, 1)))
         return events
-
-
-def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve up to two equations by hand: at this size the library's checks cost more than the arithmetic."""
-    if len(right) == 1:
-        return np.array([float(right[0]) / float(matrix[0, 0])])
-    if len(right) == 2:
-        a, b, d = float(matrix[0, 0]), float(matrix[0, 1]), float(matrix[1, 1])
-        c, e, f = float(matrix[1, 0]), float(right[0]), float(right[1])
-        determinant = a * d - b * c
-        return np.array([(e * d - b * f) / determinant, (a * f - e * c) / determinant])
-    return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
 
 
 class _Event:

@@ -1,11 +1,13 @@
 """Three windings and a rotor: inductance, flux, EMF and torque for any winding currents."""
 
 import math
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.saturation import Saturation
 
 FloatArray = NDArray[np.float64]
 
@@ -41,6 +43,11 @@ class Windings:
             *((order, self.flux_linkage * amplitude, phase) for order, amplitude, phase in motor.flux_harmonics),
         )
 
+    @cached_property
+    def saturation(self) -> Saturation | None:
+        """Saturation in the windings' own inductances and currents, None where there is none."""
+        return self.motor.winding_saturation
+
     @property
     def pole_pairs(self) -> int:
         """Pole pairs."""
@@ -67,6 +74,17 @@ class Windings:
         return (
             self.inductance_mean + self.inductance_cos * math.cos(2 * angle) + self.inductance_sin * math.sin(2 * angle)
         )
+
+    def axes(self, angle: float) -> FloatArray:
+        """Return the windings' shares (2, 3) in d and q axis at an electrical angle (rad): i_dq = ⅔·axes·i."""
+        shifted = angle - _AXES
+        return np.array([np.cos(shifted), -np.sin(shifted)])
+
+    def axis_inductances(self, angle: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return Z (H), D and Q (3×3 each) of L(θ) = Z + Ld·D + Lq·Q at an electrical angle (rad)."""
+        direct, quadrature = self.axes(angle)
+        zero = np.full((3, 3), self.motor.winding_zero_sequence_inductance / 3.0)
+        return zero, np.outer(direct, direct) * (2.0 / 3.0), np.outer(quadrature, quadrature) * (2.0 / 3.0)
 
     def inductance_slope(self, angle: float) -> FloatArray:
         """Return dL/dθ (H/rad, 3×3) at an electrical angle (rad)."""

@@ -45,6 +45,8 @@ def test_delta_and_saliency_of_the_others() -> None:
     assert load_motor("outrunner-delta").nameplate.connection is Connection.DELTA
     ipmsm = load_motor("ipmsm").virtual_motor()
     assert ipmsm.q_axis_inductance / ipmsm.d_axis_inductance == pytest.approx(2.0)
+    assert (ipmsm.d_axis_saturation_current, ipmsm.q_axis_saturation_current) == (90.0, 60.0)
+    assert load_motor("lg-400w").virtual_motor().winding_saturation is None
     assert min(load_motor("gimbal").virtual_motor().phase_resistances) >= 5.0
 
 
@@ -62,6 +64,13 @@ def test_delta_and_saliency_of_the_others() -> None:
         ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016, -0.016]", ["virtual.phase_resistance[2] = -0.016", "ohm"]),
         ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016]", ["virtual.phase_resistance", "list of three"]),
         ("73.0e-6", "73.0", ["virtual.d_axis_inductance = 73.0", "up to 10 H"]),
+        (
+            "inertia =",
+            "q_axis_saturation_current = 0.0\ninertia =",
+            ["virtual.q_axis_saturation_current = 0.0", "above 0", "100000 A"],
+        ),
+        ("inertia =", 'd_axis_saturation_current = "inf"\ninertia =', ["give a number in A", "above 0"]),
+        ("inertia =", "d_axis_saturation_current = inf\ninertia =", ["virtual.d_axis_saturation_current = inf"]),
         ("pole_pairs = 4", "pole_pairs = 4.5", ["virtual.pole_pairs = 4.5", "whole number"]),
         ('"wye"', '"star"', ["nameplate.connection = 'star'", "'wye' or 'delta'"]),
         ('A = "white"', 'D = "white"', ["nameplate.wire_colours.D", "A, B, C"]),

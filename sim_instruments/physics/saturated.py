@@ -1,0 +1,144 @@
+"""Currents of a held rotor whose iron saturates: the one circuit at standstill that has no closed form."""
+
+import numpy as np
+from scipy.integrate import OdeSolution, solve_ivp
+from scipy.linalg import null_space
+
+from sim_instruments.physics.network import Network, modes
+from sim_instruments.physics.saturation import Saturation
+from sim_instruments.physics.small import solve_small
+from sim_instruments.physics.source import Source, VoltageSource
+from sim_instruments.physics.windings import FloatArray
+
+#: After so many of its longest time constants a transient under a constant source is over.
+_SETTLED = 30.0
+_TOLERANCE = 1e-9
+
+
+class SaturatedTransient:
+    """Loop currents from given initial ones, as `LinearTransient` has them, with dψ/di for the inductances.
+
+    Any wiring, any rotor position. Integrated to a relative 1e-9 until `until` (s), or until a constant source has
+    brought it to its steady state, which holds from there on.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        saturation: Saturation,
+        angle: float,
+        start: float,
+        initial: FloatArray,
+        source: Source,
+        until: float,
+    ) -> None:
+        self.network = network
+        self.angle = angle
+        self.start = start
+        self.source = source
+        self._saturation = saturation
+        loops = network.loops
+        force = slope = np.zeros(loops)
+        if isinstance(source, VoltageSource):
+            self._reach, self._offset = np.eye(loops), np.zeros(loops)
+            force, slope = network.drive * source.voltage, network.drive * source.slope
+        else:
+            self._reach = null_space(network.drive[np.newaxis, :])
+            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
+        reach = self._reach
+        self._inertances = network.axis_inertances(angle)
+        zero, direct, quadrature = (reach.T @ part @ reach for part in self._inertances)
+        self._zero, self._direct, self._quadrature = zero, direct, quadrature
+        shares = network.axis_shares(angle)
+        self._shares, self._bias = shares @ reach, shares @ self._offset
+        self._damping = reach.T @ network.damping @ reach
+        self._force, self._slope = reach.T @ (force - network.damping @ self._offset), reach.T @ slope
+        largest_d, largest_q = saturation.largest
+        #: Decay rates (1/s) where the inductances are largest.
+        self.rates = modes(self._damping, zero + largest_d * direct + largest_q * quadrature)[0]
+        self._begin: FloatArray = reach.T @ (initial - self._offset)
+        self._steady = np.asarray(np.linalg.solve(self._damping, self._force), dtype=np.float64)
+        span = until - start
+        if not np.any(self._slope):
+            span = min(span, _SETTLED / float(self.rates.min()) if len(self.rates) else 0.0)
+        self._span = max(span, 0.0)
+        self._dense = self._integrated() if self._span > 0.0 and len(self._begin) else None
+
+    def loop_currents(self, times: FloatArray) -> FloatArray:
+        """Return the loop currents (A, shape (loops, n))."""
+        result: FloatArray = self._offset[:, np.newaxis] + self._reach @ self._free(times)
+        return result
+
+    def loop_slopes(self, times: FloatArray) -> FloatArray:
+        """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
+        free, passed = self._free(times), times - self.start
+        slopes = [self._slopes(float(t), state) for t, state in zip(passed, free.T, strict=True)]
+        result: FloatArray = self._reach @ np.reshape(slopes, (len(times), len(self._begin))).T
+        return result
+
+    def winding_currents(self, times: FloatArray) -> FloatArray:
+        """Return the winding currents (A, shape (3, n))."""
+        result: FloatArray = self.network.basis @ self.loop_currents(times)
+        return result
+
+    def source_voltage(self, times: FloatArray) -> FloatArray:
+        """Return the voltage (V) behind the source's resistance."""
+        if isinstance(self.source, VoltageSource):
+            return self.source.at(times)
+        network = self.network
+        currents, slopes = self.loop_currents(times), self.loop_slopes(times)
+        direct, quadrature = self._inductances(currents)
+        zero_part, direct_part, quadrature_part = (part @ slopes for part in self._inertances)
+        needed = zero_part + direct * direct_part + quadrature * quadrature_part + network.damping @ currents
+        result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
+        return result
+
+    def drops(self, times: FloatArray) -> FloatArray:
+        """Return the voltage drops (V, shape (3, n)) along the windings."""
+        windings, basis = self.network.windings, self.network.basis
+        currents, slopes = self.loop_currents(times), basis @ self.loop_slopes(times)
+        direct, quadrature = self._inductances(currents)
+        zero_part, direct_part, quadrature_part = (part @ slopes for part in windings.axis_inductances(self.angle))
+        result: FloatArray = (
+            windings.resistance[:, np.newaxis] * (basis @ currents)
+            + zero_part
+            + direct * direct_part
+            + quadrature * quadrature_part
+        )
+        return result
+
+    def _inductances(self, loops: FloatArray) -> tuple[FloatArray, FloatArray]:
+        along, across = self.network.axis_shares(self.angle) @ loops
+        return self._saturation.differential_inductances(along, across)
+
+    def _free(self, times: FloatArray) -> FloatArray:
+        """Return the currents (A, shape (free, n)) that the source leaves free."""
+        # Before its start the circuit stood as it was then.
+        passed = np.maximum(times - self.start, 0.0)
+        if self._dense is None:
+            return np.repeat(self._begin[:, np.newaxis], len(times), axis=1)
+        free = np.asarray(self._dense(np.minimum(passed, self._span)), dtype=np.float64)
+        return np.where(passed > self._span, self._steady[:, np.newaxis], free)
+
+    def _integrated(self) -> OdeSolution:
+        scale = max(float(np.abs(self._begin).max()), float(np.abs(self._steady).max()), 1e-3)
+        solution = solve_ivp(
+            self._slopes,
+            (0.0, self._span),
+            self._begin,
+            method="DOP853",
+            dense_output=True,
+            rtol=_TOLERANCE,
+            atol=_TOLERANCE * scale,
+        )
+        if not solution.success or solution.sol is None:
+            raise RuntimeError(
+                f"the saturated circuit could not be integrated from {self.start:.6g} s on: {solution.message}"
+            )
+        return solution.sol
+
+    def _slopes(self, passed: float, free: FloatArray) -> FloatArray:
+        along, across = (self._bias + self._shares @ free).tolist()
+        direct, quadrature = self._saturation.differential_inductances(along, across)
+        inertance = self._zero + direct * self._direct + quadrature * self._quadrature
+        return solve_small(inertance, self._force + self._slope * passed - self._damping @ free)
