@@ -15,12 +15,14 @@ from procedures.pole_pairs_inverter import PolePairsInverter
 from procedures.pole_pairs_static import PolePairsStatic
 from procedures.procedure import Procedure
 from procedures.stator_resistance import StatorResistance
+from procedures.stator_resistance_dc import StatorResistanceDc
 from procedures.torque_constant import TorqueConstant
 
 _ORDER: tuple[type[Procedure[Any]], ...] = (
     NameplateData,
     PolePairsStatic,
     StatorResistance,
+    StatorResistanceDc,
     DqInductanceExtremes,
     DqInductanceAligned,
     DqInductanceTimeConstant,

@@ -214,8 +214,8 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
             self.notice(
                 "delta-from-outside",
                 text(
-                    "a delta's winding currents are formed from line currents: differences are seen from outside, a current circulating in "
-                    "the delta is not. It is taken as zero; a third harmonic of the EMF would add copper loss that no terminal shows"
+                    "a delta's winding currents are formed from line currents: differences are seen from outside, a current "
+                    "circulating in the delta is not. It is taken as zero; a third harmonic of the EMF would add copper loss that no terminal shows"
                 ),
             )
         self._report_at_largest_load(points[-1], rows[-1], parts)

@@ -9,7 +9,6 @@ from pydantic import Field
 from drivers.interfaces import Accuracy, Aperture, Wanted
 from procedures.actions import (
     LINE_PAIRS,
-    EnterReading,
     SeparateMeterLeads,
     ShortMeterLeads,
     Terminal,
@@ -20,6 +19,7 @@ from procedures.estimation import resistance
 from procedures.estimation.repeats import mean_of_readings
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
+from procedures.temperature import COLD, copper_factor, winding_temperature
 from procedures.text import text
 
 Pair = tuple[Terminal, Terminal]
@@ -152,13 +152,14 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     @step("3.2.1/1", "Refer the resistance to 25 °C, and to {working_temperature:g} °C")
     def refer_to_temperature(self, lines: LineReadings, winding: UncertainReal, y_equivalent: UncertainReal) -> None:
         """Report the cold value at 25 °C with the winding's temperature in its budget."""
-        measured_at = self._temperature()
+        measured_at = winding_temperature(self.bench, self.settings.winding_temperature)
         temperature = self.bench.uncertainties.limit(
             "winding temperature", measured_at, self.settings.temperature_uncertainty
         )
-        cold = y_equivalent * self._factor(temperature, 25.0)
-        winding_cold = winding * self._factor(temperature, 25.0)
-        warm = cold * (1.0 + self._slope_at(25.0) * (self.settings.working_temperature - 25.0))
+        copper = (self.settings.coefficient, self.settings.reference_temperature)
+        cold = y_equivalent * copper_factor(temperature, COLD, *copper)
+        winding_cold = winding * copper_factor(temperature, COLD, *copper)
+        warm = cold * copper_factor(COLD, self.settings.working_temperature, *copper)
         accuracy = max((a.gain + a.offset / lines.values[p] for p, a in lines.accuracies.items()), default=0.0)
         self.findings |= {
             "winding_temperature": measured_at,
@@ -199,18 +200,3 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
                     requested=self.settings.requested_uncertainty,
                 ),
             )
-
-    def _temperature(self) -> float:
-        if self.settings.winding_temperature is not None:
-            return self.settings.winding_temperature
-        return self.bench.reading(
-            EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0)
-        )
-
-    def _slope_at(self, temperature: float) -> float:
-        a, reference = self.settings.coefficient, self.settings.reference_temperature
-        return a / (1.0 + a * (temperature - reference))
-
-    def _factor(self, measured_at: UncertainReal, to: float) -> UncertainReal:
-        a, reference = self.settings.coefficient, self.settings.reference_temperature
-        return (1.0 + a * (to - reference)) / (1.0 + a * (measured_at - reference))

@@ -38,7 +38,7 @@ def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Transl
         found.extend(
             _row(
                 other,
-                text("· by {procedure}", procedure=other.procedure).render(translate),
+                _by(other, parameter, translate),
                 None,
                 translate,
                 other=True,
@@ -46,6 +46,13 @@ def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Transl
             for other in parameters.alternatives.get(name, ())
         )
     return found
+
+
+def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
+    """Say where a figure comes from that stands beneath another: its procedure, or its way where the procedure is the same."""
+    if other.procedure != best.procedure:
+        return text("· by {procedure}", procedure=other.procedure).render(translate)
+    return text("· by another way").render(translate)
 
 
 def table(lines: Sequence[Row], translate: Translate, *, with_truth: bool) -> "Table":

@@ -16,8 +16,26 @@ def replay(tmp_path, capsys):
         chosen = [part for setting in settings for part in ("--set", setting)]
         with pytest.raises(SystemExit) as stopped:
             main(
-                ["run", procedure, "--station", str(EXAMPLE / "station.toml"), "--motor", str(EXAMPLE / "lg-400w.toml")]
-                + ["--operator", "answers", "--answers", str(EXAMPLE / answers), "--runs", str(tmp_path), "--json", *chosen]
+                [
+                    *(
+                        "run",
+                        procedure,
+                        "--station",
+                        str(EXAMPLE / "station.toml"),
+                        "--motor",
+                        str(EXAMPLE / "lg-400w.toml"),
+                    ),
+                    *(
+                        "--operator",
+                        "answers",
+                        "--answers",
+                        str(EXAMPLE / answers),
+                        "--runs",
+                        str(tmp_path),
+                        "--json",
+                        *chosen,
+                    ),
+                ]
             )
         given = json.loads(capsys.readouterr().out)
         assert stopped.value.code == 0, given

@@ -8,4 +8,6 @@ from reports.procedure_table import markdown
 
 def test_page_holds_the_tables_made_from_the_steps():
     page = (Path(__file__).parents[2] / "docs" / "procedures.md").read_text()
-    assert page.endswith(markdown(catalogue())), "docs/procedures.md is stale; its first lines say which command makes it"
+    assert page.endswith(markdown(catalogue())), (
+        "docs/procedures.md is stale; its first lines say which command makes it"
+    )

@@ -1,0 +1,196 @@
+"""Stator resistance by four-wire direct current, where a bridge at 20 Hz cannot do it (erratum E9)."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy
+from procedures.actions import (
+    LINE_PAIRS,
+    Connect,
+    ConnectVoltmeter,
+    LockRotor,
+    Socket,
+    Terminal,
+    UncoupleDynamometer,
+)
+from procedures.bench import ProcedureError, Role
+from procedures.estimation import resistance
+from procedures.estimation.linear import least_squares
+from procedures.procedure import Procedure, Settings
+from procedures.steps import step
+from procedures.temperature import COLD, copper_factor, winding_temperature
+from procedures.text import text
+
+Pair = tuple[Terminal, Terminal]
+
+
+class StatorResistanceDcSettings(Settings):
+    """Settings of the four-wire measurement."""
+
+    current_share: float = Field(default=0.3, gt=0.0, le=1.0, description="largest current, share of the rated current")
+    levels: int = Field(default=4, ge=3, le=50, description="current levels, evenly spaced up to the largest")
+    settle: float = Field(default=0.5, gt=0.0, le=60.0, description="time at each level before reading, s")
+    power_line_cycles: float = Field(
+        default=10.0, ge=0.02, le=100.0, description="voltmeter's integration, power-line cycles"
+    )
+    heating_limit: float = Field(
+        default=1.0, gt=0.0, le=50.0, description="warming of the winding that is a warning, K"
+    )
+    winding_temperature: float | None = Field(
+        default=None, ge=-60.0, le=250.0, description="winding temperature, °C; asked for when not given"
+    )
+    temperature_uncertainty: float = Field(
+        default=1.0, ge=0.0, le=50.0, description="half-width of what is known of it, K"
+    )
+    coefficient: float = Field(default=0.00393, gt=0.0, le=0.01, description="temperature coefficient, 1/K")
+    reference_temperature: float = Field(
+        default=20.0, ge=-60.0, le=250.0, description="temperature at which it holds, °C"
+    )
+
+
+@dataclass(frozen=True)
+class LineSlope:
+    """Resistance between two terminals (Ω) from V over I, and how far it rose from the first to the last reading."""
+
+    resistance: UncertainReal
+    rise: float
+
+
+class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
+    """Stator resistance as the slope of voltage over current, four wires, both polarities (E9)."""
+
+    name: ClassVar[str] = "stator-resistance-dc"
+    title: ClassVar[str] = "Stator resistance, four-wire direct current"
+    section: ClassVar[str] = "3.2"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.VOLTMETER})
+    gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
+
+    def measure(self) -> None:
+        """Take the slope between all three pairs of terminals."""
+        temperature = self.prepare()
+        slopes = {pair: self.slope(pair) for pair in LINE_PAIRS}
+        self.conclude(slopes, temperature)
+
+    @step("E9/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
+    def prepare(self) -> float:
+        """Return the temperature (°C) that the cold resistance belongs to."""
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(LockRotor())
+        return winding_temperature(self.bench, self.settings.winding_temperature)
+
+    @step("E9/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
+    def slope(self, pair: Pair) -> LineSlope:
+        """Return the slope of V over I.
+
+        Both polarities take out thermal voltages; the sign of the current as a further regressor takes out the supply's own offset.
+        """
+        largest = min(
+            self.settings.current_share * self.nameplate.rated_current,
+            self.bench.supply.maximum_current,
+            self.nameplate.current_bound,
+        )
+        levels = largest * np.arange(self.settings.levels, 0, -1) / self.settings.levels
+        currents: list[float] = []
+        voltages: list[float] = []
+        accuracies: tuple[Accuracy, Accuracy] = (Accuracy(), Accuracy())
+        high, low = pair
+        self.bench.perform(ConnectVoltmeter(high, low))
+        for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
+            self.bench.perform(Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE}))
+            # The first level again at the end: a warmer winding shows there.
+            for level in (*levels, levels[0]):
+                current, voltage, accuracies = self._reading(float(level))
+                currents.append(sign * current)
+                voltages.append(voltage)
+        i, v = np.array(currents), np.array(voltages)
+        fit = least_squares(("resistance", "offset", "meter"), np.column_stack((i, np.ones_like(i), -np.sign(i))), v)
+        unc = self.bench.uncertainties
+        label = high.value + low.value
+        quantity = unc.statistical(
+            f"slope of V over I, {label}",
+            fit.value("resistance"),
+            fit.uncertainty("resistance"),
+            fit.degrees_of_freedom,
+        )
+        if fit.value("resistance") <= 0.0:
+            raise ProcedureError(
+                text(
+                    "between {pair} the voltage falls as the current rises: the voltmeter's leads are interchanged",
+                    pair=label,
+                )
+            )
+        for name, accuracy in zip(("supply, current", "voltmeter"), accuracies, strict=True):
+            quantity = unc.instrument(name, quantity, Accuracy(gain=accuracy.gain, source=accuracy.source))
+        half = len(levels) + 1
+        rise = float(np.mean([v[k + half - 1] / i[k + half - 1] / (v[k] / i[k]) - 1.0 for k in (0, half)]))
+        self.findings[label] = {
+            "current": currents,
+            "voltage": voltages,
+            "resistance": fit.value("resistance"),
+            "rise": rise,
+        }
+        return LineSlope(quantity, rise)
+
+    @step("E9/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
+    def conclude(self, slopes: dict[Pair, LineSlope], measured_at: float) -> None:
+        """Report the phase's resistance; each phase alone stands in the findings."""
+        lines = [slopes[pair].resistance for pair in LINE_PAIRS]
+        ab, bc, ca = (float(line.x) for line in lines)
+        phases = resistance.phase_resistances(ab, bc, ca, self.winding)
+        names = ("AB", "BC", "CA") if self.is_delta else ("A", "B", "C")
+        copper = (self.settings.coefficient, self.settings.reference_temperature)
+        temperature = self.bench.uncertainties.limit(
+            "winding temperature", measured_at, self.settings.temperature_uncertainty
+        )
+        cold: UncertainReal = (lines[0] + lines[1] + lines[2]) / 6.0 * copper_factor(temperature, COLD, *copper)
+        self.findings |= {
+            "phase_resistances": dict(zip(names, phases, strict=True)),
+            "winding_temperature": measured_at,
+        }
+        self._watch_heating(max(s.rise for s in slopes.values()))
+        self.report(
+            "stator_resistance",
+            "Ω",
+            cold,
+            section="3.2.2",
+            estimator="slope of four-wire voltage over current, both polarities, referred to 25 °C",
+            note_value=(1.5 if self.is_delta else 0.5) * (ab + bc + ca) / 3.0,
+            convention="per phase of the Y-equivalent, at 25 °C",
+            winding=3.0 * float(cold.x) if self.is_delta else None,
+        )
+
+    def _reading(self, level: float) -> tuple[float, float, tuple[Accuracy, Accuracy]]:
+        bench = self.bench
+        with ExitStack() as energised:
+            energised.enter_context(bench.supply.energised(bench.supply.maximum_voltage, level))
+            bench.clock.sleep(self.settings.settle)
+            current = bench.supply.measure_current()
+            if current.value < 0.9 * level:
+                raise ProcedureError(
+                    text(
+                        "the supply is set to {level:.3g} A and gives {current:.3g} A: the path is open or its resistance too high",
+                        level=level,
+                        current=current.value,
+                    )
+                )
+            bench.voltmeter.configure(bench.supply.measure_voltage().value, self.settings.power_line_cycles)
+            voltage = bench.voltmeter.measure_voltage()
+        return current.value, voltage.value, (current.accuracy, voltage.accuracy)
+
+    def _watch_heating(self, rise: float) -> None:
+        warmer = rise / self.settings.coefficient
+        self.findings["warming"] = warmer
+        if warmer > self.settings.heating_limit:
+            self.notice(
+                "heating",
+                text(
+                    "the winding warmed by about {warmer:.1f} K during the measurement; use less current, or let it cool and repeat",
+                    warmer=warmer,
+                ),
+            )
