@@ -212,7 +212,7 @@ def test_benches_share_nothing_and_leave_nothing(bench_motor: VirtualMotor) -> N
         assert one.visa_library is not two.visa_library
         managers = [pyvisa.ResourceManager(bench.visa_library) for bench in (one, two)]
         assert managers[0] is not managers[1]
-        assert len(managers[0].list_resources()) == 3
+        assert len(managers[0].list_resources()) == 4
         assert managers[0].list_resources("?*::osc?*::INSTR") == ("TCPIP0::oscilloscope::inst0::INSTR",)
         resource = managers[0].open_resource(one.address("supply"))
         kept = weakref.ref(one.visa_library)
@@ -226,5 +226,6 @@ def test_benches_share_nothing_and_leave_nothing(bench_motor: VirtualMotor) -> N
 
 
 def test_each_role_says_who_it_is(visa: Callable[[str], pyvisa.resources.MessageBasedResource]) -> None:
-    for role, model in (("supply", "E36313A"), ("lcr_meter", "E4980AL"), ("oscilloscope", "DSO-X 3024T")):
+    models = {"supply": "E36313A", "lcr_meter": "E4980AL", "oscilloscope": "DSO-X 3024T", "voltmeter": "34461A"}
+    for role, model in models.items():
         assert visa(role).query("*IDN?").split(",")[1] == model
