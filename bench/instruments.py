@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from bench.motor_limits import with_motor_limits
 from bench.recording import Recording, WaveformSink
 from bench.station import Entry, Station
+from drivers.can_bus.buses import CanBuses
 from drivers.interfaces import Clock, Instrument, InstrumentError, Traffic
 from drivers.manual.prompt import Prompt
 from drivers.registry import Surroundings
@@ -47,6 +48,7 @@ class StationInstruments:
         self._prompts = prompts
         self._trace = trace
         self._visa: ResourceManager | None = None
+        self._can_buses = CanBuses()
         self._opened: dict[Role, Instrument] = {}
 
     def available(self) -> Mapping[Role, Instrument]:
@@ -86,7 +88,11 @@ class StationInstruments:
     def _open(self, entry: Entry) -> Instrument:
         said: dict[str, Any] = {"instrument": entry.role.value, "driver": entry.driver.name, "address": entry.address}
         surroundings = Surroundings(
-            self._clock, self._manager, self._prompts(entry.role), self._traffic(entry.role) if self._trace else None
+            self._clock,
+            self._manager,
+            self._prompts(entry.role),
+            self._traffic(entry.role) if self._trace else None,
+            self._can_buses,
         )
         try:
             instrument = entry.driver.open(entry.address, entry.options, surroundings, name=entry.name)

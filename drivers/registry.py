@@ -1,12 +1,14 @@
 """The drivers by the names that station files use; importing this imports no transport library."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from drivers.can_bus.options import Cia402Options
+from drivers.can_bus.buses import CanBuses
+from drivers.can_bus.options import Cia402Options, Cia402SixStepOptions
 from drivers.interfaces import (
+    BldcDrive,
     Clock,
     Dynamometer,
     Instrument,
@@ -19,6 +21,7 @@ from drivers.interfaces import (
     Voltmeter,
 )
 from drivers.manual.options import (
+    ManualDriveOptions,
     ManualDynamometerOptions,
     ManualInverterOptions,
     ManualLcrMeterOptions,
@@ -48,19 +51,22 @@ class Role(StrEnum):
     TACHOMETER = "tachometer"
     INVERTER = "inverter"
     VOLTMETER = "voltmeter"
+    DRIVE = "drive"
 
 
 @dataclass(frozen=True)
 class Surroundings:
     """What drivers are handed: the bench's clock, and for those that need it a VISA manager or a way to the person.
 
-    `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA.
+    `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA. Instruments on
+    one CAN bus that are handed the same `can_buses` share the connection to it.
     """
 
     clock: Clock
     visa: "Callable[[], ResourceManager] | None" = None
     prompt: Prompt | None = None
     traffic: Traffic | None = None
+    can_buses: CanBuses = field(default_factory=CanBuses)
 
     def manager(self) -> "ResourceManager":
         """Return the VISA manager; raises ValueError where none was handed in."""
@@ -141,7 +147,13 @@ def _open_lutron(address: str, options: LutronTachometerOptions, given: Surround
 def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Inverter:
     from drivers.can_bus.cia402_inverter import open_cia402_inverter
 
-    return open_cia402_inverter(address, given.clock, options, name=name, traffic=given.traffic)
+    return open_cia402_inverter(address, given.clock, options, name=name, traffic=given.traffic, buses=given.can_buses)
+
+
+def _open_six_step(address: str, options: Cia402SixStepOptions, given: Surroundings, name: str) -> BldcDrive:
+    from drivers.can_bus.cia402_six_step import open_cia402_six_step
+
+    return open_cia402_six_step(address, given.clock, options, name=name, traffic=given.traffic, buses=given.can_buses)
 
 
 def _open_34461a(address: str, options: Keysight34461AOptions, given: Surroundings, name: str) -> Voltmeter:
@@ -192,6 +204,12 @@ def _manual_voltmeter(_: str, options: ManualVoltmeterOptions, given: Surroundin
     return ManualVoltmeter(given.person(), given.clock, options, name=name)
 
 
+def _manual_drive(_: str, options: ManualDriveOptions, given: Surroundings, name: str) -> BldcDrive:
+    from drivers.manual.drive import ManualDrive
+
+    return ManualDrive(given.person(), given.clock, options, name=name)
+
+
 DRIVERS: tuple[Driver, ...] = (
     Driver("keysight-e36300", Role.SUPPLY, E36300Options, True, _open_e36300),
     Driver("keysight-e4980a", Role.LCR_METER, E4980AOptions, True, _open_e4980a),
@@ -199,6 +217,7 @@ DRIVERS: tuple[Driver, ...] = (
     Driver("delta-dyn200", Role.DYNAMOMETER, DeltaDyn200Options, True, _open_delta_dyn200),
     Driver("lutron-tachometer", Role.TACHOMETER, LutronTachometerOptions, True, _open_lutron),
     Driver("cia402-inverter", Role.INVERTER, Cia402Options, True, _open_cia402),
+    Driver("cia402-six-step", Role.DRIVE, Cia402SixStepOptions, True, _open_six_step),
     Driver("keysight-34461a", Role.VOLTMETER, Keysight34461AOptions, True, _open_34461a),
     Driver(MANUAL, Role.SUPPLY, ManualSupplyOptions, False, _manual_supply),
     Driver(MANUAL, Role.LCR_METER, ManualLcrMeterOptions, False, _manual_lcr_meter),
@@ -207,4 +226,5 @@ DRIVERS: tuple[Driver, ...] = (
     Driver(MANUAL, Role.TACHOMETER, ManualTachometerOptions, False, _manual_tachometer),
     Driver(MANUAL, Role.INVERTER, ManualInverterOptions, False, _manual_inverter),
     Driver(MANUAL, Role.VOLTMETER, ManualVoltmeterOptions, False, _manual_voltmeter),
+    Driver(MANUAL, Role.DRIVE, ManualDriveOptions, False, _manual_drive),
 )

@@ -1,11 +1,18 @@
 """Objects of a CANopen node by SDO, with errors that name the object."""
 
+import struct
 from typing import Protocol
 
 from can import CanError
 from canopen.sdo.exceptions import SdoAbortedError, SdoError
 
 from drivers.interfaces import CommunicationError, ReportedError, Traffic
+
+#: SDO aborts by which a node says that it has no such object or subindex.
+ABSENT = (0x06020000, 0x06090011)
+
+#: What canopen lets through besides its own errors: frames cut short, a bus that is not connected any more.
+LINE_ERRORS = (SdoError, CanError, OSError, RuntimeError, struct.error)
 
 
 class SdoClient(Protocol):
@@ -38,15 +45,26 @@ class NodeObjects:
             )
         return int.from_bytes(raw, "little", signed=signed)
 
+    def read_optional(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int | None:
+        """Return a number of `size` bytes, `None` where the node has no such object; errors as for `read`."""
+        try:
+            return self.read(index, subindex, size, signed=signed)
+        except ReportedError as error:
+            cause = error.__cause__
+            if isinstance(cause, SdoAbortedError) and cause.code in ABSENT:
+                self.trace("read", "no such object")
+                return None
+            raise
+
     def read_bytes(self, index: int, subindex: int) -> bytes:
         """Return an object's bytes; errors as for `read`."""
         command = f"read {_pretty(index, subindex)}"
-        self._trace("write", command)
+        self.trace("write", command)
         try:
             raw = self._client.upload(index, subindex)
-        except (SdoError, CanError, OSError) as error:
+        except LINE_ERRORS as error:
             raise self._failure(error, command) from error
-        self._trace("read", raw.hex(" "))
+        self.trace("read", raw.hex(" "))
         return raw
 
     def read_text(self, index: int, subindex: int) -> str:
@@ -60,12 +78,17 @@ class NodeObjects:
         except OverflowError as error:
             raise ValueError(f"{value} does not fit {size} bytes of {_pretty(index, subindex)}") from error
         command = f"write {value} to {_pretty(index, subindex)}"
-        self._trace("write", command)
+        self.trace("write", command)
         try:
             self._client.download(index, subindex, data)
-        except (SdoError, CanError, OSError) as error:
+        except LINE_ERRORS as error:
             raise self._failure(error, command) from error
-        self._trace("read", "done")
+        self.trace("read", "done")
+
+    def trace(self, direction: str, text: str) -> None:
+        """Tell whoever listens to the traffic."""
+        if self._traffic is not None:
+            self._traffic(direction, text)
 
     def _failure(self, error: Exception, command: str) -> CommunicationError | ReportedError:
         if isinstance(error, SdoAbortedError):
@@ -73,10 +96,6 @@ class NodeObjects:
         return CommunicationError(
             self.name, f"no usable reply ({error})", command=command, remedy="Check node id, bit rate and cable"
         )
-
-    def _trace(self, direction: str, text: str) -> None:
-        if self._traffic is not None:
-            self._traffic(direction, text)
 
 
 def _pretty(index: int, subindex: int) -> str:

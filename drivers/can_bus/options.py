@@ -1,17 +1,33 @@
-"""What a station file may say about a CiA 402 inverter."""
+"""What a station file may say about drives with the CiA 402 profile."""
 
 from dataclasses import dataclass
 
 from drivers.interfaces import Accuracy
 
 
+@dataclass(frozen=True, kw_only=True)
+class NodeOptions:
+    """Settings that all such drives have; times are in s.
+
+    A transition of the power states may take `transition_timeout`; the drive is asked every `poll_interval`.
+    With `heartbeat_time` above 0, a drive that has a heartbeat consumer (0x1016) is set to switch its voltage off
+    (0x6007, where it has that) once this process, as node `heartbeat_node`, has been silent for so long; 0 sets nothing.
+    """
+
+    transition_timeout: float = 1.0
+    poll_interval: float = 0.01
+    serial_number: str | None = None
+    heartbeat_time: float = 0.0
+    heartbeat_node: int = 127
+
+
 @dataclass(frozen=True)
-class Cia402Options:
+class Cia402Options(NodeOptions):
     """Settings of an inverter with the CiA 402 profile over CANopen.
 
     `maximum_current` (A, peak) and `maximum_frequency` (Hz) are the station's limits. `current_scale` is peak amperes
     per ampere of the drive's scale (√2 for a drive that counts rms). The ramp has ended within `frequency_tolerance`
-    (Hz) of the target, a current has settled within `current_tolerance` (of rated). Times are in s.
+    (Hz) of the target, a current has settled within `current_tolerance` (of rated), at most `settle_timeout` (s) later.
     """
 
     maximum_current: float
@@ -19,9 +35,19 @@ class Cia402Options:
     current_scale: float = 1.0
     frequency_tolerance: float = 0.05
     current_tolerance: float = 0.01
-    transition_timeout: float = 1.0
     settle_timeout: float = 30.0
-    poll_interval: float = 0.01
-    serial_number: str | None = None
+    current_accuracy: Accuracy | None = None
+    frequency_accuracy: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class Cia402SixStepOptions(NodeOptions):
+    """Settings of a six-step drive with the CiA 402 profile over CANopen.
+
+    An accuracy that is not given is assumed and named so: of the DC link's voltage (V) and current (A), and of the
+    electrical frequency (Hz).
+    """
+
+    voltage_accuracy: Accuracy | None = None
     current_accuracy: Accuracy | None = None
     frequency_accuracy: Accuracy | None = None

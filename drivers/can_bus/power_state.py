@@ -72,6 +72,10 @@ def error_name(code: int) -> str:
     return f"0x{code:04X} ({ERROR_NAMES.get(code) or ERROR_GROUPS.get(code >> 12, 'unknown')})"
 
 
+class UnreachedStateError(ReportedError):
+    """The drive answers, but stays in another state or mode than was commanded."""
+
+
 class PowerStateMachine:
     """The drive's state, and the ways up and down; `timeout` (s) is for one transition."""
 
@@ -89,10 +93,12 @@ class PowerStateMachine:
         except ValueError as error:
             raise CommunicationError(self._objects.name, str(error), command="read 0x6041:00") from error
 
-    def check_fault(self) -> None:
-        """Raise ReportedError with the error code where the drive is in fault."""
-        if self.state() in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
+    def check_fault(self) -> PowerState:
+        """Return the present state; raises ReportedError with the error code where the drive is in fault."""
+        state = self.state()
+        if state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
             raise self._fault("")
+        return state
 
     def enable(self) -> None:
         """Go to Operation enabled, step by step; raises ReportedError where the drive does not follow."""
@@ -133,7 +139,7 @@ class PowerStateMachine:
             if self._clock.now() >= deadline:
                 if state is PowerState.FAULT:
                     raise self._fault(command)
-                raise ReportedError(
+                raise UnreachedStateError(
                     self._objects.name, f"stays in {state.words}, {wanted.words} was commanded", command=command
                 )
             self._clock.sleep(self._poll_interval)

@@ -91,3 +91,16 @@ class ManualVoltmeterOptions:
     model: str = "voltmeter read by hand"
     maximum_voltage: float = 1000.0
     accuracy: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class ManualDriveOptions:
+    """Ranges (V, A, Hz electrical) and accuracies of a six-step drive that a person switches and reads."""
+
+    maximum_voltage: float
+    maximum_current: float
+    maximum_frequency: float = 5000.0
+    model: str = "six-step drive run by hand"
+    voltage_accuracy: Accuracy | None = None
+    current_accuracy: Accuracy | None = None
+    frequency_accuracy: Accuracy | None = None

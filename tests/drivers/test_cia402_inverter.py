@@ -12,7 +12,8 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.can_bus.cia402_inverter import Cia402Inverter, open_cia402_inverter, parse_address
+from drivers.can_bus.addresses import BusAddress, parse_address
+from drivers.can_bus.cia402_inverter import Cia402Inverter, open_cia402_inverter
 from drivers.can_bus.objects import NodeObjects
 from drivers.can_bus.options import Cia402Options
 from drivers.can_bus.power_state import PowerState, decode_state, error_name
@@ -331,8 +332,11 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
 @pytest.mark.parametrize(
     ("address", "parts"),
     [
-        ("can://socketcan/can0?node=5", ("socketcan", "can0", 5, 500_000)),
-        ("can://udp_multicast/239.74.163.2?node=127&bitrate=1000000", ("udp_multicast", "239.74.163.2", 127, 10**6)),
+        ("can://socketcan/can0?node=5", (BusAddress("socketcan", "can0", 500_000), 5)),
+        (
+            "can://udp_multicast/239.74.163.2?node=127&bitrate=1000000",
+            (BusAddress("udp_multicast", "239.74.163.2", 10**6), 127),
+        ),
     ],
 )
 def test_addresses(address: str, parts: Any) -> None:
@@ -340,7 +344,7 @@ def test_addresses(address: str, parts: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "address", ["can://virtual/a", "can://virtual?node=1", "can://virtual/a?node=200", "tcp://a/b"]
+    "address", ["can://virtual/a", "can://virtual?node=1", "can://virtual/a?node=200", "tcp://a/b", "can://[/a?node=1"]
 )
 def test_addresses_that_are_none(address: str) -> None:
     with pytest.raises(CommunicationError, match="is no CAN address"):

@@ -12,6 +12,7 @@ import pytest
 
 import drivers
 from drivers.interfaces import (
+    BldcDrive,
     Dynamometer,
     Instrument,
     Inverter,
@@ -33,6 +34,7 @@ KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
     "drivers.modbus.delta_dyn200.DeltaDyn200": ("dynamometer", (Dynamometer,)),
     "drivers.serial_line.lutron_tachometer.LutronTachometer": ("tachometer", (Tachometer,)),
     "drivers.can_bus.cia402_inverter.Cia402Inverter": ("inverter", (Inverter,)),
+    "drivers.can_bus.cia402_six_step.Cia402SixStep": ("drive", (BldcDrive,)),
     "drivers.visa.keysight_34461a.Keysight34461A": ("voltmeter", (Voltmeter,)),
     "drivers.manual.supply.ManualSupply": ("supply", (Supply,)),
     "drivers.manual.lcr_meter.ManualLcrMeter": ("lcr_meter", (LcrMeter,)),
@@ -40,6 +42,7 @@ KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
     "drivers.manual.dynamometer.ManualDynamometer": ("dynamometer", (Dynamometer,)),
     "drivers.manual.tachometer.ManualTachometer": ("tachometer", (Tachometer,)),
     "drivers.manual.inverter.ManualInverter": ("inverter", (Inverter,)),
+    "drivers.manual.drive.ManualDrive": ("drive", (BldcDrive,)),
     "drivers.manual.voltmeter.ManualVoltmeter": ("voltmeter", (Voltmeter,)),
 }
 

@@ -23,6 +23,7 @@ def test_every_role_has_an_automatic_and_a_manual_driver() -> None:
         Role.DYNAMOMETER: ("delta-dyn200", "manual"),
         Role.TACHOMETER: ("lutron-tachometer", "manual"),
         Role.INVERTER: ("cia402-inverter", "manual"),
+        Role.DRIVE: ("cia402-six-step", "manual"),
         Role.VOLTMETER: ("keysight-34461a", "manual"),
     }
 
