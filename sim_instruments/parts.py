@@ -7,6 +7,7 @@ from sim_instruments.physics.network import Network
 from sim_instruments.physics.swing import Shaft
 from sim_instruments.physics.windings import Windings
 from sim_instruments.settings import Settings
+from sim_instruments.six_step_stage import SixStepStage
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 
 SUPPLY_POLES = ("supply+", "supply-")
@@ -23,6 +24,7 @@ class Parts:
     dynamometer: DynamometerMachine
     inverter: InverterStage
     leads: Leads
+    six_step: SixStepStage | None = None
 
     def shaft(self, settings: Settings, torque: float = 0.0) -> Shaft:
         """Return what turns together: the motor, and the dynamometer's machine where it is coupled."""

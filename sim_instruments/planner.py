@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_instruments import free_shaft, inverter_drive
+from sim_instruments import free_shaft, inverter_drive, six_step_drive
 from sim_instruments.parts import Parts
 from sim_instruments.physics.motion import Motion, Rest, Wavering
 from sim_instruments.physics.rotating import Rotating
@@ -24,7 +24,7 @@ _HAND_RATE = 2.0 * math.pi * 0.7
 def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment:
     """Return the segment that starts at `time` (s) from a state.
 
-    What a protection does at once (a trip, a fault of the inverter) is written into the settings first.
+    What a protection does at once (a trip, a fault of the inverter or the six-step drive) is written into the settings first.
     """
     if over_voltage(settings.supply, state.source_voltage):
         settings.supply.tripped, settings.supply.on = "voltage", False
@@ -39,7 +39,11 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
         output = None
     network = supplied if output is not None else parts.network(windings, settings, supplied=False)
     made = Plan(parts, settings, state, time, windings, network, output)
-    segment = _with_shaft(made, direction)
+    try:
+        segment = _with_shaft(made, direction)
+    except six_step_drive.DriveTripError as trip:
+        settings.six_step.enabled, settings.six_step.fault = False, trip.fault
+        segment = _with_shaft(made, direction)
     segment = _with_over_current(parts, settings, state, segment)
     return next_update(parts.motor, settings.ambient_temperature, state.temperature, segment)
 
@@ -59,12 +63,16 @@ def _with_shaft(made: Plan, direction: int) -> Segment:
                 law = DynamometerLaw("constant", command)
         if settings.inverter.enabled:
             return inverter_drive.imposed(made, Rest(state.angle), math.inf, law, direction)
+        if settings.six_step.enabled:
+            return six_step_drive.imposed(made, Rest(state.angle), math.inf, law)
         return resting(made, law)
     if settings.shaft.holder in ("turning", "pulling"):
         motion, end = _hand(made)
         outcome: Outcome = "let go" if settings.shaft.holder == "pulling" else "none"
         if settings.inverter.enabled:
             segment = inverter_drive.imposed(made, motion, end, DynamometerLaw(), direction)
+        elif settings.six_step.enabled:
+            segment = six_step_drive.imposed(made, motion, end, DynamometerLaw())
         else:
             segment = turning(made, motion, end, DynamometerLaw())
         return replace(segment, outcome=outcome) if segment.end == end else segment
@@ -72,6 +80,8 @@ def _with_shaft(made: Plan, direction: int) -> Segment:
         motion, end = dynamometer_ramp(made)
         if settings.inverter.enabled:
             return inverter_drive.imposed(made, motion, end, DynamometerLaw("balance"), direction)
+        if settings.six_step.enabled:
+            return six_step_drive.imposed(made, motion, end, DynamometerLaw("balance"))
         if isinstance(motion, Rest):
             return resting(made, DynamometerLaw("balance"))
         return turning(made, motion, end, DynamometerLaw("balance"))
@@ -79,6 +89,8 @@ def _with_shaft(made: Plan, direction: int) -> Segment:
     law = DynamometerLaw("constant", torque) if driven else DynamometerLaw()
     if settings.inverter.enabled:
         return inverter_drive.free(made, torque, law, direction)
+    if settings.six_step.enabled:
+        return six_step_drive.free(made, torque, law)
     if made.output is None:
         return free_shaft.coasting(made, torque, law)
     return free_shaft.energised(made, torque, law, time)
@@ -104,7 +116,8 @@ def turning(made: Plan, motion: Motion, end: float, law: DynamometerLaw) -> Segm
 def _turned_from_outside(settings: Settings) -> bool:
     drive = settings.dynamometer
     by_drive = settings.shaft.coupled and drive.enabled and drive.mode == "speed"
-    return settings.inverter.enabled or by_drive or settings.shaft.holder in ("turning", "pulling")
+    fed = settings.inverter.enabled or settings.six_step.enabled
+    return fed or by_drive or settings.shaft.holder in ("turning", "pulling")
 
 
 def _hand(made: Plan) -> tuple[Motion, float]:

@@ -6,6 +6,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network
@@ -103,10 +104,12 @@ class Segment:
         return self.circuit.network.source_current(self.winding_currents(times))
 
     def motor_torque(self, times: FloatArray) -> FloatArray:
-        """Return the motor's electromagnetic torque (N·m); without the switching ripple's share."""
+        """Return the motor's electromagnetic torque (N·m); without the switching ripple's share, of a six-step drive its mean."""
         if not self.live:
             return np.zeros_like(times)
         circuit = self.circuit
+        if isinstance(circuit, Commutated):
+            return circuit.torque(times)
         currents = (
             circuit.smooth_currents(times) if isinstance(circuit, ImpressedField) else circuit.winding_currents(times)
         )
@@ -123,8 +126,8 @@ class Segment:
         return shaft.inertia * self.motion.acceleration(times) + friction - self.motor_torque(times)
 
     def copper_loss(self, times: FloatArray) -> FloatArray:
-        """Return the loss (W) in the windings."""
-        if not self.live:
+        """Return the loss (W) in the windings that warms them; a six-step drive's figures know no temperature."""
+        if not self.live or isinstance(self.circuit, Commutated):
             return np.zeros_like(times)
         result: FloatArray = self.windings.resistance @ self.winding_currents(times) ** 2
         return result

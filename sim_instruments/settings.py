@@ -8,7 +8,11 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 Terminal = Literal["A", "B", "C"]
-Socket = Literal["open", "supply+", "supply-", "lcr_high", "lcr_low", "inverter_u", "inverter_v", "inverter_w"]
+Socket = Literal[
+    "open", "supply+", "supply-", "lcr_high", "lcr_low", "inverter_u", "inverter_v", "inverter_w",
+    "drive_1", "drive_2", "drive_3",
+]  # fmt: skip
+SixStepFault = Literal["output phase missing", "overcurrent", "no rotation"]
 Holder = Literal["free", "locked", "hand", "turning", "pulling"]
 
 TERMINALS: tuple[Terminal, ...] = ("A", "B", "C")
@@ -21,6 +25,9 @@ SOCKETS: tuple[Socket, ...] = (
     "inverter_u",
     "inverter_v",
     "inverter_w",
+    "drive_1",
+    "drive_2",
+    "drive_3",
 )
 
 
@@ -58,6 +65,14 @@ class InverterSettings:
 
 
 @dataclass
+class SixStepSettings:
+    """What is set of the six-step drive, and why it has switched itself off."""
+
+    enabled: bool = False
+    fault: SixStepFault | None = None
+
+
+@dataclass
 class ShaftSettings:
     """Who holds or turns the shaft. `wobble_phase` (rad) starts the wobble,
     `pull_until` (s) and `pull_speed` (rad/s) belong to a pull by hand.
@@ -80,6 +95,7 @@ class Settings:
     supply: SupplySettings = field(default_factory=SupplySettings)
     dynamometer: DynamometerSettings = field(default_factory=DynamometerSettings)
     inverter: InverterSettings = field(default_factory=InverterSettings)
+    six_step: SixStepSettings = field(default_factory=SixStepSettings)
     shaft: ShaftSettings = field(default_factory=ShaftSettings)
     ambient_temperature: float = 25.0
     leads_shorted: bool = False

@@ -16,6 +16,7 @@ from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.planner import plan
 from sim_instruments.segment import FieldState, Segment, State
 from sim_instruments.settings import Settings
+from sim_instruments.six_step_stage import SixStepStage
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.thermal import temperature_after
 
@@ -39,9 +40,10 @@ class Timeline:
         leads: Leads,
         ambient_temperature: float,
         initial_angle: float,
+        six_step: SixStepStage | None = None,
     ) -> None:
         self.lock = threading.RLock()
-        self.parts = Parts(motor, supply, dynamometer, inverter, leads)
+        self.parts = Parts(motor, supply, dynamometer, inverter, leads, six_step)
         self.settings = Settings(ambient_temperature=ambient_temperature)
         self._clock = clock
         self.now = clock.now()

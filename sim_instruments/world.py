@@ -15,6 +15,9 @@ from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.probes import NODES, CurrentProbe, Node, Probe, VoltageProbe
 from sim_instruments.segment import Segment
 from sim_instruments.settings import SOCKETS, TERMINALS, FloatArray, Socket, Terminal
+from sim_instruments.six_step.drive import SixStepDrive
+from sim_instruments.six_step_output import SixStepOutput
+from sim_instruments.six_step_stage import SixStepStage
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.supply_output import SupplyOutput
 from sim_instruments.timeline import Timeline
@@ -41,6 +44,7 @@ class World:
         ambient_temperature: float = 25.0,
         star_point_accessible: bool = False,
         initial_angle: float = 0.0,
+        six_step: SixStepDrive | None = None,
     ) -> None:
         if star_point_accessible and motor.connection == "delta":
             raise ValueError("star_point_accessible is set for a delta motor; only a wye has a star point")
@@ -48,6 +52,7 @@ class World:
         self.clock = clock
         self.star_point_accessible = star_point_accessible
         self._random = np.random.default_rng(seed)
+        stage = None if six_step is None else SixStepStage(six_step, motor)
         self._timeline = Timeline(
             motor,
             clock,
@@ -57,11 +62,14 @@ class World:
             leads=leads or Leads(),
             ambient_temperature=ambient_temperature,
             initial_angle=initial_angle,
+            six_step=stage,
         )
         self.lock = self._timeline.lock
         self.supply = SupplyOutput(self._timeline, self._timeline.parts.supply)
         self.dynamometer = DynamometerShaft(self._timeline, self._timeline.parts.dynamometer, clock)
         self.inverter = InverterOutput(self._timeline, self._timeline.parts.inverter)
+        #: None on a bench without such a drive.
+        self.six_step = None if stage is None else SixStepOutput(self._timeline, stage)
         self._probes: dict[int, Probe] = {}
         self._sense: tuple[Terminal, Terminal] | None = None
 
@@ -70,18 +78,19 @@ class World:
     def connect(self, wiring: Mapping[str, str]) -> None:
         """Wire the motor's terminals anew: terminal to socket, those left out stay open.
 
-        Raises ValueError for an unknown terminal or socket.
+        Raises ValueError for an unknown terminal or socket, or the six-step drive's on a bench without one.
         """
+        sockets = [name for name in SOCKETS if self.six_step is not None or not name.startswith("drive_")]
         complete: dict[Terminal, Socket] = {}
         for name in wiring:
             if name not in TERMINALS:
                 raise ValueError(f"terminal {name!r} is unknown; the motor has {', '.join(TERMINALS)}")
         for terminal in TERMINALS:
             socket = wiring.get(terminal, "open")
-            known = next((entry for entry in SOCKETS if entry == socket), None)
+            known = next((entry for entry in sockets if entry == socket), None)
             if known is None:
                 raise ValueError(
-                    f"socket {socket!r} for terminal {terminal} is unknown; allowed are {', '.join(SOCKETS)}"
+                    f"socket {socket!r} for terminal {terminal} is unknown; allowed are {', '.join(sockets)}"
                 )
             complete[terminal] = known
         with self._timeline.changing() as settings:
@@ -277,7 +286,10 @@ class World:
                 "supply_voltage": float(timeline.present.output_voltage(now)[0]),
                 "supply_current": float(timeline.present.output_current(now)[0]),
                 "supply_tripped": settings.supply.tripped,
-                "energised": settings.supply.on or settings.inverter.enabled or settings.dynamometer.enabled,
+                "energised": settings.supply.on
+                or settings.inverter.enabled
+                or settings.six_step.enabled
+                or settings.dynamometer.enabled,
                 "shaft_angle": timeline.state.angle,
                 "shaft_speed": timeline.state.speed,
                 "shaft_holder": settings.shaft.holder,
@@ -295,6 +307,8 @@ class World:
                 "inverter_enabled": settings.inverter.enabled,
                 "inverter_fault": settings.inverter.fault,
                 "inverter_in_step": timeline.present.in_step,
+                "six_step_enabled": settings.six_step.enabled,
+                "six_step_fault": settings.six_step.fault,
                 "winding_temperature": timeline.winding_temperature(),
                 "ambient_temperature": settings.ambient_temperature,
                 "faults": {

@@ -8,14 +8,19 @@ from numpy.typing import NDArray
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive
 
 
+def emf_angle_at_start(drive: SixStepDrive) -> float:
+    """Angle (electrical, rad) of winding a's EMF when T1T2 begins: e_a = k·ω·cos(θ + it), θ the angle since then."""
+    # Delta: the winding c lies across the conducting legs. Wye: phases a and c in series do.
+    return (math.pi / 6 if drive.connection == "delta" else 0.0) - drive.advance_angle
+
+
 def emf_phasors(drive: SixStepDrive) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Harmonic orders, shape (H,), and EMF phasors per mechanical rad/s of the windings a, b, c, shape (3, H).
 
     With θ the electrical angle since T1T2 began, winding k has e_k = ω·Re Σ_h E[k, h]·exp(j·order[h]·θ) volts.
     Without advance the line-to-line EMF across the conducting legs 1 and 3 peaks in the middle of the state.
     """
-    # Delta: the winding c lies across the conducting legs. Wye: phases a and c in series do.
-    start = (math.pi / 6 if drive.connection == "delta" else 0.0) - drive.advance_angle
+    start = emf_angle_at_start(drive)
     harmonics = (EmfHarmonic(1, 1.0), *drive.emf_harmonics)
     orders = np.array([h.order for h in harmonics], dtype=np.float64)
     amplitudes = np.array([h.amplitude * np.exp(1j * h.phase) for h in harmonics])
