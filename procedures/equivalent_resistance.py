@@ -215,7 +215,8 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                 "delta-from-outside",
                 text(
                     "a delta's winding currents are formed from line currents: differences are seen from outside, a current "
-                    "circulating in the delta is not. It is taken as zero; a third harmonic of the EMF would add copper loss that no terminal shows"
+                    "circulating in the delta is not. It is taken as zero; a third harmonic of the EMF would add copper loss "
+                    "that no terminal shows"
                 ),
             )
         self._report_at_largest_load(points[-1], rows[-1], parts)
@@ -357,8 +358,8 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                 self.notice(
                     "emf-constant",
                     text(
-                        "the drive's points give k_e = {fitted:.4g}, the back-EMF gives {expected:.4g} V·s/rad: the Hall signals may lead or "
-                        "lag, or R_11 and L are not this motor's",
+                        "the drive's points give k_e = {fitted:.4g}, the back-EMF gives {expected:.4g} V·s/rad: the Hall signals may "
+                        "lead or lag, or R_11 and L are not this motor's",
                         fitted=float(constant.x),
                         expected=expected,
                     ),

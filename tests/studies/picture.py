@@ -1,0 +1,36 @@
+"""`python -m tests.studies.picture FILE.svg`: the demo's table as a picture, for the README."""
+
+import io
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+from rich.console import Console
+
+from bench.commands.run import load_motor
+from bench.language import translator
+from bench.session import Wishes, run
+from procedures.catalogue import catalogue
+from reports.summary import summary
+
+
+def main(target: Path) -> None:
+    """Run the demo and write its table as SVG."""
+    translate = translator("en")
+    with tempfile.TemporaryDirectory() as folder:
+        wishes = Wishes(
+            procedures=("all",), motor=load_motor("lg-400w"), station="virtual", language="en", seed=0, runs=Path(folder)
+        )
+        finished = run(wishes, catalogue(), Console(quiet=True))
+    console = Console(record=True, width=112, file=io.StringIO())
+    console.print("$ motorbench demo")
+    console.print(summary(finished.view.parameters(), (), finished.view.truth, translate))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    # The picture must not fetch a font from somewhere when it is looked at.
+    picture = re.sub(r"@font-face \{.*?\}", "", console.export_svg(title="motorbench"), flags=re.DOTALL)
+    target.write_text(picture, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
