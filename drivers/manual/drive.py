@@ -8,8 +8,6 @@ from drivers.manual.options import ManualDriveOptions
 from drivers.manual.prompt import ATTEMPTS, Prompt, Questions
 from drivers.safety import always
 
-HALL_QUESTION = "Hall signals H1 H2 H3 as three digits, each 0 or 1"
-
 
 class ManualDrive:
     """A six-step drive switched and read by hand."""
@@ -53,8 +51,9 @@ class ManualDrive:
 
     def hall_state(self) -> tuple[bool, bool, bool]:
         """Ask for the three Hall signals, typed as three digits; raises MeasurementError after unusable answers."""
+        quantity = "Hall signals H1 H2 H3 as three digits, each 0 or 1"
         for _ in range(ATTEMPTS):
-            typed = self._questions.ask(HALL_QUESTION, "", 0, 111)
+            typed = self._questions.ask(quantity, "", 0, 111)
             digits = f"{typed:03g}"
             if len(digits) == 3 and set(digits) <= {"0", "1"}:
                 first, second, third = (digit == "1" for digit in digits)

@@ -3,7 +3,7 @@
 import math
 from enum import IntEnum
 
-from drivers.interfaces import Clock, ReportedError
+from drivers.interfaces import Clock, CommunicationError, ReportedError
 from drivers.modbus.line import ModbusLine, signed_16
 
 #: Command and status registers.
@@ -83,10 +83,18 @@ class DeltaC2000:
         self.run()
 
     def disable(self) -> None:
-        """Take the output off and make sure that it is.
+        """Take the output off and make sure that it is, over a renewed connection where the present one fails.
 
         Raises ReportedError where the drive still puts out a frequency.
         """
+        try:
+            self._stop()
+        except CommunicationError:
+            # Stop may be sent twice without harm, and must not depend on one lost message.
+            self._line.reopen()
+            self._stop()
+
+    def _stop(self) -> None:
         self._write(COMMAND, STOP, "stop command")
         deadline = self._clock.now() + DISABLE_TIME
         while (counts := self._read(OUTPUT_FREQUENCY, "output frequency")) != 0:

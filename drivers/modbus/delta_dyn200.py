@@ -162,9 +162,15 @@ class DeltaDyn200:
                 self._clock.sleep(self._options.settle_interval)
 
     def make_safe(self) -> None:
-        """Take torque and output off; the shaft coasts."""
-        with always(self._drive.disable):
-            self._drive.set_stop_method(COAST_TO_STOP)
+        """Take torque and output off, over a renewed connection where the present one fails; the shaft coasts.
+
+        Raises ReportedError where the drive does not switch off, CommunicationError where it does not answer.
+        """
+        try:
+            self._coast()
+        except CommunicationError:
+            self._line.reopen()
+            self._coast()
 
     def close(self) -> None:
         """Close the connection; may be called twice."""
@@ -179,6 +185,10 @@ class DeltaDyn200:
         self._drive.check_fault()
         self._drive.set_stop_method(COAST_TO_STOP)
         self._drive.set_mode(mode)
+
+    def _coast(self) -> None:
+        with always(self._drive.disable):
+            self._drive.set_stop_method(COAST_TO_STOP)
 
     def _end_torque(self) -> None:
         try:

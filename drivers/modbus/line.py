@@ -42,6 +42,9 @@ class ModbusClient(Protocol):
     def write_registers(self, address: int, values: list[int], *, device_id: int = 1) -> ModbusPDU:
         """Write registers (function 16)."""
 
+    def connect(self) -> bool:
+        """Open the connection; false where that fails."""
+
     def close(self) -> None:
         """Close the connection."""
 
@@ -97,6 +100,12 @@ class ModbusLine:
             raise self._silence(command, error) from error
         self._check(reply, command, unit, address)
         self._trace("read", "done")
+
+    def reopen(self) -> None:
+        """Open the connection anew, so that nothing late is on it; raises CommunicationError where that fails."""
+        self._client.close()
+        if not self._client.connect():
+            raise CommunicationError(self.name, "cannot be opened again", remedy="Check address, power and cable")
 
     def close(self) -> None:
         """Close the connection; may be called twice."""

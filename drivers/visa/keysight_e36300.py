@@ -34,6 +34,9 @@ REGULATION = {0: None, 1: OutputMode.CONSTANT_CURRENT, 2: OutputMode.CONSTANT_VO
 #: How far a level read back may lie from the one set: steps of the converters are below 5 mV and 5 mA.
 READBACK_STEP = 5e-3
 
+#: How long (s) the way down waits for a reply: other instruments are still energised meanwhile.
+WAY_DOWN_TIME = 2.0
+
 
 def decode_regulation(condition: int) -> OutputMode | None:
     """Return what the ISUMmary condition register says of the regulation, `None` where the output is off or lost.
@@ -129,17 +132,23 @@ class KeysightE36300:
 
         Raises ReportedError where it stays on, CommunicationError where the instrument does not answer.
         """
-        command = f"OUTP OFF,{self._list}"
-        try:
-            self._session.write(command)
-            still_on = self._is_on()
-        except (CommunicationError, ReportedError):
-            # Off may be sent twice without harm, and must not depend on one lost message or an older error.
-            self._session.write(command)
-            still_on = self._is_on()
+        session = self._session
+        with session.within(WAY_DOWN_TIME):
+            try:
+                still_on = self._switch_off()
+            except (CommunicationError, ReportedError):
+                # Off may be sent twice without harm, and must not depend on one lost message or an older error.
+                try:
+                    still_on = self._switch_off()
+                except CommunicationError:
+                    session.reopen()
+                    still_on = self._switch_off()
         if still_on:
             raise ReportedError(
-                self._name, "the output is still on", command=command, remedy="Switch it off at the front panel"
+                self._name,
+                "the output is still on",
+                command=f"OUTP OFF,{self._list}",
+                remedy="Switch it off at the front panel",
             )
 
     def output_mode(self) -> OutputMode:
@@ -181,6 +190,11 @@ class KeysightE36300:
     def _protection_for(self, voltage: float) -> float:
         above = voltage * (1 + self._options.over_voltage_margin) + self._options.over_voltage_headroom
         return min(above, self._output.maximum_over_voltage)
+
+    def _switch_off(self) -> bool:
+        """Send off and return whether the output is on nevertheless."""
+        self._session.write(f"OUTP OFF,{self._list}")
+        return self._is_on()
 
     def _is_on(self) -> bool:
         return self._flag("OUTP?")

@@ -5,12 +5,12 @@ reading is not, because readings carry their own status and the look would doubl
 read when the query fails, and drivers look once more at the end of a configuration.
 """
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Protocol, TypeVar
 
 from pyvisa.constants import StatusCode
-from pyvisa.errors import VisaIOError
+from pyvisa.errors import InvalidSession, VisaIOError
 
 from drivers.interfaces import CommunicationError, ReportedError, Traffic
 from drivers.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
@@ -24,6 +24,8 @@ IDENTITY_QUERY = "*IDN?"
 LONGEST_QUEUE = 128
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
+#: What a resource raises that does not work, or whose connection was lost and could not be opened anew.
+RESOURCE_ERRORS = (VisaIOError, InvalidSession, OSError)
 #: How long (s) to wait for what may still come from an instrument that had fallen silent.
 DRAIN_TIME = 1.0
 
@@ -61,6 +63,9 @@ class VisaResource(Protocol):
 
     def clear(self) -> None:
         """Clear the device's input and output buffers (viClear)."""
+
+    def open(self) -> None:
+        """Open a closed resource anew."""
 
     def close(self) -> None:
         """Close the resource."""
@@ -158,13 +163,51 @@ class ScpiSession:
             self._identity_line = self.query(IDENTITY_QUERY, repeatable=False)
         return self._identity_line
 
+    @contextmanager
+    def within(self, timeout: float) -> Iterator[None]:
+        """Wait no longer than `timeout` (s) for any reply inside the block."""
+        before, self._timeout = self._timeout, timeout
+        try:
+            self._apply_timeout()
+            yield
+        finally:
+            self._timeout = before
+            self._apply_timeout()
+
+    def reopen(self) -> None:
+        """Open the resource anew after its connection was lost.
+
+        Raises CommunicationError where that fails or another instrument than before answers.
+        """
+        termination = self._resource.read_termination
+        self.close()
+        try:
+            self._resource.open()
+        except (*RESOURCE_ERRORS, ValueError) as error:
+            raise CommunicationError(
+                self.name, f"cannot be opened again ({_finding(error)})", remedy="Check power and cable"
+            ) from error
+        self._apply_timeout()
+        self._resource.read_termination = termination
+        self._in_step, self._silent = True, False
+        found = self._ask(IDENTITY_QUERY)
+        if self._identity_line not in (None, found):
+            raise CommunicationError(
+                self.name, f"'{found}' answers instead of '{self._identity_line}'", command=IDENTITY_QUERY
+            )
+
     def close(self) -> None:
         """Close the resource; what it says about that is of no use any more."""
         try:
             self._resource.close()
-        except VisaIOError as error:
+        except RESOURCE_ERRORS as error:
             if self._traffic is not None:
-                self._traffic("error", f"close: {error.description}")
+                self._traffic("error", f"close: {_finding(error)}")
+
+    def _apply_timeout(self) -> None:
+        # A resource that could not be opened again has none; the next exchange says so.
+        with suppress(InvalidSession):
+            self._resource.timeout = self._timeout * 1e3
 
     # inside -----------------------------------------------------------------------------------------------------
 
@@ -179,7 +222,7 @@ class ScpiSession:
             self._traffic("write", command)
         try:
             self._resource.write(command)
-        except (VisaIOError, OSError) as error:
+        except RESOURCE_ERRORS as error:
             self._in_step = False
             raise CommunicationError(
                 self.name, f"could not be sent ({_finding(error)})", command=command, remedy="Check power and cable"
@@ -188,7 +231,7 @@ class ScpiSession:
     def _receive(self, command: str) -> str:
         try:
             raw = self._resource.read_raw()
-        except (VisaIOError, OSError) as error:
+        except RESOURCE_ERRORS as error:
             raise _NoReplyError(self.name, f"no reply ({_finding(error)})", command=command) from error
         if not raw.endswith(b"\n"):
             raise CommunicationError(self.name, f"half a reply: {raw[:80]!r}", command=command)
@@ -233,7 +276,7 @@ class ScpiSession:
             return
         try:
             self._resource.clear()
-        except (VisaIOError, NotImplementedError, OSError) as error:
+        except (*RESOURCE_ERRORS, NotImplementedError) as error:
             # Not every transport has a device clear; what follows does without.
             if self._traffic is not None:
                 self._traffic("error", f"device clear: {_finding(error)}")
@@ -304,7 +347,7 @@ class ScpiSession:
         while len(collected) < count:
             try:
                 chunk, _ = library.read(handle, count - len(collected))
-            except (VisaIOError, OSError) as error:
+            except RESOURCE_ERRORS as error:
                 raise CommunicationError(
                     self.name,
                     f"only {len(collected)} of {count} announced bytes came ({_finding(error)})",
