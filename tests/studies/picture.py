@@ -20,7 +20,12 @@ def main(target: Path) -> None:
     translate = translator("en")
     with tempfile.TemporaryDirectory() as folder:
         wishes = Wishes(
-            procedures=("all",), motor=load_motor("lg-400w"), station="virtual", language="en", seed=0, runs=Path(folder)
+            procedures=("all",),
+            motor=load_motor("lg-400w"),
+            station="virtual",
+            language="en",
+            seed=0,
+            runs=Path(folder),
         )
         finished = run(wishes, catalogue(), Console(quiet=True))
     console = Console(record=True, width=112, file=io.StringIO())
