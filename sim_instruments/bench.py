@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from sim_instruments.clock import VirtualClock
-from sim_instruments.endpoints.can_node import CanNode
+from sim_instruments.endpoints.can_node import CanNode, fresh_channel
 from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
 from sim_instruments.endpoints.modbus_tcp import ModbusTcpEndpoint
 from sim_instruments.endpoints.modbus_unit import ModbusLine
@@ -16,6 +16,8 @@ from sim_instruments.endpoints.pty import SerialStream
 from sim_instruments.endpoints.visa import InProcessVisaLibrary
 from sim_instruments.faults import Faults
 from sim_instruments.instruments.cia402 import Cia402Inverter
+from sim_instruments.instruments.cia402_power import ObjectServer
+from sim_instruments.instruments.cia402_six_step import Cia402SixStep
 from sim_instruments.instruments.delta import DeltaDrive
 from sim_instruments.instruments.dyn200 import Dyn200
 from sim_instruments.instruments.errors import Errors
@@ -25,16 +27,20 @@ from sim_instruments.instruments.keysight_e36300 import RATINGS, KeysightE36313A
 from sim_instruments.instruments.keysight_infiniivision import KeysightInfiniiVision
 from sim_instruments.instruments.lutron import LutronTachometer
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world import World
 
-Role = Literal["supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter"]
+Role = Literal["supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter", "drive"]
 Address = str | dict[str, str | int]
 
+#: The roles that every bench has; "drive" is one more on a bench with a six-step drive.
 # A role's place decides its instrument's noise, so new ones go to the end.
 ROLES: tuple[Role, ...] = (
     "supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter",
 )  # fmt: skip
+_DRIVE_PLACE = 100
+_INVERTER_NODE, _DRIVE_NODE = 5, 6
 VISA_ADDRESSES: dict[str, str] = {
     "supply": "TCPIP0::supply::inst0::INSTR",
     "lcr_meter": "TCPIP0::lcr-meter::inst0::INSTR",
@@ -48,7 +54,8 @@ class VirtualBench:
 
     Faces and endpoints come into being when they are first asked for. `seed` decides every noise, each instrument
     drawing its own; `errors` are the individual errors of the instruments. `line` is how the dynamometer is reached,
-    `can_interface` how the inverter is ("virtual" in process, "udp_multicast" between processes).
+    `can_interface` how inverter and six-step drive are ("virtual" in process, "udp_multicast" between processes).
+    `six_step` is the six-step drive, whose machine `motor` must be.
     """
 
     def __init__(
@@ -73,6 +80,7 @@ class VirtualBench:
         annunciator: str = "22",
         line: Literal["tcp", "rtu"] = "tcp",
         can_interface: str = "virtual",
+        six_step: SixStepDrive | None = None,
     ) -> None:
         self.errors = errors or Errors()
         self.clock = clock or VirtualClock()
@@ -87,7 +95,10 @@ class VirtualBench:
             ambient_temperature=ambient_temperature,
             star_point_accessible=star_point_accessible,
             initial_angle=initial_angle,
+            six_step=six_step,
         )
+        #: The roles of this bench.
+        self.roles: tuple[Role, ...] = ROLES if six_step is None else (*ROLES, "drive")
         self._seed = seed
         self._lcr_options = lcr_options
         self._scope_bits = scope_bits
@@ -96,6 +107,7 @@ class VirtualBench:
         self._annunciator = annunciator
         self._line_kind = line
         self._can_interface = can_interface
+        self._can_channel = fresh_channel(can_interface)
         self._open = ExitStack()
 
     # faces
@@ -146,10 +158,15 @@ class VirtualBench:
         """The voltmeter's face."""
         return Keysight34461A(self.world, self._generator("voltmeter"), self.errors.voltmeter)
 
+    @cached_property
+    def drive(self) -> Cia402SixStep:
+        """The six-step drive's face. Raises ValueError on a bench without one."""
+        return Cia402SixStep(self.world, self._generator("drive"), self.errors.drive)
+
     @property
     def faces(self) -> dict[str, object]:
         """Return every face by role."""
-        return {role: getattr(self, role) for role in ROLES}
+        return {role: getattr(self, role) for role in self.roles}
 
     def faults(self, role: str) -> Faults:
         """Return the faults of a role's line. Raises ValueError for an unknown role."""
@@ -165,10 +182,12 @@ class VirtualBench:
             case "tachometer":
                 return self.tachometer.faults
             case "inverter":
-                return self._can_node.faults
+                return self._inverter_node.faults
+            case "drive" if role in self.roles:
+                return self._drive_node.faults
             case "voltmeter":
                 return self.voltmeter.faults
-        raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(ROLES)}")
+        raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(self.roles)}")
 
     # endpoints
 
@@ -200,8 +219,22 @@ class VirtualBench:
         return endpoint
 
     @cached_property
-    def _can_node(self) -> CanNode:
-        node = CanNode(self.inverter, self.clock, self._generator("inverter"), interface=self._can_interface)
+    def _inverter_node(self) -> CanNode:
+        return self._can_node(self.inverter, "inverter", _INVERTER_NODE)
+
+    @cached_property
+    def _drive_node(self) -> CanNode:
+        return self._can_node(self.drive, "drive", _DRIVE_NODE)
+
+    def _can_node(self, device: ObjectServer, role: Role, node_id: int) -> CanNode:
+        node = CanNode(
+            device,
+            self.clock,
+            self._generator(role),
+            node_id=node_id,
+            interface=self._can_interface,
+            channel=self._can_channel,
+        )
         self._open.callback(node.close)
         return node
 
@@ -215,12 +248,14 @@ class VirtualBench:
             case "tachometer":
                 return self._tachometer_endpoint.address
             case "inverter":
-                return self._can_node.address
-        raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(ROLES)}")
+                return self._inverter_node.address
+            case "drive" if role in self.roles:
+                return self._drive_node.address
+        raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(self.roles)}")
 
     def addresses(self) -> dict[str, Address]:
         """Return where every instrument is reached."""
-        return {role: self.address(role) for role in ROLES}
+        return {role: self.address(role) for role in self.roles}
 
     def close(self) -> None:
         """Close all endpoints, the last one opened first; again is allowed."""
@@ -238,7 +273,7 @@ class VirtualBench:
         self.close()
 
     def _generator(self, role: Role) -> np.random.Generator:
-        return np.random.default_rng((self._seed, ROLES.index(role)))
+        return np.random.default_rng((self._seed, _DRIVE_PLACE if role == "drive" else ROLES.index(role)))
 
 
 def _supply_stage() -> SupplyStage:

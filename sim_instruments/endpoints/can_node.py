@@ -9,7 +9,7 @@ import numpy as np
 from canopen import objectdictionary
 
 from sim_instruments.faults import FaultKind, Faults
-from sim_instruments.instruments.cia402 import Cia402Inverter, Entry, SdoError
+from sim_instruments.instruments.cia402_power import Entry, ObjectServer, SdoError
 from sim_instruments.scpi.exchange import Clock
 
 # canopen is typed in parts only.
@@ -31,8 +31,13 @@ _MULTICAST = "239.74.163.2"
 _GENERAL_ERROR = 0x08000000
 
 
+def fresh_channel(interface: str) -> str:
+    """Return a channel of python-can's that no other bench in this process is on."""
+    return _MULTICAST if interface == "udp_multicast" else f"virtual-bench-{uuid4().hex}"
+
+
 class CanNode:
-    """Serves an inverter's object dictionary by SDO. Every transfer takes 2 ms of virtual time.
+    """Serves a drive's object dictionary by SDO. Every transfer takes 2 ms of virtual time.
 
     Faults see requests as "read 6041H 0" and "write 6040H 0"; garbage and half a reply are a frame that no client
     can use, a replaced one is an abort.
@@ -40,7 +45,7 @@ class CanNode:
 
     def __init__(
         self,
-        inverter: Cia402Inverter,
+        device: ObjectServer,
         clock: Clock,
         generator: np.random.Generator,
         *,
@@ -49,14 +54,13 @@ class CanNode:
         channel: str | None = None,
     ) -> None:
         self.faults = Faults()
-        self._inverter = inverter
+        self._device = device
         self._clock = clock
         self._random = generator
         self._interface = interface
-        default = _MULTICAST if interface == "udp_multicast" else f"virtual-bench-{uuid4().hex}"
-        self._channel = channel or default
+        self._channel = channel or fresh_channel(interface)
         self._node_id = node_id
-        self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(inverter.entries)))
+        self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(device.entries)))
         self._node.add_read_callback(self._read)
         self._node.add_write_callback(self._write)
         self._network: Any = canopen.Network(can.Bus(interface=interface, channel=self._channel))
@@ -101,11 +105,11 @@ class CanNode:
             self._network.send_message(server.tx_cobid, frame.tobytes())
 
     def _read(self, *, index: int, **_: Any) -> int | None:
-        return self._inverter.read(index)
+        return self._device.read(index)
 
     def _write(self, *, index: int, data: bytes, **others: Any) -> None:
         try:
-            self._inverter.write(index, others["od"].decode_raw(data))
+            self._device.write(index, others["od"].decode_raw(data))
         except SdoError as error:
             raise canopen.SdoAbortedError(error.code) from error
 

@@ -121,6 +121,30 @@ class InverterErrors:
 
 
 @dataclass(frozen=True)
+class DriveErrors:
+    """Errors of a six-step drive's readings: gains relative, offsets and noise (standard deviation) in V and A."""
+
+    voltage_gain: float = 2.0e-4
+    voltage_offset: float = 1.0e-3
+    voltage_noise: float = 1.0e-3
+    current_gain: float = -3.0e-4
+    current_offset: float = 1.0e-3
+    current_noise: float = 1.0e-3
+    frequency_gain: float = 0.0
+
+    @classmethod
+    def drawn(cls, generator: np.random.Generator) -> "DriveErrors":
+        """Draw a unit within ±0.1 % + 5 mV of voltage, ±0.2 % + 5 mA of current and ±50 ppm of frequency."""
+        return cls(
+            voltage_gain=_within(generator, 1.0e-3),
+            voltage_offset=_within(generator, 5.0e-3),
+            current_gain=_within(generator, 2.0e-3),
+            current_offset=_within(generator, 5.0e-3),
+            frequency_gain=_within(generator, 5.0e-5),
+        )
+
+
+@dataclass(frozen=True)
 class VoltmeterErrors:
     """Errors of a DC voltmeter in its ranges 100 mV, 1, 10, 100, 1000 V.
 
@@ -151,6 +175,7 @@ class Errors:
     tachometer: TachometerErrors = field(default_factory=TachometerErrors)
     inverter: InverterErrors = field(default_factory=InverterErrors)
     voltmeter: VoltmeterErrors = field(default_factory=VoltmeterErrors)
+    drive: DriveErrors = field(default_factory=DriveErrors)
 
     @classmethod
     def drawn(cls, generator: np.random.Generator) -> "Errors":
@@ -163,4 +188,5 @@ class Errors:
             TachometerErrors.drawn(generator),
             InverterErrors.drawn(generator),
             VoltmeterErrors.drawn(generator),
+            DriveErrors.drawn(generator),
         )

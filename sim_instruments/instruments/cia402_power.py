@@ -1,0 +1,164 @@
+"""What every drive of the CiA 402 profile has: objects, aborts (CiA 301), and the state machine (CiA 402-2)."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Literal, Protocol
+
+Kind = Literal["i8", "u8", "i16", "u16", "i32", "u32", "text"]
+
+NO_OBJECT, NO_SUBINDEX = 0x06020000, 0x06090011
+TOO_HIGH, TOO_LOW, OUT_OF_RANGE = 0x06090031, 0x06090032, 0x06090030
+DEVICE_STATE = 0x08000022
+
+ERROR_REGISTER = 0x1001
+CONTROL_WORD, STATUS_WORD, ERROR_CODE = 0x6040, 0x6041, 0x603F
+MODE, MODE_DISPLAY, SUPPORTED_MODES = 0x6060, 0x6061, 0x6502
+ACTUAL_VELOCITY, DC_VOLTAGE = 0x606C, 0x6079
+NO_MODE = 0
+VELOCITY_UNIT = 0.01
+_HALT, _FAULT_RESET, _REMOTE = 0x0100, 0x0080, 0x0200
+
+
+class State(IntEnum):
+    """States of the power drive system, as the status word shows them, voltage enabled."""
+
+    SWITCH_ON_DISABLED = 0x0050
+    READY_TO_SWITCH_ON = 0x0031
+    SWITCHED_ON = 0x0033
+    OPERATION_ENABLED = 0x0037
+    QUICK_STOP_ACTIVE = 0x0017
+    FAULT = 0x0018
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One object: its index and subindex, name, type and access; `value` where it is constant."""
+
+    index: int
+    name: str
+    kind: Kind
+    access: Literal["ro", "rw", "wo", "const"] = "ro"
+    subindex: int = 0
+    value: int | str | None = None
+
+
+class SdoError(Exception):
+    """A request that the drive aborts, with the abort code of CiA 301."""
+
+    def __init__(self, code: int, message: str) -> None:
+        self.code = code
+        super().__init__(message)
+
+
+class ObjectServer(Protocol):
+    """A device whose object dictionary a node serves."""
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """Return the object dictionary."""
+
+    def read(self, index: int) -> int | None:
+        """Return the value of an object that changes, None for others."""
+
+    def write(self, index: int, value: int) -> None:
+        """Write an object. Raises SdoError where the value or the state does not allow it."""
+
+
+class PowerStage:
+    """State, control word, mode of operation and error code of one drive."""
+
+    def __init__(self, modes: tuple[int, ...]) -> None:
+        self.state = State.SWITCH_ON_DISABLED
+        self.control = 0
+        self.mode = NO_MODE
+        self.error = 0
+        self._modes = modes
+
+    @property
+    def active(self) -> bool:
+        """Whether operation is enabled in a mode."""
+        return self.state is State.OPERATION_ENABLED and self.mode != NO_MODE
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the halt bit or a quick stop holds the motor."""
+        return bool(self.control & _HALT) or self.state is State.QUICK_STOP_ACTIVE
+
+    @property
+    def status(self) -> int:
+        """The status word, without what a mode adds to it."""
+        return int(self.state) | _REMOTE
+
+    def set_mode(self, value: int) -> None:
+        """Choose a mode of operation, 0 for none. Raises SdoError where mode or state does not allow it."""
+        if value not in (NO_MODE, *self._modes):
+            allowed = " and ".join(str(mode) for mode in self._modes)
+            raise SdoError(OUT_OF_RANGE, f"mode of operation {value} is not supported; allowed: {allowed}")
+        if value != self.mode and self.state is State.OPERATION_ENABLED:
+            raise SdoError(DEVICE_STATE, "the mode of operation cannot change while operation is enabled")
+        self.mode = value
+
+    def trip(self, error: int) -> None:
+        """Go to the fault state with an error code."""
+        self.state, self.error = State.FAULT, error
+
+    def command(self, word: int) -> None:
+        """Take a control word."""
+        rising_reset = bool(word & _FAULT_RESET and not self.control & _FAULT_RESET)
+        self.control = word
+        if self.state is State.FAULT:
+            if rising_reset:
+                self.error = 0
+                self.state = State.SWITCH_ON_DISABLED
+            return
+        if not word & 0b0010:
+            self.state = State.SWITCH_ON_DISABLED
+        elif not word & 0b0100:
+            enabled = self.state is State.OPERATION_ENABLED
+            active = enabled or self.state is State.QUICK_STOP_ACTIVE
+            self.state = State.QUICK_STOP_ACTIVE if active else State.SWITCH_ON_DISABLED
+        elif self.state is State.QUICK_STOP_ACTIVE:
+            if word & 0b1111 == 0b1111:
+                self.state = State.OPERATION_ENABLED
+        elif not word & 0b0001:
+            self.state = State.READY_TO_SWITCH_ON
+        elif self.state in (State.READY_TO_SWITCH_ON, State.SWITCHED_ON, State.OPERATION_ENABLED):
+            # Controlword F in "ready to switch on" passes "switched on" by itself.
+            self.state = State.OPERATION_ENABLED if word & 0b1000 else State.SWITCHED_ON
+
+
+def velocity_steps(frequency: float) -> int:
+    """Return an electrical frequency (Hz) in the velocity unit of 0.01 Hz."""
+    return round(frequency / VELOCITY_UNIT)
+
+
+def check_limits(index: int, value: int, limits: dict[int, tuple[int, int]]) -> None:
+    """Raise SdoError for a value outside its object's limits."""
+    if index in limits:
+        low, high = limits[index]
+        if not low <= value <= high:
+            code = TOO_HIGH if value > high else TOO_LOW
+            raise SdoError(code, f"object {index:04X}h: {value} is outside {low} … {high}")
+
+
+def standard_entries(name: str, product: int, modes: int) -> tuple[Entry, ...]:
+    """Return what both drives' dictionaries have in common: `modes` are the bits of 6502h."""
+    return (
+        Entry(0x1000, "Device type", "u32", "const", value=0x00020192),
+        Entry(ERROR_REGISTER, "Error register", "u8"),
+        Entry(0x1008, "Manufacturer device name", "text", "const", value=name),
+        Entry(0x1017, "Producer heartbeat time", "u16", "rw", value=0),
+        Entry(0x1018, "Identity: highest subindex", "u8", "const", 0, 4),
+        Entry(0x1018, "Identity: vendor", "u32", "const", 1, 0x000002FF),
+        Entry(0x1018, "Identity: product code", "u32", "const", 2, product),
+        Entry(0x1018, "Identity: revision", "u32", "const", 3, 0x00010000),
+        Entry(0x1018, "Identity: serial number", "u32", "const", 4, 0x00000001),
+        Entry(ERROR_CODE, "Error code", "u16"),
+        Entry(CONTROL_WORD, "Controlword", "u16", "rw"),
+        Entry(STATUS_WORD, "Statusword", "u16"),
+        Entry(MODE, "Modes of operation", "i8", "rw"),
+        Entry(MODE_DISPLAY, "Modes of operation display", "i8"),
+        Entry(ACTUAL_VELOCITY, "Velocity actual value", "i32"),
+        Entry(DC_VOLTAGE, "DC link circuit voltage", "u32"),
+        Entry(SUPPORTED_MODES, "Supported drive modes", "u32", value=modes),
+    )
