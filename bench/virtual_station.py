@@ -25,7 +25,12 @@ def describe(addresses: Mapping[str, Address]) -> dict[str, Any]:
         "dynamometer": {"driver": "delta-dyn200", "maximum_speed": 630.0},
         "voltmeter": {"driver": "keysight-34461a"},
         "tachometer": {"driver": "lutron-tachometer"},
-        "inverter": {"driver": "cia402-inverter", "maximum_current": 30.0, "maximum_frequency": 1000.0},
+        "inverter": {
+            "driver": "cia402-inverter",
+            "maximum_current": 30.0,
+            "maximum_frequency": 1000.0,
+            "poll_interval": 0.05,
+        },
         "drive": {"driver": "cia402-six-step"},
     }
     instruments = {role: {**options[role], "address": _as_text(address)} for role, address in addresses.items()}

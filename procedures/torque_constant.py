@@ -30,7 +30,7 @@ class TorqueConstantSettings(Settings):
     )
     current_share: float = Field(default=0.5, gt=0.0, le=1.0, description="largest current, share of the rated current")
     levels: int = Field(default=4, ge=2, le=50, description="current levels in each direction")
-    readings: int = Field(default=20, ge=1, le=1000, description="torque readings at each level")
+    readings: int = Field(default=10, ge=1, le=1000, description="torque readings at each level")
     interval: float = Field(default=0.05, gt=0.0, le=10.0, description="time between readings, s")
 
 

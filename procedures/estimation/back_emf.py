@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
+from scipy import special
 
 from procedures.estimation.checks import positive, same_length, series, uniform_step
 from procedures.estimation.fit import EstimationError, FloatArray
@@ -156,7 +156,7 @@ def _colour(t: FloatArray, model: HarmonicModel, frequency: float) -> float:
         total += float(np.mean(power[low:high])) / mean if mean > 0 else 1.0
     ratio = total / model.residuals.shape[0]
     count = 2 * (high - low) * model.residuals.shape[0]
-    return ratio if ratio > float(stats.chi2.ppf(0.99, count)) / count else 1.0
+    return ratio if ratio > float(special.chdtri(count, 0.01)) / count else 1.0
 
 
 def fit_back_emf(
@@ -189,7 +189,7 @@ def fit_back_emf(
     # φ = c1·x + c2·(2x² − 1): the speed runs from c1 − 4·c2 to c1 + 4·c2.
     drift = 8 * drifting.course[2] / drifting.course[1]
     u_drift = 8 * float(np.sqrt(colour * drifting.course_covariance[1, 1])) / drifting.course[1]
-    p_value = float(2 * stats.t.sf(abs(drift) / u_drift, freedom)) if u_drift > 0 else (0.0 if drift else 1.0)
+    p_value = float(2 * special.stdtr(freedom, -(abs(drift) / u_drift))) if u_drift > 0 else (0.0 if drift else 1.0)
     model = at_full_rate(drifting if p_value < 0.01 and abs(drift) > 1e-5 else steady, kept, *every, block)
     return _result(t, v, model, kept, freedom, (float(drift), u_drift, p_value), colour, resolution)
 

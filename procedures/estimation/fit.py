@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 FloatArray = NDArray[np.float64]
 
@@ -70,5 +70,7 @@ def coverage_interval(
 ) -> tuple[float, float]:
     """Return the interval that covers the true value with the given probability, by Student's t (GUM G.3)."""
     quantile = 0.5 * (1.0 + coverage)
-    factor = stats.t.ppf(quantile, degrees_of_freedom) if np.isfinite(degrees_of_freedom) else stats.norm.ppf(quantile)
+    factor = (
+        special.stdtrit(degrees_of_freedom, quantile) if np.isfinite(degrees_of_freedom) else special.ndtri(quantile)
+    )
     return value - float(factor) * uncertainty, value + float(factor) * uncertainty

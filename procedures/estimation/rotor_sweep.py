@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
+from scipy import special
 
 from procedures.estimation.checks import positive, same_length, series
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
@@ -137,7 +137,7 @@ def saliency_significant(fit: Fit, level: float = 0.05) -> tuple[bool, float]:
         return (fit.constant_squares > 0), 0.0 if fit.constant_squares > 0 else 1.0
     parameters = 2 + fit.course_parameters
     statistic = max(fit.constant_squares - squares, 0.0) / parameters / (squares / fit.degrees_of_freedom)
-    single = float(stats.f.sf(statistic, parameters, fit.degrees_of_freedom))
+    single = float(special.fdtrc(parameters, fit.degrees_of_freedom, statistic))
     p = float(-np.expm1(fit.tried * np.log1p(-min(single, 1 - 1e-15))))
     return p < level, p
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from procedures.estimation.fit import FloatArray
 
@@ -26,9 +26,9 @@ def _unstructured(residual: FloatArray, noise: float) -> bool:
         if length < 2:
             continue
         sums = residual[: length * blocks].reshape(blocks, length).sum(axis=1)
-        if float(np.sum(sums**2)) > stats.chi2.ppf(0.999, blocks) * length * noise**2:
+        if float(np.sum(sums**2)) > special.chdtri(blocks, 0.001) * length * noise**2:
             return False
-    return float(residual @ residual) <= stats.chi2.ppf(0.999, residual.size) * noise**2
+    return float(residual @ residual) <= special.chdtri(residual.size, 0.001) * noise**2
 
 
 def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | None:
