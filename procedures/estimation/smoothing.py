@@ -28,7 +28,7 @@ def _unstructured(residual: FloatArray, noise: float) -> bool:
         sums = residual[: length * blocks].reshape(blocks, length).sum(axis=1)
         if float(np.sum(sums**2)) > special.chdtri(blocks, 0.001) * length * noise**2:
             return False
-    return float(residual @ residual) <= special.chdtri(residual.size, 0.001) * noise**2
+    return bool(residual @ residual <= special.chdtri(residual.size, 0.001) * noise**2)
 
 
 def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | None:
