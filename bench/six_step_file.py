@@ -2,79 +2,54 @@
 
 import math
 from collections.abc import Mapping
-from importlib import resources
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
-from pydantic import Field
-
 from bench.errors import InputError
-from bench.motor_file import NameplateSection, shipped_motors
-from bench.toml_file import Section, nearest, parse, read, validate
+from bench.motor_sections import NameplateSection, number
+from bench.shipped_motors import motor_content
+from bench.toml_file import Section, validate
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
 
 #: A file in which every table of a drive can be seen.
 EXAMPLE = "92bl-30-25l"
-
-
-def _number(
-    unit: str,
-    default: Any = ...,
-    *,
-    above: float | None = None,
-    below: float | None = None,
-    at_least: float | None = None,
-    up_to: float | None = None,
-    description: str | None = None,
-) -> Any:
-    return Field(
-        default,
-        gt=above,
-        lt=below,
-        ge=at_least,
-        le=up_to,
-        strict=True,
-        description=description,
-        json_schema_extra={"unit": unit},
-    )
+_TABLES = ("winding", "drive")
 
 
 class HarmonicSection(Section):
     """One harmonic of a winding's EMF k·ω·cos(φ): it adds k·ω·amplitude·cos(order·φ + phase)."""
 
-    order: int = _number("", at_least=3, up_to=99, description="odd")
-    amplitude: float = _number("", at_least=-1.0, up_to=1.0, description="relative to the fundamental")
-    phase: float = _number("rad", 0.0, at_least=-2 * math.pi, up_to=2 * math.pi)
+    order: int = number("", at_least=3, up_to=99, description="odd")
+    amplitude: float = number("", at_least=-1.0, up_to=1.0, description="relative to the fundamental")
+    phase: float = number("rad", 0.0, at_least=-2 * math.pi, up_to=2 * math.pi)
 
 
 class WindingSection(Section):
     """`[virtual.winding]`: one winding of a delta or one phase of a wye."""
 
-    resistance: float = _number("ohm", above=0.0, up_to=1e4)
-    self_inductance: float = _number("H", above=0.0, up_to=10.0)
-    mutual_inductance: float = _number("H", at_least=-10.0, up_to=10.0, description="with its sign")
+    resistance: float = number("ohm", above=0.0, up_to=1e4)
+    self_inductance: float = number("H", above=0.0, up_to=10.0)
+    mutual_inductance: float = number("H", at_least=-10.0, up_to=10.0, description="with its sign")
 
 
 class DriveSection(Section):
     """`[virtual.drive]`: bridge and source."""
 
-    source_voltage: float = _number("V", above=0.0, up_to=1e4)
-    source_resistance: float = _number("ohm", at_least=0.0, up_to=1e4)
-    switch_resistance: float = _number("ohm", at_least=0.0, up_to=1e3)
-    diode_drop: float = _number("V", at_least=0.0, up_to=10.0)
-    advance_angle_degrees: float = _number("° electrical", 0.0, above=-90.0, below=90.0)
+    source_voltage: float = number("V", above=0.0, up_to=1e4)
+    source_resistance: float = number("ohm", at_least=0.0, up_to=1e4)
+    switch_resistance: float = number("ohm", at_least=0.0, up_to=1e3)
+    diode_drop: float = number("V", at_least=0.0, up_to=10.0)
+    advance_angle_degrees: float = number("° electrical", 0.0, above=-90.0, below=90.0)
 
 
 class DriveMotorSection(Section):
     """`[virtual]` of a BLDC drive."""
 
-    emf_constant: float = _number(
-        "V/(rad/s)", above=0.0, up_to=1e3, description="peak of one winding, mechanical speed"
-    )
-    pole_pairs: int = _number("", at_least=1, up_to=200)
-    inertia: float = _number("kg·m²", above=0.0, up_to=1e3)
-    coulomb_friction: float = _number("N·m", 0.0, at_least=0.0, up_to=1e3)
-    viscous_friction: float = _number("N·m/(rad/s)", 0.0, at_least=0.0, up_to=1e3)
+    emf_constant: float = number("V/(rad/s)", above=0.0, up_to=1e3, description="peak of one winding, mechanical speed")
+    pole_pairs: int = number("", at_least=1, up_to=200)
+    inertia: float = number("kg·m²", above=0.0, up_to=1e3)
+    coulomb_friction: float = number("N·m", 0.0, at_least=0.0, up_to=1e3)
+    viscous_friction: float = number("N·m/(rad/s)", 0.0, at_least=0.0, up_to=1e3)
     emf_harmonics: tuple[HarmonicSection, ...] = ()
     winding: WindingSection
     drive: DriveSection
@@ -108,14 +83,24 @@ class DriveFile(Section):
         )
 
 
-def load_drive(reference: str) -> SixStepDrive:
-    """Return a drive by its motor file, or by its name for one that comes with the program.
+@dataclass(frozen=True)
+class ReadDriveFile:
+    """A BLDC drive's file that was read: its plate, and the drive."""
 
-    Raises InputError for a file that cannot be read or is not right, naming key, value and allowed range.
-    """
-    source, data = _content(reference)
+    nameplate: NameplateSection
+    drive: SixStepDrive
+
+
+def holds_drive(data: Mapping[str, Any]) -> bool:
+    """Return whether a motor file has a table of a six-step drive."""
     virtual = data.get("virtual")
-    missing = [name for name in ("winding", "drive") if not isinstance(virtual, Mapping) or name not in virtual]
+    return isinstance(virtual, Mapping) and any(name in virtual for name in _TABLES)
+
+
+def drive_file_of(data: Mapping[str, Any], source: str) -> ReadDriveFile:
+    """Return what a BLDC drive's file holds. Raises InputError naming key, value and allowed range."""
+    virtual = data.get("virtual")
+    missing = [name for name in _TABLES if not isinstance(virtual, Mapping) or name not in virtual]
     if missing:
         tables = " and ".join(f"[virtual.{name}]" for name in missing)
         raise InputError(f"{source}: no six-step drive in it: {tables} missing; {EXAMPLE} shows what stands there")
@@ -126,16 +111,15 @@ def load_drive(reference: str) -> SixStepDrive:
             f"{source}: nameplate.pole_pairs = {plate} and virtual.pole_pairs = {truth}; give the same number"
         )
     try:
-        return file.six_step_drive()
+        return ReadDriveFile(file.nameplate, file.six_step_drive())
     except SixStepError as error:
         raise InputError(f"{source}: virtual: {error}") from None
 
 
-def _content(reference: str) -> tuple[str, dict[str, Any]]:
-    if reference in shipped_motors():
-        content = (resources.files("bench") / "motors" / f"{reference}.toml").read_bytes()
-        return reference, parse(content, reference)
-    path = Path(reference)
-    if not path.suffix and path.name == reference and not path.exists():
-        raise InputError(f"there is no motor {reference!r}: {nearest(reference, shipped_motors())}; or give a file")
-    return str(path), read(path, "motor file")[1]
+def load_drive(reference: str) -> SixStepDrive:
+    """Return a drive by its motor file, or by its name for one that comes with the program.
+
+    Raises InputError for a file that cannot be read or is not right, naming key, value and allowed range.
+    """
+    source, _, data = motor_content(reference)
+    return drive_file_of(data, source).drive

@@ -110,7 +110,7 @@ def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
     from sim_instruments.bench import VirtualBench
 
     truth = motor.virtual_motor()
-    with VirtualBench(truth, seed=seed) as bench:
+    with VirtualBench(truth, seed=seed, six_step=motor.six_step) as bench:
         hands = VirtualOperator(bench.world, seed)
         yield Place(
             virtual_station(bench.addresses()),

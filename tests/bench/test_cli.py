@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from bench.cli import main
-from bench.motor_file import load_motor, shipped_motors
+from bench.motor_file import load_motor
+from bench.shipped_motors import shipped_motors
 
 ROOT = Path(__file__).parents[2]
 LG = (ROOT / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
@@ -107,8 +108,10 @@ def test_a_bad_motor_file_is_one_clear_message(call: Call, tmp_path: Path, old: 
     assert said in json.loads(out)["error"]
 
 
-def test_a_motor_without_truth_cannot_be_simulated(call: Call) -> None:
-    code, _, err = call("demo", "--motor", "92bl-30-25l")
+def test_a_motor_without_truth_cannot_be_simulated(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "plate.toml"
+    path.write_text('[nameplate]\nname = "B"\nconnection = "delta"\nrated_current = 5\n', encoding="utf-8")
+    code, _, err = call("demo", "--motor", str(path))
     assert code == 1
     assert "add a table [virtual]" in err
 

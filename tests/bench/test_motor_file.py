@@ -4,7 +4,9 @@ from pathlib import Path
 import pytest
 
 from bench.errors import InputError
-from bench.motor_file import load_motor, shipped_motors
+from bench.motor_file import load_motor
+from bench.shipped_motors import shipped_motors
+from bench.six_step_file import load_drive
 from procedures.nameplate import Connection
 
 LG = (Path(__file__).parents[2] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
@@ -94,14 +96,20 @@ def test_a_scalar_resistance_stands_for_all_three(tmp_path: Path) -> None:
     assert load_motor(str(path)).virtual_motor().phase_resistances == (0.016, 0.016, 0.016)
 
 
-def test_the_file_of_a_six_step_drive_gives_its_plate(tmp_path: Path) -> None:
+def test_the_file_of_a_six_step_drive_gives_plate_drive_and_the_drives_machine(tmp_path: Path) -> None:
+    motor = load_motor("92bl-30-25l")
+    assert motor.six_step == load_drive("92bl-30-25l")
+    machine = motor.virtual_motor()
+    assert machine.phase_resistances == (0.1146, 0.1146, 0.1146)
+    assert machine.q_axis_inductance == pytest.approx(0.4353e-3)
+    assert machine.zero_sequence_inductance == pytest.approx(0.3654e-3)
+    assert machine.back_emf_constant_mechanical == pytest.approx(0.0613 / math.sqrt(3.0))
+    assert motor.nameplate.pole_pairs == machine.pole_pairs
+    assert load_motor("lg-400w").six_step is None
     path = tmp_path / "bldc.toml"
-    plate = '[nameplate]\nname = "B"\nconnection = "delta"\nrated_current = 5\n'
-    path.write_text(plate + "[virtual.winding]\nresistance = 0.1\n[virtual.drive]\nanything = 1\n", encoding="utf-8")
-    motor = load_motor(str(path))
-    assert motor.nameplate.rated_current == 5
-    with pytest.raises(InputError, match=r"add a table \[virtual\]"):
-        motor.virtual_motor()
+    path.write_text(motor.content.replace("[virtual.drive]", "[virtual.driver]"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"\[virtual\.drive\] missing"):
+        load_motor(str(path))
 
 
 def test_an_unknown_name_gets_a_hint(tmp_path: Path) -> None:
