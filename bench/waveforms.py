@@ -1,6 +1,6 @@
 """Waveforms of a run in one HDF5 file: a group each, with datasets `time` and `values` and attributes `unit`, `resolution`."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,13 +60,26 @@ class WaveformStore:
 
     def write(self, name: str, waveform: WaveformLike) -> str:
         """Keep a waveform under a name ("back_emf/1"; numbered where taken) and return its reference `file.h5#name`."""
+
+        def free(file: Any) -> str:
+            chosen, number = name, 1
+            while chosen in file:
+                number += 1
+                chosen = f"{name}-{number}"
+            return chosen
+
+        return self._write(free, waveform)
+
+    def store(self, name: str, waveform: WaveformLike) -> str:
+        """Keep one of an instrument's many waveforms under its name, numbered in order, and return the reference."""
+        channel = int(getattr(waveform, "channel", 0))
+        return self._write(lambda file: f"{name}/{1 + len(file.get(name, ())):04d}-channel{channel}", waveform)
+
+    def _write(self, choose: Callable[[Any], str], waveform: WaveformLike) -> str:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self._file("a") as file:
-            free, number = name, 1
-            while free in file:
-                number += 1
-                free = f"{name}-{number}"
-            group = file.create_group(free)
+            name = choose(file)
+            group = file.create_group(name)
             for part in ("time", "values"):
                 data = np.asarray(getattr(waveform, part), dtype=np.float64)
                 group.create_dataset(part, data=data, compression="gzip", compression_opts=1, shuffle=True)
@@ -75,12 +88,7 @@ class WaveformStore:
             group.attrs["resolution"] = float(waveform.resolution)
             group.attrs["channel"] = int(getattr(waveform, "channel", 0))
             group.attrs["clipped"] = bool(getattr(waveform, "clipped", False))
-        return f"{self.path.name}#{free}"
-
-    def store(self, name: str, waveform: WaveformLike) -> str:
-        """Keep one of an instrument's many waveforms under its name, numbered in order, and return the reference."""
-        number = 1 + sum(1 for other in self.names() if other.startswith(f"{name}/"))
-        return self.write(f"{name}/{number:04d}-channel{int(getattr(waveform, 'channel', 0))}", waveform)
+        return f"{self.path.name}#{name}"
 
     def names(self) -> list[str]:
         """Return the names of all waveforms, in order; none where the file does not exist yet."""
