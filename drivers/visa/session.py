@@ -6,11 +6,11 @@ read when the query fails, and drivers look once more at the end of a configurat
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from typing import Protocol, TypeVar
 
 from pyvisa.constants import StatusCode
-from pyvisa.errors import InvalidSession, VisaIOError
+from pyvisa.errors import VisaIOError
 
 from drivers.interfaces import CommunicationError, ReportedError, Traffic
 from drivers.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
@@ -24,8 +24,8 @@ IDENTITY_QUERY = "*IDN?"
 LONGEST_QUEUE = 128
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
-#: What a resource raises that does not work, or whose connection was lost and could not be opened anew.
-RESOURCE_ERRORS = (VisaIOError, InvalidSession, OSError)
+#: What a resource raises that does not work.
+RESOURCE_ERRORS = (VisaIOError, OSError)
 #: How long (s) to wait for what may still come from an instrument that had fallen silent.
 DRAIN_TIME = 1.0
 
@@ -84,6 +84,7 @@ class ScpiSession:
         self._identity_line: str | None = None
         self._in_step = True
         self._silent = False
+        self._lost = False
         resource.timeout = timeout * 1e3
 
     # settings ---------------------------------------------------------------------------------------------------
@@ -181,12 +182,14 @@ class ScpiSession:
         """
         termination = self._resource.read_termination
         self.close()
+        self._lost = True
         try:
             self._resource.open()
         except (*RESOURCE_ERRORS, ValueError) as error:
             raise CommunicationError(
                 self.name, f"cannot be opened again ({_finding(error)})", remedy="Check power and cable"
             ) from error
+        self._lost = False
         self._apply_timeout()
         self._resource.read_termination = termination
         self._in_step, self._silent = True, False
@@ -205,8 +208,8 @@ class ScpiSession:
                 self._traffic("error", f"close: {_finding(error)}")
 
     def _apply_timeout(self) -> None:
-        # A resource that could not be opened again has none; the next exchange says so.
-        with suppress(InvalidSession):
+        # A resource that could not be opened again has none.
+        if not self._lost:
             self._resource.timeout = self._timeout * 1e3
 
     # inside -----------------------------------------------------------------------------------------------------
@@ -272,6 +275,8 @@ class ScpiSession:
 
     def _catch_up(self) -> None:
         """Make sure that the next reply read is the one to the next query."""
+        if self._lost:
+            raise CommunicationError(self.name, "the connection is lost", remedy="Check power and cable")
         if self._in_step or self._identity_line is None:
             return
         try:

@@ -94,6 +94,7 @@ class TcpServer:
     def __init__(self, units: Units) -> None:
         self.units = units
         self.requests: list[str] = []
+        self.hang_up_on = 0  # how many requests are answered by closing the connection, unheard
         self.garble: Callable[[bytes], bytes] = lambda reply: reply
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.address = f"tcp://127.0.0.1:{self.listener.getsockname()[1]}"
@@ -112,7 +113,8 @@ class TcpServer:
                     connections.append(self.listener.accept()[0])
                     continue
                 request = source.recv(300)
-                if not request:
+                if not request or self.hang_up_on:
+                    self.hang_up_on -= bool(request)
                     connections.remove(source)
                     source.close()
                     continue
@@ -279,6 +281,48 @@ def test_make_safe(dynamometer: DeltaDyn200, units: Units) -> None:
     dynamometer.make_safe()
     assert units.command == 0x01
     assert units.registers[1, 0x0016] == 1
+
+
+@pytest.mark.parametrize("broken", [1, 2])
+def test_make_safe_outlives_broken_connections(
+    dynamometer: DeltaDyn200, units: Units, server: TcpServer, clock: Any, broken: int
+) -> None:
+    with dynamometer.driving_speed(50.0):
+        server.hang_up_on = broken
+        dynamometer.make_safe()
+        assert units.command == 0x01
+    assert sum(clock.slept) < 0.3
+
+
+def test_disabled_although_the_connection_breaks_at_the_end_of_a_block(
+    dynamometer: DeltaDyn200, units: Units, server: TcpServer
+) -> None:
+    with dynamometer.driving_torque(1.0):
+        server.hang_up_on = 1
+    assert units.command == 0x01
+    assert units.registers[1, 0x0B22] == 0
+
+
+def test_make_safe_waits_no_longer_than_the_drive_takes(dynamometer: DeltaDyn200, units: Units, clock: Any) -> None:
+    units.registers[1, 0x2103] = 3000
+    units.stuck = True
+
+    def coast() -> None:
+        if clock.now() >= 0.1:
+            units.registers[1, 0x2103] = 0
+
+    clock.on_sleep = coast
+    dynamometer.make_safe()
+    assert 0.1 <= sum(clock.slept) < 0.13
+
+
+def test_a_dynamometer_that_is_gone_is_reported(units: Units, clock: Any) -> None:
+    server = TcpServer(units)
+    dynamometer = open_delta_dyn200(server.address, clock, OPTIONS)
+    server.close()
+    with pytest.raises(CommunicationError, match="cannot be opened again"):
+        dynamometer.make_safe()
+    dynamometer.close()
 
 
 @pytest.mark.parametrize(

@@ -202,6 +202,88 @@ def test_a_level_that_does_not_read_back_is_an_error_before_switching_on(bench: 
     assert "OUTP ON,(@1)" not in wire.sent
 
 
+@pytest.mark.parametrize("header", ["VOLT", "CURR", "VOLT:PROT", "CURR:PROT:STAT"])
+def test_levels_and_protections_are_all_read_back_before_switching_on(bench: Any, header: str) -> None:
+    supply, wire, device = bench
+    query = f"{header}? (@1)"
+    levels = iter([b"0\n"] if header == "VOLT" else [])  # the level found before
+    wire.handler = lambda message: next(levels, b"7\n") if message == query else device(message)
+    with pytest.raises(CommunicationError, match="reads back 7 after"), supply.energised(1.0, 2.0):
+        pass
+    assert "OUTP ON,(@1)" not in wire.sent
+
+
+def test_a_trip_at_the_current_limit_is_set_and_read_back_before_switching_on(
+    manager: Any, connect: Any, settings_class: Any, clock: Any
+) -> None:
+    device = settings_class(IDENTITY, {"VOLT? (@1)": "0", "OUTP? (@1)": "0"})
+    wire = connect(ADDRESS, device)
+    supply = open_keysight_e36300(ADDRESS, manager, clock, E36300Options(trip_at_current_limit=True))
+    with supply.energised(1.0, 2.0):
+        order = [wire.sent.index(message) for message in ("CURR:PROT:STAT ON,(@1)", "CURR:PROT:STAT? (@1)")]
+        assert order == sorted(order)
+        assert order[-1] < wire.sent.index("OUTP ON,(@1)")
+    supply.close()
+
+
+def test_off_over_a_connection_opened_anew(bench: Any, clock: Any) -> None:
+    supply, wire, device = bench
+    opened = []
+
+    def lose_connection() -> None:
+        resource = supply._session._resource
+        wire.fail_write.update(dict.fromkeys(("OUTP OFF,(@1)", "*IDN?"), 1))
+        opened.append(resource.session)
+
+    with supply.energised(1.0, 0.5):
+        lose_connection()
+    assert is_off(device)
+    assert supply._session._resource.session not in opened
+    assert supply._session._resource.timeout == 10_000
+    assert clock.slept == []
+    supply.make_safe()
+
+
+def test_a_supply_that_is_gone_is_reported_and_found_again_later(bench: Any, manager: Any) -> None:
+    supply, wire, device = bench
+    device.values["OUTP? (@1)"] = "1"
+    wires = manager.visalib.wires
+    (name,) = wires
+    wire.lost.update(dict.fromkeys(("SYST:ERR?", "*IDN?"), 99))
+    del wires[name]
+    for _ in range(2):
+        with pytest.raises(CommunicationError, match="cannot be opened again"):
+            supply.make_safe()
+    with pytest.raises(CommunicationError, match="the connection is lost"):
+        supply.measure_voltage()
+    wire.lost.clear()
+    wires[name] = wire
+    supply.make_safe()
+    assert is_off(device)
+
+
+def test_another_supply_at_the_address_is_not_taken_for_it(bench: Any) -> None:
+    supply, wire, device = bench
+    wire.fail_write.update(dict.fromkeys(("OUTP OFF,(@1)", "*IDN?"), 1))
+    device.values["*IDN?"] = IDENTITY.replace("MY61005055", "MY1")
+    with pytest.raises(CommunicationError, match=r"MY1,2\.1\.0' answers instead of"):
+        supply.make_safe()
+
+
+def test_the_way_down_does_not_wait_long_for_a_reply(bench: Any) -> None:
+    supply, wire, device = bench
+    timeouts = set()
+
+    def note(message: str) -> bytes | None:
+        timeouts.add(supply._session._resource.timeout)
+        return device(message)
+
+    wire.handler = note
+    supply.make_safe()
+    assert timeouts == {2000}
+    assert supply._session._resource.timeout == 10_000
+
+
 @pytest.mark.parametrize(
     ("condition", "on", "tripped", "mode"),
     [

@@ -17,10 +17,12 @@ from drivers.interfaces import (
     Trigger,
     Wanted,
 )
+from drivers.manual.drive import ManualDrive
 from drivers.manual.dynamometer import ManualDynamometer
 from drivers.manual.inverter import ManualInverter
 from drivers.manual.lcr_meter import ManualLcrMeter
 from drivers.manual.options import (
+    ManualDriveOptions,
     ManualDynamometerOptions,
     ManualInverterOptions,
     ManualLcrMeterOptions,
@@ -249,3 +251,64 @@ def test_an_inverter_is_run_and_read(clock: Any) -> None:
     for refused in (lambda: made.driving_frequency(401.0, 1.0), lambda: made.driving_current(11.0)):
         with pytest.raises(InstrumentError, match="is outside"):
             refused().__enter__()
+
+
+def six_step(person: Person, clock: Any, **options: Any) -> ManualDrive:
+    return ManualDrive(person, clock, ManualDriveOptions(60.0, 10.0, **options))
+
+
+def test_a_drive_is_switched_on_read_and_switched_off(clock: Any) -> None:
+    person = Person(24.1, -0.35, 133.3, 101)
+    drive = six_step(
+        person, clock, voltage_accuracy=STATED, current_accuracy=STATED, frequency_accuracy=STATED, model="BLD-50"
+    )
+    assert drive.identity.model == "BLD-50"
+    clock.time = 2.0
+    with drive.running():
+        readings = (drive.measure_bus_voltage(), drive.measure_bus_current(), drive.measure_frequency())
+        assert drive.hall_state() == (True, False, True)
+    assert [(reading.value, reading.unit, reading.time) for reading in readings] == [
+        (24.1, "V", 2.0),
+        (-0.35, "A", 2.0),
+        (133.3, "Hz", 2.0),
+    ]
+    assert person.told == [
+        "Switch the six-step drive on, at full voltage.",
+        "Switch the six-step drive off and make sure that it is.",
+    ]
+    assert [asked[:4] for asked in person.asked] == [
+        ("DC link voltage", "V", 0.0, 60.0),
+        ("current out of the DC source", "A", -10.0, 10.0),
+        ("frequency of a Hall signal", "Hz", 0.0, 5000.0),
+        ("Hall signals H1 H2 H3 as three digits, each 0 or 1", "", 0, 111),
+    ]
+    drive.close()
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_the_person_is_told_to_switch_the_drive_off_after_an_exception(clock: Any, error: type[BaseException]) -> None:
+    person = Person()
+    with pytest.raises(error), six_step(person, clock).running():
+        raise error
+    assert person.told[-1] == "Switch the six-step drive off and make sure that it is."
+
+
+@pytest.mark.parametrize(
+    ("typed", "state"),
+    [(0, (False, False, False)), (1, (False, False, True)), (10, (False, True, False)), (110, (True, True, False))],
+)
+def test_hall_digits_with_leading_zeros(clock: Any, typed: float, state: tuple[bool, bool, bool]) -> None:
+    assert six_step(Person(typed), clock).hall_state() == state
+
+
+def test_hall_digits_that_are_none_are_asked_again_and_then_refused(clock: Any) -> None:
+    assert six_step(Person(20, 1.5, 11), clock).hall_state() == (False, True, True)
+    with pytest.raises(MeasurementError, match="Hall signals: 102 is not three digits of 0 and 1"):
+        six_step(Person(5, 12, 102), clock).hall_state()
+
+
+def test_readings_of_a_drive_without_an_accuracy_are_refused(clock: Any) -> None:
+    drive = six_step(Person(), clock)
+    for read in (drive.measure_bus_voltage, drive.measure_bus_current, drive.measure_frequency):
+        with pytest.raises(MeasurementError, match="no accuracy is stated"):
+            read()
