@@ -33,6 +33,8 @@ _CAUTIOUS_POLE_PAIRS = 10
 _WARM_UP = 3
 #: Speed (rad/s) at which a person can follow the display while turning.
 _WATCHING_SPEED = 0.1
+#: Saliency below this share of the inductance changes no controller.
+_NOTEWORTHY = 0.005
 _NAMES = (("d_axis_inductance", "d"), ("q_axis_inductance", "q"))
 
 
@@ -152,7 +154,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
             "saliency_p_value": p_value,
             "residual": fit.residual_rms,
         }
-        if significant and motor_class == "SPMSM":
+        if significant and motor_class == "SPMSM" and 2.0 * amplitude > _NOTEWORTHY * mean:
             self.notice(
                 "E3",
                 text(
