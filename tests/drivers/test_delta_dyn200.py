@@ -5,6 +5,7 @@ import math
 import os
 import select
 import socket
+import string
 import threading
 import tty
 from collections.abc import Callable, Iterator
@@ -13,7 +14,9 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
+from pymodbus.framer.rtu import FramerRTU
 
 from drivers.interfaces import (
     Accuracy,
@@ -25,7 +28,8 @@ from drivers.interfaces import (
 )
 from drivers.modbus.delta_c2000 import frequency_register
 from drivers.modbus.delta_dyn200 import DeltaDyn200, open_delta_dyn200
-from drivers.modbus.line import ModbusLine, open_line, signed_16, signed_32
+from drivers.modbus.dyn200 import Dyn200
+from drivers.modbus.line import ModbusLine, _client, open_line, signed_16, signed_32
 from drivers.modbus.options import DeltaDyn200Options
 
 RPM = 2 * math.pi / 60
@@ -469,6 +473,78 @@ def test_whatever_arrives_only_instrument_errors_come_out(data: bytes) -> None:
     ):
         with contextlib.suppress(InstrumentError):
             action()
+
+
+def with_check_sum(data: bytes) -> bytes:
+    return data + FramerRTU.compute_CRC(data).to_bytes(2, "big")
+
+
+class OddLine(ModbusTcpClient):
+    """A client in RTU framing, every request of which is answered as `answer` says."""
+
+    def __init__(self, answer: Callable[[bytes], bytes]) -> None:
+        super().__init__("nowhere", framer=FramerType.RTU, retries=0, timeout=0.001)
+        self.answer = answer
+        self.left = b""
+
+    def connect(self) -> bool:
+        return True
+
+    def send(self, request: bytes, addr: Any = None) -> int:
+        self.left = self.answer(request)
+        return len(request)
+
+    def recv(self, size: int | None) -> bytes:
+        taken, self.left = self.left, b""
+        return taken
+
+
+@given(
+    st.binary(max_size=20) | st.binary(max_size=20).map(lambda data: b"\x02\x03\x0c" + data.ljust(12, b"\0")),
+    st.booleans(),
+)
+def test_whatever_arrives_on_a_serial_line_only_instrument_errors_come_out(data: bytes, checked: bool) -> None:
+    for action in (
+        lambda line: line.read(2, 0, 6, "torque, speed, power"),
+        lambda line: line.write(2, 0, 1, "command"),
+        lambda line: line.write_block(2, 0, [0, 0], "zero"),
+    ):
+        with contextlib.suppress(InstrumentError):
+            reply = with_check_sum(data) if checked else data
+            action(ModbusLine(OddLine(lambda _, reply=reply: reply), "dynamometer"))
+
+
+@given(st.lists(st.binary(min_size=12, max_size=12), min_size=3, max_size=3))
+def test_whatever_a_transducer_holds_is_a_number_or_an_instrument_error(blocks: list[bytes]) -> None:
+    left = list(blocks)
+
+    def answer(request: bytes) -> bytes:
+        size = 2 * int.from_bytes(request[4:6], "big")
+        return with_check_sum(bytes([2, 3, size]) + left.pop(0)[-size:])
+
+    with contextlib.suppress(InstrumentError):
+        reading = Dyn200(ModbusLine(OddLine(answer), "dynamometer"), 2).read()
+        assert all(math.isfinite(value) for value in (reading.torque, reading.speed, reading.power))
+
+
+def test_a_transducer_in_rtu_frames() -> None:
+    left = [b"\0\0\0\x03", b"\0\0\0\x02", bytes.fromhex("ff ff fb 2e 00 01 86 a0 00 00 00 7b")]
+
+    def answer(request: bytes) -> bytes:
+        data = left.pop(0)
+        return with_check_sum(bytes([2, 3, len(data)]) + data)
+
+    reading = Dyn200(ModbusLine(OddLine(answer), "dynamometer"), 2).read()
+    assert reading.torque == -1.234
+    assert reading.speed == pytest.approx(1000.0 * RPM)
+    assert reading.power == 12.3
+
+
+@given(st.text(string.printable, max_size=30), st.sampled_from(["", "tcp://", "rtu:///dev/", "rtu:///dev/x?baudrate="]))
+def test_whatever_stands_as_an_address(text: str, start: str) -> None:
+    # Made, not connected: only what a station file may say is refused, and as ValueError.
+    with contextlib.suppress(ValueError):
+        _client(start + text, 1.0).close()
 
 
 @given(st.integers(-(1 << 31), (1 << 31) - 1))

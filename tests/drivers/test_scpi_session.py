@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError
-from drivers.visa.opening import open_session
+from drivers.visa.opening import KEYSIGHT, identify, open_session
 from drivers.visa.replies import parse_error, parse_number, parse_numbers
 from drivers.visa.session import ScpiSession
 
@@ -205,6 +205,9 @@ class Stream:
     def clear(self) -> None:
         self.left = b""
 
+    def open(self) -> None:
+        self.left = b""
+
     def close(self) -> None:
         self.left = b""
 
@@ -230,6 +233,21 @@ def test_parsers_refuse_with_value_error_only(text: str) -> None:
             parse(text)
         except ValueError:
             continue
+
+
+@given(st.text(max_size=60) | st.lists(st.text(max_size=12), min_size=4, max_size=4).map(",".join))
+def test_whatever_says_who_it_is(line: str) -> None:
+    with contextlib.suppress(InstrumentError):
+        identity = identify(ScpiSession(Stream(line.encode() + b"\n"), "thing"), KEYSIGHT, ("E36313A",), None)
+        assert identity.model.upper().startswith("E36313A")
+
+
+@given(st.binary(max_size=30).map(lambda data: data + b"\n"))
+def test_whatever_answers_a_connection_opened_anew(data: bytes) -> None:
+    session = ScpiSession(Stream(data), "thing")
+    with contextlib.suppress(InstrumentError):
+        session.reopen()
+        assert session.query("N?") == data.decode("ascii").rstrip("\r\n")
 
 
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False, width=32), min_size=3, max_size=3))
