@@ -27,8 +27,8 @@ from procedures.actions import (
 from procedures.alignment import Alignment, aligning
 from procedures.bench import Role
 from procedures.estimation.connections import ReadingConnection, phase_factor
-from procedures.estimation.repeats import mean_of_estimates
-from procedures.estimation.step_response import fit_step_response, time_constant_63
+from procedures.estimation.repeats import mean_of_estimates, mean_of_readings
+from procedures.estimation.step_response import apparent_inductance, fit_step_response, time_constant_63
 from procedures.inductance import CONVENTION
 from procedures.procedure import Procedure, Settings
 from procedures.recording import configure, record
@@ -66,6 +66,9 @@ class DqInductanceTimeConstantSettings(Settings):
     )
     record_time: float = Field(default=0.05, gt=0.0, le=100.0, description="first guess of the record's length, s")
     repeats: int = Field(default=4, ge=1, le=100, description="steps on each axis")
+    curve_shares: tuple[float, ...] = Field(
+        default=(), description="further step currents, shares of the rated current, for inductance against current"
+    )
 
 
 @dataclass(frozen=True)
@@ -92,11 +95,13 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             self.lock_d(energised)
         voltage = self.set_step_d(alignment)
         self.conclude_d(voltage, self.record_d(voltage))
+        self._curve("d", alignment)
         with ExitStack() as energised:
             self.align_q(energised)
             self.lock_q(energised)
         voltage = self.set_step_q(alignment)
         self.conclude_q(voltage, self.record_q(voltage))
+        self._curve("q", alignment)
 
     @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
     def align_d(self, energised: ExitStack) -> Alignment:
@@ -198,8 +203,25 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         current = self.current_level(self.settings.step_share, "step current")
         return current * alignment.loop_resistance
 
-    def _record(self, voltage: float, *, forward: bool) -> list[StepRecord]:
-        """Step until the record's length fits the time constant, then repeat."""
+    def _curve(self, axis: str, alignment: Alignment) -> None:
+        """Step to several currents in both directions on the held axis: flux over current, the apparent inductance."""
+        if not self.settings.curve_shares:
+            return
+        factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
+        points = []
+        for sign, connection in ((1.0, STEP_POSITIVE), (-1.0, STEP_NEGATIVE)):
+            self.bench.perform(connection)
+            for share in sorted(self.settings.curve_shares):
+                current = self.current_level(share, "step current of the curve")
+                steps = self._record(current * alignment.loop_resistance, forward=sign > 0.0, share=share)
+                apparent = [apparent_inductance(s.current.time, s.voltage.values, s.current.values) for s in steps]
+                value, uncertainty, _ = mean_of_readings([factors.y_equivalent * a.inductance for a in apparent])
+                reached = float(np.mean([a.current for a in apparent]))
+                points.append({"current": reached, "inductance": value, "standard_uncertainty": uncertainty})
+        self.findings.setdefault("curve", {})[axis] = sorted(points, key=lambda point: point["current"])
+
+    def _record(self, voltage: float, *, forward: bool, share: float | None = None) -> list[StepRecord]:
+        """Step until the record's length fits the time constant, then repeat; `share` is the step current's, of the rated one."""
         scope = self.bench.oscilloscope
         v_channel = scope.channels(ProbeKind.VOLTAGE)[0]
         i_channel = scope.channels(ProbeKind.CURRENT)[0]
@@ -207,7 +229,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             ConnectProbes((VoltageProbe(v_channel, Node.A, Node.B), CurrentProbe(i_channel, Terminal.A)))
         )
         sign = 1.0 if forward else -1.0
-        current = self.settings.step_share * self.nameplate.rated_current
+        current = (share or self.settings.step_share) * self.nameplate.rated_current
         for channel, top in ((v_channel, voltage), (i_channel, current)):
             configure(
                 scope, channel, min(-0.1 * sign * top, 1.3 * sign * top), max(-0.1 * sign * top, 1.3 * sign * top)

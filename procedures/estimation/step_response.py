@@ -174,3 +174,32 @@ def time_constant_63(time: ArrayLike, current: ArrayLike) -> float:
         )
     share = (1 - np.exp(-1.0) - rise[crossed - 1]) / (rise[crossed] - rise[crossed - 1])
     return float(t[crossed - 1] + share * (t[crossed] - t[crossed - 1]) - t[begin])
+
+
+class Apparent(NamedTuple):
+    """Flux linkage over current at the end of a step (H), and that current (A)."""
+
+    inductance: float
+    current: float
+
+
+def apparent_inductance(time: ArrayLike, voltage: ArrayLike, current: ArrayLike) -> Apparent:
+    """Return the flux linkage that a step built up over the current it ended at, whatever the iron does on the way.
+
+    Flux is ∫(v − R·i) dt with probe offsets from before the step and R from its end, so that the settled part adds nothing.
+    Raises EstimationError where the record has no baseline or does not settle.
+    """
+    t, v, i = (series(n, x, least=100) for n, x in (("time", time), ("voltage", voltage), ("current", current)))
+    same_length(time=t, voltage=v, current=i)
+    step = uniform_step(t)
+    head, tail = slice(0, max(5, t.size // 20)), slice(-(t.size // 8), None)
+    v, i = v - float(np.mean(v[head])), i - float(np.mean(i[head]))
+    end = float(np.mean(i[tail]))
+    noise = white_noise(i)
+    if abs(end) <= 8 * noise:
+        raise EstimationError("the current shows no step; check the current probe and the trigger")
+    half = i[tail].size // 2
+    if abs(float(np.mean(i[tail][half:]) - np.mean(i[tail][:half]))) > 0.01 * abs(end) + 4 * noise / np.sqrt(half):
+        raise EstimationError("the current has not settled at the end of the record; record longer")
+    resistance = float(np.mean(v[tail])) / end
+    return Apparent(float(np.sum(v - resistance * i)) * step / end, end)
