@@ -1,10 +1,12 @@
 """Resistance and inductance from the recorded voltage and current of a step (§3.3.1, erratum E10)."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from procedures.estimation.checks import same_length, series
+from procedures.estimation.checks import same_length, series, uniform_step
 from procedures.estimation.first_order import respond
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.noise import undithered, white_noise
