@@ -118,6 +118,6 @@ def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
             hands,
             lambda _: None,
             lambda: ResourceManager(bench.visa_library),
-            truth_of(truth),
+            truth_of(truth, motor.six_step),
             lambda: hands.hand_time,
         )

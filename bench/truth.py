@@ -3,11 +3,16 @@
 import math
 
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.six_step.drive import SixStepDrive
+from sim_instruments.six_step.emf import mean_line_emf
 
 
-def truth_of(motor: VirtualMotor) -> dict[str, float]:
-    """Return the true values in SI units, of the Y-equivalent where that matters."""
+def truth_of(motor: VirtualMotor, drive: SixStepDrive | None = None) -> dict[str, float]:
+    """Return the true values in SI units, of the Y-equivalent where that matters; with a six-step drive also its own."""
     per_rpm = motor.back_emf_constant_mechanical * math.pi / 30.0
+    of_drive: dict[str, float] = {}
+    if drive is not None:
+        of_drive = {"line_emf_constant": mean_line_emf(drive), "switch_resistance": drive.switch_resistance}
     return {
         "pole_pairs": float(motor.pole_pairs),
         "stator_resistance": motor.stator_resistance_y,
@@ -21,4 +26,5 @@ def truth_of(motor: VirtualMotor) -> dict[str, float]:
         "inertia": motor.inertia,
         "coulomb_friction": motor.coulomb_friction,
         "viscous_friction": motor.viscous_friction,
+        **of_drive,
     }

@@ -28,6 +28,14 @@ def emf_phasors(drive: SixStepDrive) -> tuple[NDArray[np.float64], NDArray[np.co
     return orders, drive.emf_constant * amplitudes * np.exp(1j * orders * angles)
 
 
+def mean_line_emf(drive: SixStepDrive) -> float:
+    """Mean EMF over T1T2 between the conducting terminals 1 and 3 per mechanical speed, in V/(rad/s)."""
+    orders, phasors = emf_phasors(drive)
+    line = -phasors[2] if drive.connection == "delta" else phasors[0] - phasors[2]
+    swing = 1j * orders * (math.pi / 3)
+    return float((line * (np.exp(swing) - 1) / swing).real.sum())
+
+
 def trapezoid(flat_width: float, highest_order: int) -> tuple[float, tuple[EmfHarmonic, ...]]:
     """Express a trapezoidal EMF as its fundamental relative to the flat top, and the harmonics relative to that.
 

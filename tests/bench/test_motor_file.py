@@ -7,6 +7,7 @@ from bench.errors import InputError
 from bench.motor_file import load_motor
 from bench.shipped_motors import shipped_motors
 from bench.six_step_file import load_drive
+from bench.truth import truth_of
 from procedures.nameplate import Connection
 
 LG = (Path(__file__).parents[2] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
@@ -105,6 +106,10 @@ def test_the_file_of_a_six_step_drive_gives_plate_drive_and_the_drives_machine(t
     assert machine.zero_sequence_inductance == pytest.approx(0.3654e-3)
     assert machine.back_emf_constant_mechanical == pytest.approx(0.0613 / math.sqrt(3.0))
     assert motor.nameplate.pole_pairs == machine.pole_pairs
+    truth = truth_of(machine, motor.six_step)
+    assert truth["line_emf_constant"] == pytest.approx(0.0613 * 3 / math.pi)
+    assert truth["switch_resistance"] == 0.03
+    assert "switch_resistance" not in truth_of(machine)
     assert load_motor("lg-400w").six_step is None
     path = tmp_path / "bldc.toml"
     path.write_text(motor.content.replace("[virtual.drive]", "[virtual.driver]"), encoding="utf-8")

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from sim_instruments.physics.windings import Windings
+from sim_instruments.six_step.circuit import Observables
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
-from sim_instruments.six_step.emf import emf_phasors, trapezoid
+from sim_instruments.six_step.emf import emf_phasors, mean_line_emf, trapezoid
 from sim_instruments.six_step.machine import virtual_motor
+from sim_instruments.six_step.state import Bridge
+from sim_instruments.six_step.steady_state import steady_state
 
 
 @pytest.mark.parametrize(
@@ -66,3 +69,14 @@ def test_the_virtual_bench_sees_the_same_machine(example: SixStepDrive, connecti
     )
     assert ours == pytest.approx(motor.pole_pairs * theirs, abs=1e-12)
     assert windings.inductance_mean[0] == pytest.approx([0.412e-3, -0.0233e-3, -0.0233e-3])
+
+
+@pytest.mark.parametrize("connection", ["delta", "wye"])
+def test_mean_emf_between_the_conducting_terminals(example: SixStepDrive, connection: Any) -> None:
+    plain = replace(example, connection=connection)
+    windings = 1.0 if connection == "delta" else math.sqrt(3.0)
+    assert mean_line_emf(plain) == pytest.approx(3 / math.pi * 0.0613 * windings)
+    other = replace(plain, advance_angle=0.2, emf_harmonics=(EmfHarmonic(5, 0.05, 0.4), EmfHarmonic(7, 0.02)))
+    averages = steady_state(Bridge(other), 200.0).averages[Observables.emfs]
+    line = -averages[2] if connection == "delta" else averages[0] - averages[2]
+    assert 200.0 * mean_line_emf(other) == pytest.approx(line)
