@@ -29,6 +29,7 @@ from procedures.estimation.repeats import mean_of_estimates
 from procedures.procedure import Procedure, Settings
 from procedures.recording import ranged_record
 from procedures.steps import step
+from procedures.temperature import magnet_factor, winding_temperature
 from procedures.text import text
 
 _POINTS = 20_000
@@ -99,8 +100,9 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         """Drive at several speeds, record the voltages, and form both constants."""
         speeds = self.drive()
         points = self.record(speeds)
-        self.per_krpm(points)
-        self.per_radian(points)
+        cold = self._to_cold()
+        self.per_krpm(points, cold)
+        self.per_radian(points, cold)
 
     @step("3.4.2/1", "The drive motor turns it at constant speed, as fast as possible, at several speeds", by_hand=True)
     def drive(self) -> list[float]:
@@ -141,9 +143,9 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         return points
 
     @step("3.4.2/3", "Constant in volts per 1000 rpm, phase: E / n · 1000")
-    def per_krpm(self, points: Sequence[SpeedPoint]) -> None:
+    def per_krpm(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report peak phase volts per 1000 rpm and per rpm."""
-        constant = self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
+        constant = cold * self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
         note = float(np.mean([p.note_amplitude / p.mechanical_speed.value for p in points]))
         for name, unit, factor in (
             ("back_emf_constant_v_per_krpm", "V/krpm", 1000.0 * _RPM),
@@ -156,7 +158,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 section="3.4.2",
                 estimator="fundamental of all channels and harmonics fitted together",
                 note_value=factor * note,
-                convention="peak phase voltage over mechanical speed",
+                convention="peak phase voltage over mechanical speed, at 25 °C",
             )
         self.report(
             "back_emf_constant_mechanical",
@@ -165,13 +167,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             section="3.4.2",
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
-            convention="peak phase voltage over mechanical speed",
+            convention="peak phase voltage over mechanical speed, at 25 °C",
         )
 
     @step("3.4.2/4", "Constant in volt-seconds per radian: phase amplitude over electrical speed")
-    def per_radian(self, points: Sequence[SpeedPoint]) -> None:
+    def per_radian(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report the flux linkage (V·s per electrical radian)."""
-        flux = self._mean("EMF over electrical speed", [self._over_electrical(p) for p in points], points)
+        flux = cold * self._mean("EMF over electrical speed", [self._over_electrical(p) for p in points], points)
         note = float(np.mean([p.note_amplitude / p.electrical_speed for p in points]))
         winding = math.sqrt(3.0) * float(flux.x) if self.is_delta else None
         self.report(
@@ -181,7 +183,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             section="3.4.2",
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
-            convention="peak, per phase of the Y-equivalent, per electrical radian",
+            convention="peak, per phase of the Y-equivalent, per electrical radian, at 25 °C",
             winding=winding,
         )
         self.notice(
@@ -193,8 +195,15 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 mechanical=float(np.mean([p.amplitude / p.mechanical_speed.value for p in points])),
             ),
         )
-        if self.settings.winding_temperature is not None:
-            self.findings["winding_temperature"] = self.settings.winding_temperature
+
+    def _to_cold(self) -> UncertainReal:
+        """Return what refers the constants to 25 °C; the magnets are taken to be as warm as the winding."""
+        measured_at = winding_temperature(self.bench, self.settings.winding_temperature)
+        self.findings["winding_temperature"] = measured_at
+        temperature = self.bench.uncertainties.limit(
+            "magnet temperature", measured_at, self.settings.temperature_uncertainty
+        )
+        return magnet_factor(temperature, self.settings.magnet_coefficient)
 
     def _fit_probes(self) -> list[int]:
         channels = list(self.bench.oscilloscope.channels(ProbeKind.VOLTAGE))

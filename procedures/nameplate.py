@@ -18,7 +18,7 @@ class Nameplate:
 
     `maximum_current` and `rated_speed_rpm` come from the data sheet only and are never guessed: where they
     are None, the nameplate procedure asks for them. `wire_colours` maps terminal to colour. `pole_pairs` is what the data
-    sheet claims, if anything.
+    sheet claims, if anything. `expected` holds type values by parameter name, in the unit in which that is reported.
     """
 
     name: str
@@ -32,6 +32,7 @@ class Nameplate:
     maximum_winding_temperature: float | None = None
     wire_colours: Mapping[str, str] = field(default_factory=dict)
     serial_number: str = ""
+    expected: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def current_bound(self) -> float:

@@ -1,7 +1,7 @@
 """What all procedures share: settings, steps, and the way a result is put together."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args
 
 from GTC.lib import UncertainReal
@@ -53,6 +53,14 @@ class Procedure(ABC, Generic[C]):
                 if isinstance(argument, type) and issubclass(argument, Settings):
                     return argument
         raise TypeError(f"{cls.__name__} names no settings type")
+
+    @classmethod
+    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:
+        """Return what the station's instruments cannot give of what the settings ask for, as far as it can be known now.
+
+        Called before anything is energised; instruments may be asked for their accuracy, not set or read.
+        """
+        return ()
 
     @classmethod
     def steps(cls) -> tuple[Step, ...]:

@@ -1,5 +1,7 @@
 """Stator resistance per phase from the three line-to-line values (§3.2)."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -14,10 +16,13 @@ from procedures.actions import (
     Terminal,
     meter_across,
 )
-from procedures.bench import Role
+from procedures.bench import Bench, Role
 from procedures.estimation import resistance
 from procedures.estimation.repeats import mean_of_readings
+from procedures.foresight import cannot_support, relative_uncertainty, temperature_uncertainty
+from procedures.nameplate import Nameplate
 from procedures.procedure import Procedure, Settings
+from procedures.result import Notice
 from procedures.steps import step
 from procedures.temperature import COLD, copper_factor, winding_temperature
 from procedures.text import text
@@ -74,6 +79,45 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     section: ClassVar[str] = "3.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
+
+    @classmethod
+    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: StatorResistanceSettings) -> Sequence[Notice]:
+        """Hold the bridge's accuracy at the type value against the uncertainty asked for (E9)."""
+        expected = nameplate.expected.get("stator_resistance")
+        if expected is None:
+            return ()
+        line = 2.0 * expected
+        inductance = sum(nameplate.expected.get(f"{axis}_axis_inductance", 0.0) for axis in "dq")
+        bridge = bench.lcr_meter
+        accuracy, _ = bridge.accuracy_at(line, inductance, settings.frequency, settings.level, settings.aperture)
+        warm = temperature_uncertainty(
+            settings.temperature_uncertainty, settings.coefficient, settings.reference_temperature, COLD
+        )
+        gives = math.hypot(relative_uncertainty(accuracy, line), warm)
+        if gives <= settings.requested_uncertainty:
+            return ()
+        if warm > settings.requested_uncertainty:
+            remedy = text(
+                "the winding's temperature would have to be known within ±{half_width:.2g} K",
+                half_width=settings.temperature_uncertainty * settings.requested_uncertainty / warm,
+            )
+        elif bench.has(Role.SUPPLY) and bench.has(Role.VOLTMETER):
+            remedy = text("four-wire direct current would do: stator-resistance-dc")
+        else:
+            remedy = text(
+                "four-wire direct current would do: stator-resistance-dc, with a supply and a voltmeter on the station"
+            )
+        conditions = text(
+            "({model}) at {frequency:g} Hz on {value:.3g} mΩ between lines",
+            model=bridge.identity.model,
+            frequency=settings.frequency,
+            value=1e3 * line,
+        )
+        return (
+            cannot_support(
+                cls.name, "lcr_meter", conditions, gives=gives, asked=settings.requested_uncertainty, remedy=remedy
+            ),
+        )
 
     def measure(self) -> None:
         """Measure AB, BC and CA, and refer the phase value to 25 °C."""

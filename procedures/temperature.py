@@ -24,6 +24,6 @@ def copper_factor(
     return (1.0 + coefficient * (to - reference)) / (1.0 + coefficient * (measured_at - reference))
 
 
-def magnet_factor(measured_at: UncertainReal | float, coefficient: float) -> UncertainReal | float:
+def magnet_factor(measured_at: UncertainReal, coefficient: float) -> UncertainReal:
     """Return what takes a flux linkage from a temperature (°C) to 25 °C; `coefficient` (1/K) is the magnets', about −0.001."""
     return 1.0 / (1.0 + coefficient * (measured_at - COLD))

@@ -87,3 +87,28 @@ def test_sweep_that_is_too_quick_is_noticed(motorbench):
         "run", "dq-inductance-extremes", "--station", "virtual", "--motor", "lg-400w", "--set", "turning_speed=8"
     )
     assert "rough-sweep" in {w["id"] for w in given["warnings"]} or given["status"] == "failed"
+
+
+def test_saturation_shows_as_a_curve_that_depends_on_the_direction(motorbench):
+    _, given = motorbench(
+        *("run", "dq-inductance-time-constant", "--station", "virtual", "--motor", "ipmsm"),
+        *("--set", "curve_shares=[0.1, 0.4]", "--set", "repeats=2"),
+    )
+    curve = given["procedures"]["dq-inductance-time-constant"]["findings"]["curve"]
+    d = {round(point["current"] / 9.96, 1): point["inductance"] for point in curve["d"]}
+    assert d[1.0] < d[-1.0] * 0.97, "a current along the magnets must find less inductance"
+    assert d[1.0] == pytest.approx(174.0e-6, rel=0.01)
+    q = [point["inductance"] for point in curve["q"]]
+    assert q[0] == pytest.approx(q[-1], rel=0.01)
+    assert max(q) <= 361e-6
+
+
+def test_flux_is_referred_to_25_degrees(motorbench):
+    figures = []
+    for settings in ((), ("--set", "magnet_coefficient=0")):
+        _, given = motorbench(
+            *("run", "back-emf-constant", "--station", "virtual", "--motor", "lg-400w"),
+            *("--set", "winding_temperature=65", *settings),
+        )
+        figures.append(given["parameters"]["flux_linkage"]["value"])
+    assert figures[0] / figures[1] == pytest.approx(1.0 / 0.96)
