@@ -60,7 +60,16 @@ class BackEmfConstantSettings(Settings):
     record_time: float = Field(default=0.1, gt=0.0, le=10.0, description="length of the record, s")
     harmonics: tuple[int, ...] = Field(default=(1, 3, 5, 7), description="harmonics to fit")
     winding_temperature: float | None = Field(
-        default=None, ge=-60.0, le=250.0, description="winding temperature for the record, °C"
+        default=None,
+        ge=-60.0,
+        le=250.0,
+        description="winding temperature, taken for the magnets', °C; asked for when not given",
+    )
+    temperature_uncertainty: float = Field(
+        default=2.0, ge=0.0, le=50.0, description="half-width of what is known of it, K"
+    )
+    magnet_coefficient: float = Field(
+        default=-0.001, ge=-0.01, le=0.0, description="temperature coefficient of the magnets' flux at 25 °C, 1/K"
     )
 
 

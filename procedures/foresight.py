@@ -3,6 +3,7 @@
 import math
 
 from drivers.interfaces import Accuracy
+from procedures.bench import Role
 from procedures.result import Notice
 from procedures.text import Text, text
 
@@ -20,7 +21,7 @@ def temperature_uncertainty(half_width: float, coefficient: float, reference: fl
 
 
 def cannot_support(
-    procedure: str, instrument: str, conditions: Text, *, gives: float, asked: float, remedy: Text
+    procedure: str, instrument: Role, conditions: Text, *, gives: float, asked: float, remedy: Text
 ) -> Notice:
     """Return the warning that an instrument cannot support what is asked for: relative standard uncertainties, and what would do."""
     return Notice(
@@ -29,7 +30,7 @@ def cannot_support(
             "{procedure}: the {instrument} {conditions} can give {gives:.2g} %, and {asked:.2g} % is asked for (relative standard "
             "uncertainty); {remedy}",
             procedure=procedure,
-            instrument=instrument,
+            instrument=Text(instrument.value),
             conditions=conditions,
             gives=100.0 * gives,
             asked=100.0 * asked,

@@ -102,10 +102,10 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
                 half_width=settings.temperature_uncertainty * settings.requested_uncertainty / warm,
             )
         elif bench.has(Role.SUPPLY) and bench.has(Role.VOLTMETER):
-            remedy = text("four-wire direct current would do: stator-resistance-dc")
+            remedy = text("measure by four-wire direct current instead: stator-resistance-dc")
         else:
             remedy = text(
-                "four-wire direct current would do: stator-resistance-dc, with a supply and a voltmeter on the station"
+                "measure by four-wire direct current instead: stator-resistance-dc, for which the station lacks supply or voltmeter"
             )
         conditions = text(
             "({model}) at {frequency:g} Hz on {value:.3g} mΩ between lines",
@@ -115,7 +115,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
         )
         return (
             cannot_support(
-                cls.name, "lcr_meter", conditions, gives=gives, asked=settings.requested_uncertainty, remedy=remedy
+                cls.name, Role.LCR_METER, conditions, gives=gives, asked=settings.requested_uncertainty, remedy=remedy
             ),
         )
 

@@ -17,6 +17,8 @@ from procedures.steps import step
 from procedures.text import text
 
 CONVENTION = "per peak phase ampere, amplitude-invariant"
+#: Estimator of the figure that is not measured on the shaft.
+DERIVED = "1.5 · pole pairs · flux linkage"
 
 
 class TorqueConstantSettings(Settings):
@@ -68,7 +70,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             "N·m/A",
             derived,
             section="2.4",
-            estimator="1.5 · pole pairs · flux linkage",
+            estimator=DERIVED,
             note_value=1.5 * pairs * (flux.note_value or flux.value),
             convention=CONVENTION,
         )
