@@ -21,6 +21,7 @@ ERROR_NAMES = {
     0x4210: "excess temperature of the device",
     0x4310: "excess temperature of the drive",
     0x7121: "motor blocked",
+    0x7122: "motor or commutation",
     0x7300: "sensor",
     0x8130: "life guard or heartbeat error",
     0x8400: "velocity control",

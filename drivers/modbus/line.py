@@ -171,9 +171,12 @@ def _client(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialClien
         return ModbusTcpClient(parts.hostname, port=parts.port or 502, timeout=timeout, retries=0)
     if parts.scheme == "rtu" and parts.path:
         settings = {key: values[-1] for key, values in parse_qs(parts.query).items()}
+        baudrate = int(settings.get("baudrate", "9600"))
+        if baudrate < 1:
+            raise ValueError(f"{baudrate} baud")
         return ModbusSerialClient(
             parts.path,
-            baudrate=int(settings.get("baudrate", "9600")),
+            baudrate=baudrate,
             parity=settings.get("parity", "N"),
             stopbits=int(settings.get("stopbits", "1")),
             timeout=timeout,

@@ -410,7 +410,7 @@ def test_fewer_registers_than_asked(server: TcpServer) -> None:
     line.close()
 
 
-@pytest.mark.parametrize("address", ["udp://host:1", "tcp://", "rtu:", "tcp://host:port", "nonsense"])
+@pytest.mark.parametrize("address", ["udp://host:1", "tcp://", "rtu:", "tcp://host:port", "nonsense", "rtu:///dev/x?baudrate=0"])
 def test_addresses_that_are_none(address: str) -> None:
     with pytest.raises(CommunicationError, match="is no Modbus address"):
         open_line(address, "dynamometer")

@@ -247,7 +247,7 @@ def test_whatever_answers_a_connection_opened_anew(data: bytes) -> None:
     session = ScpiSession(Stream(data), "thing")
     with contextlib.suppress(InstrumentError):
         session.reopen()
-        assert session.query("N?") == data.decode("ascii").rstrip("\r\n")
+        assert session.query("N?") == data.partition(b"\n")[0].decode("ascii").rstrip("\r")
 
 
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False, width=32), min_size=3, max_size=3))
