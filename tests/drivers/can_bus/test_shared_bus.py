@@ -1,0 +1,71 @@
+"""Inverter and six-step drive as two nodes of one bus."""
+
+from typing import Any
+
+import pytest
+from can.interfaces import virtual
+
+from drivers.can_bus.buses import CanBuses
+from drivers.can_bus.cia402_inverter import open_cia402_inverter
+from drivers.can_bus.cia402_six_step import open_cia402_six_step
+from drivers.can_bus.options import Cia402Options, Cia402SixStepOptions
+from drivers.can_bus.power_state import PowerState
+from drivers.interfaces import CommunicationError
+
+CHANNEL = "six-step"
+ADDRESS = f"can://virtual/{CHANNEL}?node=6"
+INVERTER = f"can://virtual/{CHANNEL}?node=5"
+OPTIONS = Cia402SixStepOptions()
+
+
+@pytest.fixture
+def other(make_node: Any) -> Any:
+    return make_node(5)
+
+
+LIMITS = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
+
+
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize("first", ["drive", "inverter"])
+def test_inverter_and_drive_on_one_bus_close_in_any_order(
+    node: Any, other: Any, clock: Any, shared: bool, first: str
+) -> None:
+    buses = CanBuses()
+    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+    inverter = open_cia402_inverter(INVERTER, clock, LIMITS, buses=buses if shared else None)
+    with drive.running():
+        assert (node.state, other.state) == (PowerState.OPERATION_ENABLED, PowerState.SWITCH_ON_DISABLED)
+        assert inverter.measure_frequency().value == 0.0
+    assert len(virtual.channels[CHANNEL]) == 2 + (1 if shared else 2)  # the two nodes' own, and ours
+    for instrument in (drive, inverter) if first == "drive" else (inverter, drive):
+        instrument.make_safe()
+        instrument.close()
+    again = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+    assert again.hall_state() == (False, False, False)
+    again.close()
+
+
+def test_what_fails_to_open_leaves_the_bus_to_the_other(node: Any, clock: Any) -> None:
+    buses = CanBuses()
+    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+    with pytest.raises(CommunicationError, match="no usable reply"):
+        open_cia402_inverter(INVERTER, clock, LIMITS, buses=buses)
+    with pytest.raises(CommunicationError, match=r"node 6 .* is in use"):
+        open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+    with pytest.raises(CommunicationError, match="open with 500000 bit/s already"):
+        open_cia402_inverter(f"{INVERTER}&bitrate=250000", clock, LIMITS, buses=buses)
+    assert drive.hall_state() == (False, False, False)
+    drive.close()
+
+
+def test_a_bus_opened_anew_serves_both_nodes(node: Any, other: Any, clock: Any) -> None:
+    buses = CanBuses()
+    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+    inverter = open_cia402_inverter(INVERTER, clock, LIMITS, buses=buses)
+    drive._node._connection._bus.disconnect()
+    inverter.make_safe()
+    drive.make_safe()
+    assert (node.writes[-1], other.writes[-1]) == ((0x6040, b"\x00\x00"),) * 2
+    inverter.close()
+    drive.close()

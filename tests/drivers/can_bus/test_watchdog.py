@@ -1,0 +1,101 @@
+"""The watch of a drive over the process that started it: armed where it has one, fed, and put back."""
+
+from typing import Any
+
+import can
+import pytest
+
+from drivers.can_bus.cia402_six_step import open_cia402_six_step
+from drivers.can_bus.options import Cia402SixStepOptions
+from drivers.interfaces import ReportedError, SetpointError
+
+CHANNEL = "six-step"
+ADDRESS = f"can://virtual/{CHANNEL}?node=6"
+OPTIONS = Cia402SixStepOptions()
+
+
+WATCHED = Cia402SixStepOptions(heartbeat_time=0.15, heartbeat_node=0x7E)
+
+
+def heartbeats(bus: can.BusABC, count: int) -> list[bytes]:
+    found: list[bytes] = []
+    while len(found) < count:
+        message = bus.recv(2.0)
+        assert message is not None, "no heartbeat"
+        if message.arbitration_id == 0x77E:
+            found.append(bytes(message.data))
+    return found
+
+
+@pytest.mark.parametrize("with_option", [True, False])
+def test_a_consumer_heartbeat_is_armed_fed_and_put_back(clock: Any, make_node: Any, with_option: bool) -> None:
+    node = make_node(consumer={1: 0x00100064, 2: 0}, abort_option=1 if with_option else None)
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus:
+        drive = open_cia402_six_step(ADDRESS, clock, WATCHED)
+        assert node.entry(1) == 0x00100064  # another's entry
+        assert node.entry(2) == 0x7E << 16 | 150
+        assert heartbeats(bus, 3) == [b"\x05"] * 3
+    armed = [(0x6007, b"\x02\x00")] if with_option else []
+    assert node.writes == [*armed, (0x1016, bytes.fromhex("96 00 7e 00"))]
+    drive.close()
+    assert node.entry(2) == 0
+    assert node.values.get((0x6007, 0)) == (1 if with_option else None)
+
+
+def test_the_entry_of_a_process_that_died_is_taken_over_and_cleared(clock: Any, make_node: Any) -> None:
+    node = make_node(consumer={1: 0, 2: 0x7E << 16 | 500})
+    drive = open_cia402_six_step(ADDRESS, clock, WATCHED)
+    assert (node.entry(1), node.entry(2)) == (0, 0x7E << 16 | 150)
+    drive.close()
+    assert node.entry(2) == 0
+
+
+def test_a_drive_without_a_watch_stays_as_it_is(node: Any, clock: Any) -> None:
+    traffic: list[tuple[str, str]] = []
+    drive = open_cia402_six_step(
+        ADDRESS, clock, WATCHED, traffic=lambda direction, text: traffic.append((direction, text))
+    )
+    drive.close()
+    assert node.writes == []
+    assert ("read", "no such object") in traffic
+
+
+def test_nothing_is_asked_where_no_watch_is_wanted(clock: Any, make_node: Any) -> None:
+    node = make_node(consumer={1: 0}, abort_option=1)
+    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS)
+    drive.close()
+    assert node.writes == []
+
+
+def test_a_heartbeat_goes_on_over_a_bus_opened_anew_and_ends_with_the_drive(clock: Any, make_node: Any) -> None:
+    node = make_node(consumer={1: 0})
+    drive = open_cia402_six_step(ADDRESS, clock, WATCHED)
+    drive._node._connection.reopen()
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus:
+        assert heartbeats(bus, 2)
+    node.network.disconnect()  # the drive is gone: closing must not depend on it
+    drive.close()
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"heartbeat_time": 0.01}, SetpointError, r"heartbeat_time = 0\.01 s is outside 0\.05 … 65\.535 s"),
+        ({"heartbeat_time": 1.0, "heartbeat_node": 0}, SetpointError, "heartbeat_node = 0"),
+        ({"heartbeat_time": 1.0}, ReportedError, r"all 1 entries .* are taken.*heartbeat_time = 0"),
+    ],
+)
+def test_a_watch_that_cannot_be_armed_is_refused(
+    clock: Any, make_node: Any, options: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    node = make_node(consumer={1: 0x00100064}, abort_option=1)
+    with pytest.raises(error, match=message):
+        open_cia402_six_step(ADDRESS, clock, Cia402SixStepOptions(**options))
+    assert node.writes == []
+
+
+def test_an_abort_other_than_absence_is_not_passed_over(clock: Any, make_node: Any) -> None:
+    node = make_node(consumer={1: 0})
+    node.abort[0x1016] = 0x08000022
+    with pytest.raises(ReportedError, match=r"read 0x1016:00'.*SDO abort"):
+        open_cia402_six_step(ADDRESS, clock, WATCHED)
