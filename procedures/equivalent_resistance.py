@@ -62,6 +62,7 @@ class LoadPoint:
     bus_current: Reading
     electrical_frequency: float
     line: six_step.LineCurrent | None
+    current_accuracy: Accuracy
 
     @property
     def state_time(self) -> float:
@@ -138,26 +139,52 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                 )
             )
         given = self.settings.switch_resistance
-        drops = np.array([six_step.average_drop(p.line, self.winding, r, ell, p.state_time) for p in seen if p.line])
-        switched = np.array([six_step.switched_average(p.line) for p in seen if p.line])
-        voltage = np.array([p.bus_voltage.value for p in seen]) - drops
+        lines = [p.line for p in seen if p.line is not None]
+        times = [p.state_time for p in seen]
+        # A drop is r·I_av + (L11 − L12)·Δi/τ: linear in both, so their errors reach the result by the same matrix.
+        mean_current = np.array(
+            [six_step.average_drop(n, self.winding, 1.0, 0.0, t) for n, t in zip(lines, times, strict=True)]
+        )
+        rate = np.array(
+            [six_step.average_drop(n, self.winding, 0.0, 1.0, t) for n, t in zip(lines, times, strict=True)]
+        )
+        switched = np.array([six_step.switched_average(line) for line in lines])
         speed = np.array([p.speed.value for p in seen])
-        if given is None:
-            fit = least_squares(("emf", "switch"), np.column_stack((speed, switched)), voltage)
-        else:
-            fit = least_squares(("emf",), speed[:, None], voltage - given * switched)
-        voltage_limit = self._typical(points, "bus_voltage")
-        unc = self.bench.uncertainties
-        constant = unc.instrument(
-            "drive, bus voltage",
-            unc.statistical("k_e over loads", fit.value("emf"), fit.uncertainty("emf"), fit.degrees_of_freedom),
-            voltage_limit,
+        bus = np.array([p.bus_voltage.value for p in seen])
+        drops = r * mean_current + ell * rate
+        design = np.column_stack((speed, switched)) if given is None else speed[:, None]
+        left = bus - drops - (0.0 if given is None else given * switched)
+        fit = least_squares(("emf", "switch")[: design.shape[1]], design, left)
+        solve = np.linalg.pinv(design)
+        unc, reading, current = self.bench.uncertainties, seen[-1].bus_voltage, seen[-1].current_accuracy
+        gain = (
+            unc.instrument(
+                "drive, bus voltage", 1.0, Accuracy(gain=reading.accuracy.gain, source=reading.accuracy.source)
+            )
+            - 1.0
         )
-        switch = (
-            unc.statistical("R_t over loads", fit.value("switch"), fit.uncertainty("switch"), fit.degrees_of_freedom)
-            if given is None
-            else unc.standard("R_t given", given, 0.0)
+        offset = unc.instrument(
+            "drive, bus voltage", 0.0, Accuracy(offset=reading.accuracy.offset, source=reading.accuracy.source)
         )
+        scope = (
+            unc.instrument("oscilloscope, current channel", 1.0, Accuracy(gain=current.gain, source=current.source))
+            - 1.0
+        )
+
+        def figure(row: int, name: str) -> UncertainReal:
+            own = unc.statistical(f"{name} over loads", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom)
+            on = solve[row]
+            return (
+                own
+                + gain * float(on @ bus)
+                + offset * float(on.sum())
+                - (resistance - r) * float(on @ mean_current)
+                - (inductance - ell) * float(on @ rate)
+                - scope * float(on @ drops)
+            )
+
+        constant = figure(0, "emf") * (1.0 + self._speed_error(seen))
+        switch = figure(1, "switch") * (1.0 - scope) if given is None else unc.standard("R_t given", given, 0.0)
         self._report_emf(constant, fit)
         self.report(
             "switch_resistance",
@@ -310,6 +337,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
             bus_current=_averaged([bench.drive.measure_bus_current() for _ in range(self.settings.readings)]),
             electrical_frequency=fit.frequency,
             line=line,
+            current_accuracy=wave.accuracy,
         )
 
     def _winding(self) -> tuple[UncertainReal, UncertainReal]:
@@ -339,6 +367,11 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         reading: Reading = getattr(points[-1], name)
         relative = reading.accuracy.gain + reading.accuracy.offset / abs(reading.value)
         return Accuracy(gain=relative, source=reading.accuracy.source)
+
+    def _speed_error(self, points: Sequence[LoadPoint]) -> UncertainReal:
+        """Return the tachometer's relative error at the mean speed, as a quantity around zero."""
+        speed = sum(p.speed.value for p in points) / len(points)
+        return self.bench.uncertainties.instrument("tachometer", speed, points[-1].speed.accuracy) / speed - 1.0
 
     def _report_emf(self, constant: UncertainReal, fit: Fit) -> None:
         self.report(
