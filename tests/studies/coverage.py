@@ -1,0 +1,99 @@
+"""Coverage of the 95 % intervals over random motors and random instruments.
+
+`python -m tests.studies.coverage --motors N --seed S [--workers K] [--dask ADDRESS]`
+
+Every motor is drawn (see `random_motors`), stands on a virtual bench whose instruments have errors drawn from their
+specifications, and goes through the procedures by the real drivers. Printed for each parameter and procedure:
+
+- coverage: share of the 95 % intervals that hold the truth;
+- width / ideal: mean half-width of the intervals over that of the ideal interval, 1.96 times the true standard deviation of
+  the error. Motors differ, so both are taken in units of each motor's stated standard uncertainty u: mean(U / u) over
+  1.96 · rms(error / u). It is 1 for normal errors and a right u, below 1 where the error is bounded (a rectangular error needs
+  1.65 u only), above it where u is stated too large;
+- bias / u and rms / u: mean and root mean square of error / u;
+- mean U: mean half-width relative to the truth.
+
+The result depends on seed and number of motors only, however many workers there are.
+"""
+
+import argparse
+import multiprocessing
+import time
+from collections.abc import Iterable, Iterator
+from functools import partial
+from itertools import islice
+
+from tests.studies.measured_motor import Measured, measure, study_plan
+from tests.studies.tally import Tally, lines
+
+#: Motors handed to a cluster's worker at a time, and handfuls under way at once.
+_HANDFUL, _UNDER_WAY = 20, 200
+
+
+def measure_some(seed: int, indices: Iterable[int]) -> list[Measured]:
+    """Measure these motors one after the other."""
+    plan = study_plan()
+    return [measure(seed, index, plan) for index in indices]
+
+
+def by_workers(seed: int, motors: int, workers: int) -> Iterator[Measured]:
+    """Give all motors in order, measured by processes of this machine."""
+    if workers == 1:
+        plan = study_plan()
+        yield from (measure(seed, index, plan) for index in range(motors))
+        return
+    handfuls = [range(k, min(k + 4, motors)) for k in range(0, motors, 4)]
+    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+        for some in pool.imap(partial(measure_some, seed), handfuls):
+            yield from some
+
+
+def by_cluster(seed: int, motors: int, address: str) -> Iterator[Measured]:
+    """Give all motors in order, measured by a Dask cluster whose scheduler is at `address`; "local" makes one here.
+
+    Raises SystemExit where dask.distributed is not installed.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise SystemExit(
+            "--dask needs dask.distributed: install the extra, `pip install motorbench[cluster]`"
+        ) from None
+    handfuls = iter([range(k, min(k + _HANDFUL, motors)) for k in range(0, motors, _HANDFUL)])
+    with (
+        Client(processes=False, n_workers=2, threads_per_worker=1) if address == "local" else Client(address) as client
+    ):
+        # A window of futures, so that neither the scheduler nor this process ever holds a million results.
+        waiting = [client.submit(measure_some, seed, some, pure=False) for some in islice(handfuls, _UNDER_WAY)]
+        while waiting:
+            yield from waiting.pop(0).result()
+            waiting += [client.submit(measure_some, seed, some, pure=False) for some in islice(handfuls, 1)]
+
+
+def study(measured: Iterable[Measured]) -> Tally:
+    """Return the sums over all motors."""
+    tally = Tally()
+    for one in measured:
+        tally.add(one)
+    return tally
+
+
+def main() -> None:
+    """Run the study and print its table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--motors", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
+    parser.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, or local")
+    given = parser.parse_args()
+    started = time.monotonic()
+    if given.dask:
+        tally = study(by_cluster(given.seed, given.motors, given.dask))
+    else:
+        tally = study(by_workers(given.seed, given.motors, given.workers))
+    print("\n".join(lines(tally)))
+    print(f"\n{tally.motors} motors in {time.monotonic() - started:.0f} s")
+
+
+if __name__ == "__main__":
+    main()

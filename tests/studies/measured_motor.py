@@ -1,0 +1,144 @@
+"""One random motor on a bench of random instruments: every procedure, and how far each figure is from the truth."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pyvisa import ResourceManager
+
+from bench.instruments import StationInstruments
+from bench.operators.virtual import VirtualOperator
+from bench.plan import Planned, make_plan
+from bench.truth import truth_of
+from bench.virtual_station import virtual_station
+from bench.way_down import make_safe
+from drivers.interfaces import InstrumentError, Waveform
+from procedures.bench import Bench, ProcedureError
+from procedures.catalogue import catalogue
+from procedures.estimation.fit import EstimationError
+from procedures.nameplate import Nameplate
+from procedures.parameter_set import merge
+from procedures.result import Parameter, ProcedureResult
+from sim_instruments.bench import VirtualBench
+from sim_instruments.instruments.errors import Errors
+from sim_instruments.physics.motor import VirtualMotor
+from tests.studies.random_motors import draw_motor
+
+#: The load cycle of equivalent resistance is another kind of run; the data sheet's figures are not measured.
+LEFT_OUT = ("nameplate", "equivalent-resistance")
+#: Half-width (K) within which the virtual operator's thermometer reads the winding.
+THERMOMETER = 0.5
+_SETTINGS = (f"temperature_uncertainty={THERMOMETER}",)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of one motor: measured value, truth, standard uncertainty and coverage interval, in the parameter's unit."""
+
+    procedure: str
+    name: str
+    value: float
+    truth: float
+    uncertainty: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a motor gave: its figures, and by procedure why one was refused or failed."""
+
+    index: int
+    figures: tuple[Figure, ...]
+    refused: tuple[tuple[str, str], ...]
+    failed: tuple[tuple[str, str], ...]
+
+
+class NoRecord:
+    """A journal and a store of waveforms that keep nothing."""
+
+    def event(self, kind: str, **data: Any) -> None:
+        """Let it go."""
+
+    def store(self, name: str, waveform: Waveform) -> str:
+        """Let it go."""
+        return name
+
+
+def study_plan() -> list[Planned]:
+    """Return the procedures of the study in the catalogue's order."""
+    known = catalogue()
+    return make_plan([name for name in known if name not in LEFT_OUT], _SETTINGS, known)
+
+
+def measure(seed: int, index: int, plan: list[Planned]) -> Measured:
+    """Draw motor `index` of the study with this seed and measure it; depends on nothing else."""
+    random = np.random.default_rng([seed, index])
+    motor, plate = draw_motor(random)
+    ambient = float(random.uniform(18.0, 28.0))
+    bench = VirtualBench(
+        motor,
+        seed=int(random.integers(1 << 31)),
+        errors=Errors.drawn(random),
+        ambient_temperature=ambient,
+        initial_angle=float(random.uniform(0.0, 2.0 * np.pi)),
+    )
+    with bench:
+        return _measured(index, bench, motor, plate, int(random.integers(1 << 31)), plan)
+
+
+def _measured(
+    index: int, virtual: VirtualBench, motor: VirtualMotor, plate: Nameplate, seed: int, plan: list[Planned]
+) -> Measured:
+    nothing = NoRecord()
+    instruments = StationInstruments(
+        virtual_station(virtual.addresses()),
+        plate,
+        virtual.clock,
+        nothing,
+        nothing,
+        lambda: ResourceManager(virtual.visa_library),
+        lambda _: None,
+    )
+    truth = truth_of(motor)
+    results: list[ProcedureResult] = []
+    refused, failed = [], []
+    try:
+        bench = Bench(instruments.available(), VirtualOperator(virtual.world, seed), virtual.clock, nothing)
+        for planned in plan:
+            known = merge(results).parameters
+            try:
+                results.append(planned.procedure(bench, plate, planned.settings, known).run())
+            except (ProcedureError, EstimationError, InstrumentError) as reason:
+                refused.append((planned.name, _kind(reason)))
+                make_safe(instruments.opened(), nothing)
+            except Exception as fault:  # noqa: BLE001  it is counted, and the study goes on
+                failed.append((planned.name, f"{type(fault).__name__}: {_kind(fault)}"))
+                make_safe(instruments.opened(), nothing)
+    finally:
+        failed += [("close", fault) for fault in instruments.close()]
+    figures = [_figure(p, truth) for result in results for p in result.parameters if p.name in truth]
+    return Measured(index, tuple(figures), tuple(refused), tuple(failed))
+
+
+def _figure(parameter: Parameter, truth: Mapping[str, float]) -> Figure:
+    way = parameter.procedure
+    if parameter.name == "torque_constant":
+        way += ", derived" if parameter.estimator.startswith("1.5") else ", measured"
+    return Figure(
+        way,
+        parameter.name,
+        parameter.value,
+        truth[parameter.name],
+        parameter.standard_uncertainty,
+        *parameter.coverage_interval,
+    )
+
+
+def _kind(reason: Exception) -> str:
+    """Return the sentence without its figures, so that like reasons count together."""
+    if isinstance(reason, ProcedureError):
+        return reason.text.template
+    return re.sub(r"[-+−]?\d[\d.,]*(e[-+]?\d+)?", "#", str(reason))
