@@ -1,6 +1,12 @@
 """The wall's time for a real bench."""
 
 import time
+from datetime import UTC, date, datetime
+
+
+def wall_date() -> date:
+    """Return today's date where this computer stands."""
+    return datetime.now(UTC).astimezone().date()
 
 
 class SystemClock:

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from bench.errors import InputError
-from bench.motor_sections import NameplateSection, number
+from bench.motor_sections import ExpectedSection, NameplateSection, number
 from bench.shipped_motors import motor_content
 from bench.six_step_file import drive_file_of, holds_drive
 from bench.toml_file import Section, validate
@@ -88,6 +88,7 @@ class VirtualSection(Section):
 class _File(Section):
     nameplate: NameplateSection
     virtual: VirtualSection | None = None
+    expected: ExpectedSection = ExpectedSection()
 
 
 @dataclass(frozen=True)
@@ -128,19 +129,20 @@ def _motor(content: bytes, data: Mapping[str, Any], source: str) -> MotorFile:
     if holds_drive(data):
         drive_file = drive_file_of(data, source)
         drive = drive_file.drive
-        return _made(content, source, drive_file.nameplate, virtual_motor(drive), drive)
+        nameplate = drive_file.nameplate.nameplate(drive_file.expected)
+        return _made(content, source, nameplate, virtual_motor(drive), drive)
     file = validate(_File, data, source)
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None
     except ValueError as error:
         raise InputError(f"{source}: virtual: {error}") from None
-    return _made(content, source, file.nameplate, motor, None)
+    return _made(content, source, file.nameplate.nameplate(file.expected), motor, None)
 
 
 def _made(
     content: bytes,
     source: str,
-    nameplate: NameplateSection,
+    nameplate: Nameplate,
     virtual: VirtualMotor | None,
     six_step: SixStepDrive | None,
 ) -> MotorFile:
@@ -148,7 +150,7 @@ def _made(
         source=source,
         content=content.decode("utf-8"),
         sha256=hashlib.sha256(content).hexdigest(),
-        nameplate=nameplate.nameplate(),
+        nameplate=nameplate,
         virtual=virtual,
         six_step=six_step,
     )

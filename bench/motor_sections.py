@@ -69,9 +69,38 @@ class NameplateSection(Section):
             )
         return self
 
-    def nameplate(self) -> Nameplate:
-        """Return it as procedures see it."""
+    def nameplate(self, expected: "ExpectedSection") -> Nameplate:
+        """Return it as procedures see it, with the type values of the same file."""
         return Nameplate(
             **{name: getattr(self, name) for name in NameplateSection.model_fields if name != "wire_colours"},
             wire_colours={terminal: colour for terminal, colour in self.wire_colours.model_dump().items() if colour},
+            expected=expected.values(),
         )
+
+
+class ExpectedSection(Section):
+    """`[expected]`: type values by parameter name, in the unit and by the convention in which results give them."""
+
+    pole_pairs: int | None = number("", None, at_least=1, up_to=200)
+    stator_resistance: float | None = number("ohm", None, above=0.0, description="per phase of the Y-equivalent, 25 °C")
+    d_axis_inductance: float | None = number("H", None, above=0.0, description="per phase of the Y-equivalent")
+    q_axis_inductance: float | None = number("H", None, above=0.0, description="per phase of the Y-equivalent")
+    flux_linkage: float | None = number("V·s/rad", None, above=0.0, description="peak, per electrical radian")
+    back_emf_constant_mechanical: float | None = number("V·s/rad", None, above=0.0, description="peak, phase")
+    back_emf_constant_v_per_krpm: float | None = number("V/krpm", None, above=0.0, description="peak, phase")
+    back_emf_constant_v_per_rpm: float | None = number("V/rpm", None, above=0.0, description="peak, phase")
+    torque_constant: float | None = number("N·m/A", None, above=0.0, description="per peak phase ampere")
+    inertia: float | None = number("kg·m²", None, above=0.0)
+    coulomb_friction: float | None = number("N·m", None, above=0.0)
+    viscous_friction: float | None = number("N·m·s/rad", None, above=0.0)
+    maximum_current: float | None = number("A", None, above=0.0, description="phase, peak")
+    rated_speed: float | None = number("rpm", None, above=0.0)
+    line_emf_constant: float | None = number("V·s/rad", None, above=0.0, description="peak, line to line")
+    switch_resistance: float | None = number("ohm", None, above=0.0)
+    equivalent_resistance: float | None = number("ohm", None, above=0.0)
+    commutation_resistance: float | None = number("ohm", None, above=0.0)
+    copper_resistance: float | None = number("ohm", None, above=0.0)
+
+    def values(self) -> dict[str, float]:
+        """Return what was given."""
+        return {name: float(value) for name, value in self.model_dump().items() if value is not None}

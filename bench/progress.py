@@ -27,6 +27,8 @@ class Progress:
         elif kind == "step_started":
             sentence = self._sentences.get(data["step"], data["text"])
             self._show(f"{self._place()} {self._procedure}  §{data['step']}  {sentence}")
+        elif kind == "known_before":
+            self._say(f"{data['warning']['id']}: {data['message']}")
         elif kind == "run_finished":
             self.end()
 
@@ -35,6 +37,11 @@ class Progress:
         if self._live:
             self._console.file.write("\r\x1b[2K")
             self._console.file.flush()
+
+    def _say(self, line: str) -> None:
+        """Print a line that stays."""
+        self.end()
+        self._console.print(line, markup=False)
 
     def _place(self) -> str:
         number = self._names.index(self._procedure) + 1 if self._procedure in self._names else 0

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bench.journal import Event
-from bench.stored_result import restore
+from bench.stored_result import restore, restore_notice
 from procedures.parameter_set import ParameterSet, merge
 from procedures.result import Notice, ProcedureResult
 from procedures.text import Text, Translate, english
@@ -33,6 +33,8 @@ class RunView:
         self.cause = ""
         self.bench_time = 0.0
         self.wall_time = 0.0
+        self._before: list[tuple[str, Notice]] = []
+        self._together: list[Notice] = []
         self._here: ProcedureView | None = None
 
     def apply(self, kind: str, data: Mapping[str, Any]) -> None:
@@ -51,9 +53,12 @@ class RunView:
         return merge(self.finished.values())
 
     def warnings(self) -> list[tuple[str, Notice]]:
-        """Return all warnings, each with the procedure it came from; empty for what concerns several."""
+        """Return all warnings, each with the procedure it came from; empty for what concerns several.
+
+        What was known before the run began comes first, then what the procedures found, then what their results say together.
+        """
         own = [(name, notice) for name, result in self.finished.items() for notice in result.warnings]
-        return own + [("", notice) for notice in self.parameters().notices]
+        return self._before + own + [("", notice) for notice in (*self.parameters().notices, *self._together)]
 
     @property
     def truth(self) -> dict[str, float]:
@@ -95,6 +100,15 @@ class RunView:
 
     def _run_resumed(self, data: Mapping[str, Any]) -> None:
         self.status, self.cause = "interrupted", ""
+
+    def _known_before(self, data: Mapping[str, Any]) -> None:
+        found = (data["procedure"], restore_notice(data["warning"]))
+        # A resumed run says again what still holds.
+        if found not in self._before:
+            self._before.append(found)
+
+    def _consistency_checked(self, data: Mapping[str, Any]) -> None:
+        self._together = [restore_notice(entry) for entry in data["warnings"]]
 
     def _procedure_started(self, data: Mapping[str, Any]) -> None:
         self._here = ProcedureView(sentences=data["steps"])

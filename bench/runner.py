@@ -10,11 +10,13 @@ from bench import interrupts
 from bench.journal import Journal
 from bench.plan import Planned
 from bench.run_view import RunView, message
-from bench.stored_result import store
+from bench.stored_result import store, store_notice
 from bench.way_down import make_safe
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
+from procedures.consistency import check_consistency
 from procedures.nameplate import Nameplate
+from procedures.result import Notice
 from procedures.text import Translate
 
 
@@ -46,11 +48,19 @@ class Runner:
     nameplate: Nameplate
     translate: Translate
 
-    def run(self, plan: Sequence[Planned], begin: str, about: Mapping[str, Any], *, go_on: bool = False) -> RunView:
+    def run(
+        self,
+        plan: Sequence[Planned],
+        begin: str,
+        about: Mapping[str, Any],
+        *,
+        go_on: bool = False,
+        warnings: Sequence[Notice] = (),
+    ) -> RunView:
         """Run what is not finished yet and return the view; never raises for what happens on the bench.
 
-        `begin` is the first event's kind and `about` its data. The status is `completed`, `failed` or `aborted`. `go_on`
-        has the next procedure run where one failed.
+        `begin` is the first event's kind and `about` its data; `warnings` hold for the whole run. The status is `completed`,
+        `failed` or `aborted`. `go_on` has the next procedure run where one failed.
         """
         started, bench_started = monotonic(), self.clock.now()
         status, causes = "completed", list[str]()
@@ -58,15 +68,19 @@ class Runner:
             try:
                 self.journal.event(begin, **about)
                 bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal)
-                for planned in plan:
-                    if planned.name in self.view.finished:
-                        continue
+                for notice in warnings:
+                    self._tell("", notice)
+                left = [planned for planned in plan if planned.name not in self.view.finished]
+                for planned in left:
+                    self._foresee(bench, planned)
+                for planned in left:
                     cause = self._procedure(bench, planned)
                     if cause:
                         status = "failed"
                         causes.append(f"{planned.name}: {cause}")
                         if not go_on:
                             break
+                self._check_consistency()
             except (interrupts.Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
                 causes.append(str(stop) or "interrupted")
@@ -81,6 +95,24 @@ class Runner:
                         status = "failed"
                     self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
         return self.view
+
+    def _tell(self, procedure: str, notice: Notice) -> None:
+        """Put a warning into the journal that is known before anything is energised."""
+        said = notice.message.render(self.translate)
+        self.journal.event("known_before", procedure=procedure, warning=store_notice(notice), message=said)
+
+    def _foresee(self, bench: Bench, planned: Planned) -> None:
+        try:
+            for notice in planned.procedure.foresee(bench, self.nameplate, planned.settings):
+                self._tell(planned.name, notice)
+        except (InstrumentError, ProcedureError) as error:
+            # Nothing is claimed of an instrument that does not answer; the procedure itself will say so.
+            self.journal.event("not_foreseen", procedure=planned.name, cause=message(error, self.translate))
+
+    def _check_consistency(self) -> None:
+        findings = {name: result.findings for name, result in self.view.finished.items()}
+        alarms = check_consistency(self.view.parameters(), findings, self.nameplate)
+        self.journal.event("consistency_checked", warnings=[store_notice(alarm) for alarm in alarms])
 
     def _procedure(self, bench: Bench, planned: Planned) -> str:
         """Run one; return why it failed, or nothing."""

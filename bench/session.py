@@ -1,12 +1,14 @@
 """One run from the command line's wishes to the written result."""
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.clock import wall_date
 from bench.errors import InputError, UsageError
 from bench.instruments import StationInstruments
 from bench.journal import Journal, JournalFile, read_journal
@@ -53,8 +55,11 @@ class Finished:
     hand_time: float
 
 
-def run(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Finished:
-    """Do it; progress and questions go to `console`. Raises InputError before anything is touched."""
+def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callable[[], date] = wall_date) -> Finished:
+    """Do it; progress and questions go to `console`, calibrations are held against `today`.
+
+    Raises InputError before anything is touched.
+    """
     plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
     translate = translator(wishes.language)
     with place(
@@ -69,6 +74,8 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Finished:
         if list(wishes.procedures) == ["all"]:
             plan = _possible(plan, where.station, console, translate)
         _check_roles(plan, where.station)
+        used = {role for planned in plan for role in planned.procedure.roles}
+        overdue = where.station.check_calibrations(today(), used)
         previous = _previous(wishes, where.station) if wishes.resume else None
         view = view_of(previous.events) if previous else RunView()
         folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
@@ -88,7 +95,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Finished:
         )
         runner = Runner(instruments, where.operator, where.clock, journal, view, wishes.motor.nameplate, translate)
         about = _about(wishes, plan, where, folder)
-        runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on)
+        runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on, warnings=overdue)
         folder.write_result(view.as_dict(translate))
         return Finished(folder, view, where.hand_time())
 
@@ -150,7 +157,11 @@ def _about(wishes: Wishes, plan: Sequence[Planned], where: Place, folder: RunFol
             "source": station.source,
             "sha256": station.sha256,
             "instruments": {
-                role.value: {"driver": entry.driver.name, "address": entry.address}
+                role.value: {
+                    "driver": entry.driver.name,
+                    "address": entry.address,
+                    "calibration": entry.calibration.as_dict() if entry.calibration else None,
+                }
                 for role, entry in station.entries.items()
             },
         },

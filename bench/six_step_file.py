@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.errors import InputError
-from bench.motor_sections import NameplateSection, number
+from bench.motor_sections import ExpectedSection, NameplateSection, number
 from bench.shipped_motors import motor_content
 from bench.toml_file import Section, validate
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
@@ -60,6 +60,7 @@ class DriveFile(Section):
 
     nameplate: NameplateSection
     virtual: DriveMotorSection
+    expected: ExpectedSection = ExpectedSection()
 
     def six_step_drive(self) -> SixStepDrive:
         """Return the drive as the simulation takes it. Raises SixStepError for values that do not go together."""
@@ -85,9 +86,10 @@ class DriveFile(Section):
 
 @dataclass(frozen=True)
 class ReadDriveFile:
-    """A BLDC drive's file that was read: its plate, and the drive."""
+    """A BLDC drive's file that was read: its plate, its type values, and the drive."""
 
     nameplate: NameplateSection
+    expected: ExpectedSection
     drive: SixStepDrive
 
 
@@ -111,7 +113,7 @@ def drive_file_of(data: Mapping[str, Any], source: str) -> ReadDriveFile:
             f"{source}: nameplate.pole_pairs = {plate} and virtual.pole_pairs = {truth}; give the same number"
         )
     try:
-        return ReadDriveFile(file.nameplate, file.six_step_drive())
+        return ReadDriveFile(file.nameplate, file.expected, file.six_step_drive())
     except SixStepError as error:
         raise InputError(f"{source}: virtual: {error}") from None
 

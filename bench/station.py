@@ -1,18 +1,22 @@
 """The station's file: which instruments stand on the bench, by role, each with its driver, address and options."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field
 
+from bench import calibration
+from bench.calibration import Calibration
 from bench.errors import InputError
 from bench.options import read_options
 from bench.toml_file import Section, nearest, read, validate
 from drivers import registry
 from procedures.bench import Role
+from procedures.result import Notice
 
 #: Keys of an instrument's table that are not its driver's.
 _COMMON = ("driver", "address", "name")
@@ -21,6 +25,7 @@ _COMMON = ("driver", "address", "name")
 class _Station(Section):
     name: str = Field(min_length=1, description="the station's name, text in quotes")
     visa_library: str = "@py"
+    overdue: Literal["warn", "refuse"] = "warn"
 
 
 class _Instrument(Section):
@@ -43,11 +48,15 @@ class Entry:
     address: str
     options: object
     name: str
+    calibration: Calibration | None = None
 
 
 @dataclass(frozen=True)
 class Station:
-    """A station that was read: its instruments by role, the VISA library they are reached by, and what identifies it."""
+    """A station that was read: its instruments by role, the VISA library they are reached by, and what identifies it.
+
+    `overdue` says what becomes of a run with an instrument whose calibration is overdue.
+    """
 
     source: str
     name: str
@@ -55,6 +64,16 @@ class Station:
     sha256: str
     visa_library: str
     entries: Mapping[Role, Entry]
+    overdue: Literal["warn", "refuse"] = "warn"
+
+    def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
+        """Return a warning for every calibration among these roles that is overdue.
+
+        Raises InputError where the station refuses that, and for a calibration of the future in any role.
+        """
+        entered = [(e.role.value, e.calibration) for e in self.entries.values() if e.calibration is not None]
+        used = {role.value for role in roles}
+        return calibration.check(entered, today, self.source, used=used, refuse=self.overdue == "refuse")
 
 
 def load_station(path: Path) -> Station:
@@ -73,7 +92,15 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
     file = validate(_File, data, source)
     entries = {role: _entry(role, table, source) for role, table in file.instruments.items()}
     digest = hashlib.sha256(content).hexdigest()
-    return Station(source, file.station.name, content.decode("utf-8"), digest, file.station.visa_library, entries)
+    return Station(
+        source,
+        file.station.name,
+        content.decode("utf-8"),
+        digest,
+        file.station.visa_library,
+        entries,
+        file.station.overdue,
+    )
 
 
 def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
@@ -89,6 +116,8 @@ def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     driver = registry.find(common.driver, kind)
     if driver.needs_address and not common.address:
         raise InputError(f"{source}: {prefix}.address is missing; {driver.name} needs the address it answers at")
-    given = {key: value for key, value in table.items() if key not in _COMMON}
+    calibrated, given = calibration.take_entry(
+        {key: value for key, value in table.items() if key not in _COMMON}, source, prefix
+    )
     options = read_options(driver.options, given, source, prefix)
-    return Entry(role, driver, common.address, options, common.name or role.value)
+    return Entry(role, driver, common.address, options, common.name or role.value, calibrated)

@@ -14,7 +14,7 @@ def store(result: ProcedureResult) -> dict[str, Any]:
         "procedure": result.procedure,
         "section": result.section,
         "parameters": [{"name": p.name, **p.as_dict()} for p in result.parameters],
-        "warnings": [{"id": n.identifier, "text": store_text(n.message)} for n in result.warnings],
+        "warnings": [store_notice(notice) for notice in result.warnings],
         "findings": dict(result.findings),
     }
 
@@ -25,9 +25,19 @@ def restore(data: Mapping[str, Any]) -> ProcedureResult:
         procedure=data["procedure"],
         section=data["section"],
         parameters=tuple(_parameter(entry) for entry in data["parameters"]),
-        warnings=tuple(Notice(entry["id"], restore_text(entry["text"])) for entry in data["warnings"]),
+        warnings=tuple(restore_notice(entry) for entry in data["warnings"]),
         findings=data["findings"],
     )
+
+
+def store_notice(notice: Notice) -> dict[str, Any]:
+    """Return a warning in JSON's types."""
+    return {"id": notice.identifier, "text": store_text(notice.message)}
+
+
+def restore_notice(data: Mapping[str, Any]) -> Notice:
+    """Return the warning that `store_notice` took apart."""
+    return Notice(data["id"], restore_text(data["text"]))
 
 
 def store_text(message: Text) -> dict[str, Any]:

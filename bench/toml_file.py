@@ -103,6 +103,7 @@ def _also(fault: ErrorDetails) -> str:
         "tuple",
         "dict",
         "bool",
+        "date_type",
     )
     return "" if fault["type"].startswith(known) else f" ({fault['msg']})"
 

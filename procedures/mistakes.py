@@ -32,6 +32,10 @@ class Ratio:
         """Tell whether it is off by more than its uncertainty and the slack (of the logarithm) explain."""
         return abs(math.log(self.value)) > max(COVERAGE * self.uncertainty, slack)
 
+    def over(self, other: "Ratio") -> "Ratio":
+        """Return it divided by another."""
+        return Ratio(self.value / other.value, math.hypot(self.uncertainty, other.uncertainty))
+
     def inverse(self) -> "Ratio":
         """Return one over it."""
         return Ratio(1.0 / self.value, self.uncertainty)
@@ -120,3 +124,45 @@ def of_plate(pole_pairs: float) -> tuple[Mistake, ...]:
         Mistake(10.0, text("a probe's attenuation of 10 not entered, or entered twice")),
         Mistake(0.1, text("a probe's attenuation of 10 not entered, or entered twice")),
     )
+
+
+_TYPE_UNITS = (
+    Mistake(1000.0, text("a factor 1000 in a unit of the motor file")),
+    Mistake(1e-3, text("a factor 1000 in a unit of the motor file")),
+)
+_TYPE_IMPEDANCE = (
+    Mistake(0.5, text("the type value holds between two lines")),
+    Mistake(2.0, text("a reading between two lines not halved")),
+    Mistake(1.0 / 3.0, text("the type value is that of a delta's winding: wye and delta confused")),
+    Mistake(3.0, text("the winding of a delta entered for the Y-equivalent: wye and delta confused")),
+)
+_TYPE_FLUX = (
+    Mistake(1.0 / math.sqrt(3.0), text("the type value holds between two lines, or is that of a delta's winding")),
+    Mistake(math.sqrt(3.0), text("line voltage entered for phase voltage")),
+    Mistake(math.sqrt(2.0), text("the type value is rms")),
+    Mistake(0.5, text("the type value is peak to peak")),
+    Mistake(2.0, text("peak-to-peak voltage entered for peak")),
+    Mistake(2.0 * math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
+    Mistake(0.5 / math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
+)
+
+
+def of_type_value(name: str, pole_pairs: float) -> tuple[Mistake, ...]:
+    """Return the mistakes of a measured parameter against its type value; empty for one that has none of its own."""
+    if name in ("stator_resistance", "d_axis_inductance", "q_axis_inductance"):
+        return (*_TYPE_IMPEDANCE, *_TYPE_UNITS)
+    if name in ("flux_linkage", "back_emf_constant_mechanical"):
+        per_speed = (
+            Mistake(pole_pairs, text("mechanical and electrical speed confused")),
+            Mistake(1.0 / pole_pairs, text("mechanical and electrical speed confused")),
+        )
+        return (*_TYPE_FLUX, *per_speed, *_TYPE_UNITS)
+    if name == "torque_constant":
+        return (
+            Mistake(math.sqrt(2.0), text("rms current entered for peak")),
+            Mistake(math.sqrt(0.5), text("the type value is per rms ampere")),
+            Mistake(1.5, text("the factor 1.5 of the amplitude-invariant torque counted twice")),
+            Mistake(1.0 / 1.5, text("the factor 1.5 of the amplitude-invariant torque left out")),
+            *_TYPE_UNITS,
+        )
+    return ()

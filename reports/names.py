@@ -26,3 +26,8 @@ PARAMETER_NAMES: Mapping[str, Text] = {
 def parameter_name(name: str) -> Text:
     """Return a parameter's name for readers; one without such a name keeps its own."""
     return PARAMETER_NAMES.get(name, Text("{name}", {"name": name}))
+
+
+def unit_for_readers(name: str, unit: str) -> str:
+    """Return the unit in which readers expect a parameter: flux linkage in webers, which are volt-seconds."""
+    return "Wb" if name == "flux_linkage" else unit

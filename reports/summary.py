@@ -8,7 +8,7 @@ from procedures.parameter_set import ParameterSet
 from procedures.result import Notice, Parameter
 from procedures.text import Translate, text
 from reports.figures import decimals_for, figure, percent, scale_of
-from reports.names import parameter_name
+from reports.names import parameter_name, unit_for_readers
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -111,8 +111,7 @@ def summary(
 
 
 def _row(parameter: Parameter, name: str, truth: float | None, translate: Translate, *, other: bool = False) -> Row:
-    unit = "Wb" if parameter.name == "flux_linkage" else parameter.unit
-    scale = scale_of(parameter.value, unit)
+    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
     value, spread = parameter.value / scale.factor, parameter.standard_uncertainty / scale.factor
     decimals = decimals_for(spread, value)
     sheet = parameter.source != "measured"

@@ -58,5 +58,15 @@ class LcrMeter(Instrument, Protocol):
         Raises OverloadError (no value within range) or MeasurementError (status other than good).
         """
 
-    def accuracy_at(self, resistance: float, inductance: float, frequency: float) -> tuple[Accuracy, Accuracy]:
-        """Return the limits of error that a reading of this resistance (Ω) and inductance (H) at `frequency` (Hz) would have."""
+    def accuracy_at(
+        self,
+        resistance: float,
+        inductance: float,
+        frequency: float,
+        level: float | None = None,
+        aperture: Aperture | None = None,
+    ) -> tuple[Accuracy, Accuracy]:
+        """Return the limits of error that a reading of this resistance (Ω) and inductance (H) at `frequency` (Hz) would have.
+
+        Level (V rms) and measurement time are those that are set where they are not given; nothing is set by asking.
+        """

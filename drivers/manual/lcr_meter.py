@@ -77,8 +77,15 @@ class ManualLcrMeter:
             inductance = self._questions.ask("inductance Ls", "H", 0.0, self._options.maximum_inductance, context)
         return ImpedanceReading(resistance, inductance, self._frequency, r_accuracy, l_accuracy, self._clock.now())
 
-    def accuracy_at(self, resistance: float, inductance: float, frequency: float) -> tuple[Accuracy, Accuracy]:
-        """Return the accuracies of the station file, the same for every resistance (Ω), inductance (H), frequency (Hz).
+    def accuracy_at(
+        self,
+        resistance: float,
+        inductance: float,
+        frequency: float,
+        level: float | None = None,
+        aperture: Aperture | None = None,
+    ) -> tuple[Accuracy, Accuracy]:
+        """Return the accuracies of the station file, the same for every resistance (Ω), inductance (H) and setting.
 
         Raises MeasurementError where the value is beyond the meter's range or no accuracy is stated.
         """

@@ -136,8 +136,17 @@ class KeysightE4980A:
             self._clock.now(),
         )
 
-    def accuracy_at(self, resistance: float, inductance: float, frequency: float) -> tuple[Accuracy, Accuracy]:
-        """Return the limits of error of a resistance (Ω) and an inductance (H) at a frequency (Hz), level as set.
+    def accuracy_at(
+        self,
+        resistance: float,
+        inductance: float,
+        frequency: float,
+        level: float | None = None,
+        aperture: Aperture | None = None,
+    ) -> tuple[Accuracy, Accuracy]:
+        """Return the limits of error of a resistance (Ω) and an inductance (H) at a frequency (Hz).
+
+        Level (V rms) and measurement time are those that are set where they are not given.
 
         Ae = (Ab + Zs/|Z| + Yo·|Z|)·Kt, times √(1 + Q²) for R where Q > 0.1 and √(1 + D²) for L where D > 0.1
         (data sheet, "Basic accuracy"). A calibration point of the station replaces it.
@@ -153,7 +162,8 @@ class KeysightE4980A:
                 f"{data.MAXIMUM_STATED_FREQUENCY:g} Hz",
                 remedy="Stay within, or enter a calibration point",
             )
-        stated = self._stated_accuracy(resistance, inductance, frequency)
+        setting = (frequency, level or self._level, aperture or self._aperture)
+        stated = self._stated_accuracy(resistance, inductance, setting)
         if point is None:
             return stated
         return point.resistance or stated[0], point.inductance or stated[1]
@@ -187,16 +197,18 @@ class KeysightE4980A:
                 return point
         return None
 
-    def _stated_accuracy(self, resistance: float, inductance: float, frequency: float) -> tuple[Accuracy, Accuracy]:
+    def _stated_accuracy(
+        self, resistance: float, inductance: float, setting: tuple[float, float, Aperture]
+    ) -> tuple[Accuracy, Accuracy]:
+        frequency = setting[0]
         reactance = 2 * math.pi * frequency * abs(inductance)
         impedance = math.hypot(resistance, reactance)
         if impedance == 0:
-            offset = data.short_offset(0.0, frequency, self._level, self._aperture) * self._options.temperature_factor
+            offset = data.short_offset(0.0, *setting) * self._options.temperature_factor
             return (
                 Accuracy(offset=offset, source=data.SOURCE),
                 Accuracy(offset=offset / (2 * math.pi * frequency), source=data.SOURCE),
             )
-        setting = (frequency, self._level, self._aperture)
         proportional = data.basic_accuracy(*setting) * self._options.temperature_factor
         fixed = data.short_offset(impedance, *setting) / impedance + data.open_offset(*setting) * impedance
         fixed *= self._options.temperature_factor
