@@ -21,13 +21,13 @@ _Ratios = list[tuple[Parameter, Ratio]]
 _STEP = "dq-inductance-time-constant"
 _BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")
 #: Slack (of the logarithm) for what no budget holds: iron and magnets between two working points; a warm winding, leads, source.
-_FLUX_SLACK, _IRON_SLACK, _COPPER_SLACK = 0.06, 0.15, 0.25
+_FLUX_SLACK, _IRON_SLACK, _COPPER_SLACK = 0.06, 0.12, 0.2
 #: A time constant names a mistake within this: the copper's temperature is in it.
 _COPPER_WINDOW = 0.15
 #: Voltage that full torque at rated speed asks for, over the rated one: every healthy motor; and what a mistake must lead back to.
 _PLATE_BOUNDS, _PLATE_USUAL, _PLATE_CENTRE = (0.3, 1.7), (0.45, 1.4), 0.8
 #: A type value is no more than a guess: only a plain factor is a finding.
-_TYPE_SLACK, _TYPE_WINDOW = 0.35, 0.12
+_TYPE_SLACK, _TYPE_WINDOW = 0.3, 0.12
 
 
 def check_consistency(found: ParameterSet, findings: Findings, nameplate: Nameplate) -> tuple[Notice, ...]:
@@ -127,7 +127,8 @@ def _plate(found: ParameterSet, pairs: float, nameplate: Nameplate) -> list[Noti
         return math.sqrt(3.0) * phase / (nameplate.rated_voltage or 1.0)
 
     now = share(1.0)
-    if _PLATE_BOUNDS[0] <= now <= _PLATE_BOUNDS[1]:
+    reach = math.exp(mistakes.COVERAGE * flux.standard_uncertainty / flux.value)
+    if _PLATE_BOUNDS[0] / reach <= now <= _PLATE_BOUNDS[1] * reach:
         return []
     fitting = [m for m in mistakes.of_plate(pairs) if _PLATE_USUAL[0] <= share(m.factor) <= _PLATE_USUAL[1]]
     fitting.sort(key=lambda m: abs(math.log(share(m.factor) / _PLATE_CENTRE)))

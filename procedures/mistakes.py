@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 from procedures.text import Text, text
 
-#: Two figures agree within this multiple of their combined standard uncertainty, and always within their check's slack.
-COVERAGE = 6.0
+#: Two figures agree within this multiple of their combined standard uncertainty, on top of their check's slack.
+COVERAGE = 5.0
+#: Figures known no better than this (relative) say nothing of a factor.
+_UNKNOWN = 0.2
 #: A ratio shows a mistake's factor within this (of the logarithm), or within its uncertainty at 99.7 %.
 WINDOW = 0.05
 _NAMING = 3.0
@@ -30,7 +32,7 @@ class Ratio:
 
     def deviates(self, slack: float) -> bool:
         """Tell whether it is off by more than its uncertainty and the slack (of the logarithm) explain."""
-        return abs(math.log(self.value)) > max(COVERAGE * self.uncertainty, slack)
+        return self.uncertainty < _UNKNOWN and abs(math.log(self.value)) > COVERAGE * self.uncertainty + slack
 
     def over(self, other: "Ratio") -> "Ratio":
         """Return it divided by another."""
@@ -66,6 +68,8 @@ TORQUE = (
     Mistake(2.0, text("current of one of two parallel leads entered, or the voltage's peak halved")),
     Mistake(1.5, text("the factor 1.5 of the amplitude-invariant torque counted twice")),
     Mistake(1.0 / 1.5, text("the factor 1.5 of the amplitude-invariant torque left out")),
+    Mistake(0.1, text("a probe's attenuation of 10 not entered, or entered twice")),
+    Mistake(10.0, text("a probe's attenuation of 10 not entered, or entered twice")),
 )
 
 
