@@ -1,13 +1,14 @@
 """A shaft that nobody holds: it coasts, stands by friction, or swings under current."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from sim_instruments.physics.crossing import first_rise
 from sim_instruments.physics.motion import Drag, Ramp, Rest
 from sim_instruments.physics.rotating import Rotating
-from sim_instruments.physics.swing import Shaft, Swing
+from sim_instruments.physics.swing import Grip, Shaft, Swing
 from sim_instruments.physics.windings import FloatArray
 from sim_instruments.plan import Plan
 from sim_instruments.segment import DynamometerLaw, Outcome, Segment
@@ -84,10 +85,11 @@ def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Se
         currents = circuit.winding_currents(times)
         return windings.torque(np.full_like(times, made.electrical_angle), currents) + static
 
-    now = float(push(np.array([time]))[0])
+    settled = 30.0 / float(circuit.rates.min()) if len(circuit.rates) else 0.0
+    now, lasting = push(np.array([time, time + settled])).tolist()
     grip = max(total.coulomb_friction, _rounding(made))
     # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
-    creeps = 0.0 < abs(state.speed) <= _SLOW and abs(now) <= grip
+    creeps = 0.0 < abs(state.speed) <= _SLOW and abs(lasting) <= grip
     if (state.speed == 0.0 or creeps) and not state.breaking_away and abs(now) <= grip:
         constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
         until = min(end, output.end)
@@ -96,10 +98,10 @@ def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Se
             return made.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
         return made.segment(Rest(state.angle), circuit, end, law, live=True)
     sliding = Shaft(total.inertia, total.coulomb_friction * (1.0 - _SLIP), total.viscous_friction, torque)
-    return _swinging(made, sliding, 1 if (state.speed or now) > 0.0 else -1, law)
+    return _swinging(made, sliding, 1 if (state.speed or now) > 0.0 else -1, grip, law)
 
 
-def _swinging(made: Plan, shaft: Shaft, direction: int, law: DynamometerLaw) -> Segment:
+def _swinging(made: Plan, shaft: Shaft, direction: int, grip: float, law: DynamometerLaw) -> Segment:
     output, state = made.output, made.state
     if output is None:
         raise ValueError("_swinging(): the supply's output is open")
@@ -114,11 +116,13 @@ def _swinging(made: Plan, shaft: Shaft, direction: int, law: DynamometerLaw) -> 
         loops=made.loops(),
         direction=direction,
         thresholds=output.thresholds,
+        grip=Grip(grip, _SLOW),
     )
     outcome: Outcome = "standstill" if swing.ending == "standstill" else "none"
     if swing.ending == "horizon" and output.end <= swing.end and output.trips_voltage:
         outcome = "trip voltage"
-    return made.segment(swing, swing, swing.end, law, live=True, outcome=outcome)
+    segment = made.segment(swing, swing, swing.end, law, live=True, outcome=outcome)
+    return replace(segment, reversals=swing.reversals)
 
 
 def _rounding(made: Plan) -> float:

@@ -65,7 +65,10 @@ class DynamometerLaw:
 
 @dataclass(frozen=True)
 class Segment:
-    """Laws that hold from `start` until `end` (s, infinite while nothing is due), and what then happens by itself."""
+    """Laws that hold from `start` until `end` (s, infinite while nothing is due), and what then happens by itself.
+
+    `reversals` are the times (s) at which the shaft turns back in between.
+    """
 
     start: float
     end: float
@@ -78,6 +81,7 @@ class Segment:
     outcome: Outcome = "none"
     dynamometer: DynamometerLaw = field(default_factory=DynamometerLaw)
     in_step: bool = True
+    reversals: tuple[float, ...] = ()
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -134,21 +135,26 @@ class Timeline:
         return float(end - start)
 
     def travelled(self, gate: float) -> float:
-        """Return how far (rad) the shaft has turned in the last `gate` s, either way; no segment turns both ways."""
+        """Return how far (rad) the shaft has turned in the last `gate` s, either way."""
         return sum(
             abs(float(np.diff(segment.motion.angle(np.array([start, end])))[0]))
             for segment, start, end in self.stretches(gate)
         )
 
     def stretches(self, gate: float, until: float | None = None) -> Iterator[tuple[Segment, float, float]]:
-        """Give the parts of segments that fill the `gate` s before `until` (s; now): segment, from, to (s)."""
+        """Give the parts of segments that fill the `gate` s before `until` (s; now): segment, from, to (s).
+
+        Within each part the shaft turns one way.
+        """
         last = self.now if until is None else min(until, self.now)
         begin = last - gate
         for segment in [*self._past, self.present]:
             end = min(segment.end, last)
             start = max(segment.start, begin)
             if end > start:
-                yield segment, start, end
+                inside = [time for time in segment.reversals if start < time < end]
+                for first, second in pairwise([start, *inside, end]):
+                    yield segment, first, second
 
     def _check_known(self, first: float, last: float) -> None:
         if last > self.now + 1e-12:

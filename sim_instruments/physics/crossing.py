@@ -37,8 +37,14 @@ def first_rise(
     rises = np.nonzero((values[:-1] <= 0.0) & (values[1:] > 0.0))[0]
     for index in rises:
         low, high = start + steps[index], start + steps[index + 1]
-        if values[index] == 0.0:
+        # Evaluated alone, a value may differ in its last digit from the same one in a row.
+        if values[index] == 0.0 or _at(signal, low) >= 0.0:
             return float(low)
-        found = brentq(lambda t: float(signal(np.array([t]))[0]), low, high, xtol=1e-15, rtol=8.9e-16)
-        return float(found)
+        if _at(signal, high) <= 0.0:
+            return float(high)
+        return float(brentq(lambda t: _at(signal, t), low, high, xtol=1e-15, rtol=8.9e-16))
     return math.inf
+
+
+def _at(signal: Callable[[FloatArray], FloatArray], time: float) -> float:
+    return float(signal(np.array([time]))[0])

@@ -1,31 +1,24 @@
-"""A free rotor under current, from one standstill to the next: the one law of the bench that needs integrating."""
+"""A free rotor under current: the one law of the bench whose motion needs integrating."""
 
 import math
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.linalg import null_space
+from scipy.integrate import OdeSolution, solve_ivp
 
 from sim_instruments.physics.network import Network
-from sim_instruments.physics.small import solve_small
-from sim_instruments.physics.source import Source, VoltageSource
+from sim_instruments.physics.ringing import Ringing, Rules
+from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
+from sim_instruments.physics.swing_equations import Shaft, SwingEquations
 from sim_instruments.physics.windings import FloatArray
+
+__all__ = ["Grip", "Shaft", "Swing", "Thresholds"]
 
 Ending = Literal["horizon", "standstill", "current", "voltage"]
 
-
-@dataclass(frozen=True)
-class Shaft:
-    """What turns: `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, and a constant `torque` N·m."""
-
-    inertia: float
-    coulomb_friction: float
-    viscous_friction: float
-    torque: float = 0.0
+_RELATIVE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -39,14 +32,20 @@ class Thresholds:
     voltage: float = math.inf
 
 
+@dataclass(frozen=True)
+class Grip:
+    """Static friction: `torque` (N·m) holds what stands, and what is slower than `slow` (rad/s) and slows down."""
+
+    torque: float
+    slow: float
+
+
 class Swing:
-    """Solution of shaft and circuit together while the shaft turns one way.
+    """Solution of shaft and circuit together, until static friction holds the shaft or a threshold is passed.
 
-    States: shaft angle, speed, and the currents that the source leaves free. Friction keeps the sign of `direction`.
+    `reversals` are the times (s) at which the shaft turns back on the way. Against a stiff circuit the swing ends at the
+    first one.
     """
-
-    #: SciPy's LSODA takes one integration at a time in a process.
-    _integrator = threading.Lock()
 
     def __init__(
         self,
@@ -61,53 +60,36 @@ class Swing:
         loops: FloatArray,
         direction: int,
         thresholds: Thresholds,
+        grip: Grip,
     ) -> None:
         self.network = network
         self.source = source
-        self._shaft = shaft
         self._start = start
-        self._direction = direction
-        windings = network.windings
-        basis = network.basis
-        self._p = windings.pole_pairs
-        self._basis = basis
-        self._m0, self._mc, self._ms = (
-            basis.T @ part @ basis
-            for part in (windings.inductance_mean, windings.inductance_cos, windings.inductance_sin)
-        )
-        if isinstance(source, VoltageSource):
-            self._reach = np.eye(network.loops)
-            self._offset = np.zeros(network.loops)
-        else:
-            self._reach = null_space(network.drive[np.newaxis, :])
-            self._offset = network.drive * (source.current / float(network.drive @ network.drive))
-        self._reduced = not isinstance(source, VoltageSource)
-        # Magnets in the loops: e = ω·Re[Σ c_h·exp(j·h·θ)], so that a scalar exponential does the work at each step.
-        self._magnets = [(h, basis.T @ windings.emf_phasors(h, a, phase)) for h, a, phase in windings.harmonics]
-        free = self._reach.T @ (loops - self._offset)
-        events = self._events(thresholds)
-        with self._integrator:
-            solution = solve_ivp(
-                self._slopes,
-                (0.0, horizon - start),
-                np.concatenate([[angle, speed], free]),
-                method="LSODA",
-                dense_output=True,
-                events=[event for _, event in events],
-                rtol=1e-6,
-                atol=np.concatenate([[1e-7, 1e-5 * max(1.0, abs(speed))], np.full(len(free), 1e-6)]),
-                first_step=min(horizon - start, 1e-5),
-            )
-        if not solution.success or solution.sol is None:
-            raise RuntimeError(
-                f"the swing of the rotor could not be integrated from {start:.6g} s on: {solution.message}"
-            )
-        self._dense = solution.sol
-        self.end = start + float(solution.t[-1])
+        self._p = network.windings.pole_pairs
+        self._equations = SwingEquations(network, shaft, source)
+        self.reversals: tuple[float, ...] = ()
         self.ending: Ending = "horizon"
-        if solution.status == 1:
-            hit = next(k for k, times in enumerate(solution.t_events or ()) if len(times))
-            self.ending = events[hit][0]
+        begin = self._equations.begin(angle, speed, loops)
+        regulated = isinstance(source, CurrentSource)
+        rules = Rules(grip.torque, grip.slow, thresholds.current, thresholds.current_direction)
+        if regulated:
+            rules = Rules(grip.torque, grip.slow, thresholds.voltage)
+        passing: Ending = "voltage" if regulated else "current"
+        # An output that trips at once leaves no time at all, and an integrator wants some.
+        span = max(horizon - start, 1e-12)
+        ringing = Ringing(self._equations, begin, direction, span, rules)
+        self._ringing = ringing
+        self._creep: OdeSolution | None = None
+        self.reversals = tuple(start + passed for passed in ringing.reversals)
+        end = ringing.end
+        if ringing.ending == "threshold":
+            self.ending = passing
+        elif ringing.ending in ("standstill", "creep"):
+            self.ending = "standstill"
+        elif ringing.ending == "laboured":
+            state = ringing.states(np.array([end]))[:, 0]
+            self._creep, end, self.ending = self._crept(state, ringing.direction, (end, span), rules, passing)
+        self.end = horizon if self.ending == "horizon" else start + end
 
     # Motion
 
@@ -123,32 +105,30 @@ class Swing:
 
     def acceleration(self, times: FloatArray) -> FloatArray:
         """Return the shaft's acceleration (rad/s²)."""
-        result: FloatArray = self._derivatives(times)[1]
+        result: FloatArray = self._derivatives(times)[0][1]
         return result
 
     # Circuit
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self._basis @ self._loops(self._states(times))
+        result: FloatArray = self._equations.basis @ self._equations.currents(self._states(times))
         return result
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the voltage (V) behind the source's resistance."""
         if isinstance(self.source, VoltageSource):
             return self.source.at(times)
-        states = self._states(times)
-        return np.array(
-            [self._needed_voltage(float(t - self._start), state) for t, state in zip(times, states.T, strict=True)]
-        )
+        return self._derivatives(times)[1]
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
         windings = self.network.windings
-        states, derivatives = self._states(times), self._derivatives(times)
+        equations = self._equations
+        states, derivatives = self._states(times), self._derivatives(times)[0]
         angles, speeds = states[0] * self._p, states[1] * self._p
-        currents = self._basis @ self._loops(states)
-        slopes = self._basis @ (self._reach @ derivatives[2:])
+        currents = equations.basis @ equations.currents(states)
+        slopes = equations.basis @ equations.current_slopes(derivatives)
         result: FloatArray = (
             windings.resistance[:, np.newaxis] * currents
             + windings.inductance_times(angles, slopes)
@@ -157,74 +137,56 @@ class Swing:
         )
         return result
 
-    # The equations
+    # Integration
 
     def _states(self, times: FloatArray) -> FloatArray:
-        return np.asarray(self._dense(times - self._start), dtype=np.float64)
-
-    def _derivatives(self, times: FloatArray) -> FloatArray:
-        states = self._states(times)
-        columns = [self._slopes(float(t - self._start), state) for t, state in zip(times, states.T, strict=True)]
-        return np.array(columns).T.reshape(states.shape)
-
-    def _loops(self, states: FloatArray) -> FloatArray:
-        offset = self._offset[:, np.newaxis] if states.ndim == 2 else self._offset
-        result: FloatArray = offset + self._reach @ states[2:]
+        passed = times - self._start
+        ringing = self._ringing.states(passed)
+        if self._creep is None:
+            return ringing
+        creeping = np.asarray(self._creep(np.maximum(passed, self._ringing.end)), dtype=np.float64)
+        result: FloatArray = np.where(passed <= self._ringing.end, ringing, creeping)
         return result
 
-    def _parts(self, passed: float, state: FloatArray) -> tuple[FloatArray, FloatArray, float, FloatArray]:
-        """Return M, the voltage left for M·x', the torque, and the loop currents."""
-        theta, speed = float(state[0]) * self._p, float(state[1]) * self._p
-        x = self._loops(state)
-        cos, sin = math.cos(2 * theta), math.sin(2 * theta)
-        inertance = self._m0 + cos * self._mc + sin * self._ms
-        slope_x = (2.0 * cos * self._ms - 2.0 * sin * self._mc) @ x
-        magnets = np.zeros(len(x))
-        for order, phasors in self._magnets:
-            magnets += math.cos(order * theta) * phasors.real - math.sin(order * theta) * phasors.imag
-        left = -(self.network.damping @ x) - speed * (slope_x + magnets)
-        if isinstance(self.source, VoltageSource):
-            left = left + self.network.drive * (self.source.voltage + self.source.slope * passed)
-        torque = self._p * float(x @ (0.5 * slope_x + magnets))
-        return inertance, left, torque, x
+    def _derivatives(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the states' derivatives (shape (states, n)) and what the supply watches (n,)."""
+        states = self._states(times)
+        found = [
+            self._equations.evaluate(passed, state, 1 if state[1] > 0.0 else -1)
+            for passed, state in zip((times - self._start).tolist(), states.T.tolist(), strict=True)
+        ]
+        slopes = np.array([slope for slope, _ in found]).reshape(len(times), len(states)).T
+        return slopes, np.array([watched for _, watched in found])
 
-    def _slopes(self, passed: float, state: FloatArray) -> FloatArray:
-        inertance, left, torque, _ = self._parts(passed, state)
-        motor, shaft = self.network.windings.motor, self._shaft
-        torque += shaft.torque - motor.cogging_torque * math.sin(motor.cogging_order * float(state[0]))
-        torque -= self._direction * shaft.coulomb_friction + shaft.viscous_friction * float(state[1])
-        derivative = np.empty_like(state)
-        derivative[0] = state[1]
-        derivative[1] = torque / shaft.inertia
-        if len(state) > 2:
-            if self._reduced:
-                reach = self._reach
-                derivative[2:] = solve_small(reach.T @ inertance @ reach, reach.T @ left)
-            else:
-                derivative[2:] = solve_small(inertance, left)
-        return derivative
-
-    def _needed_voltage(self, passed: float, state: FloatArray) -> float:
-        inertance, left, _, _ = self._parts(passed, state)
-        slopes = self._reach @ self._slopes(passed, state)[2:]
-        drive = self.network.drive
-        return float(drive @ (inertance @ slopes - left)) / float(drive @ drive)
-
-    def _events(self, thresholds: Thresholds) -> "list[tuple[Ending, _Event]]":
-        events: list[tuple[Ending, _Event]] = [("standstill", _Event(lambda _, y: self._direction * float(y[1]), -1))]
-        if not self._reduced and math.isfinite(thresholds.current):
-            drive = self.network.drive
-            events.append(
-                (
-                    "current",
-                    _Event(
-                        lambda _, y: float(drive @ self._loops(y)) - thresholds.current, thresholds.current_direction
-                    ),
-                )
+    def _crept(
+        self, begin: FloatArray, direction: int, span: tuple[float, float], rules: Rules, passing: Ending
+    ) -> tuple[OdeSolution, float, Ending]:
+        """Integrate a stiff circuit until the shaft first stands; return states over time, the end (s) and its cause."""
+        evaluate = self._equations.evaluate
+        events: list[tuple[Ending, _Event]] = [("standstill", _Event(lambda _, y: direction * float(y[1]), -1))]
+        if math.isfinite(rules.threshold):
+            watch = _Event(lambda t, y: evaluate(t, y.tolist(), direction)[1] - rules.threshold, rules.sense)
+            events.append((passing, watch))
+        # Braked hard, rotor and currents ring against each other much faster than they creep: only an A-stable method
+        # steps over that.
+        solution = solve_ivp(
+            lambda t, y: evaluate(t, y.tolist(), direction)[0],
+            span,
+            begin,
+            method="Radau",
+            dense_output=True,
+            events=[event for _, event in events],
+            rtol=_RELATIVE,
+            atol=np.array([1e-7, 1e-5 * max(1.0, abs(float(begin[1]))), *(1e-6 for _ in begin[2:])]),
+        )
+        if not solution.success or solution.sol is None:
+            raise RuntimeError(
+                f"the swing of the rotor could not be integrated from {self._start:.6g} s on: {solution.message}"
             )
-        if self._reduced and math.isfinite(thresholds.voltage):
-            events.append(("voltage", _Event(lambda t, y: self._needed_voltage(t, y) - thresholds.voltage, 1)))
-        return events
+        ending: Ending = "horizon"
+        if solution.status == 1:
+            ending = events[next(k for k, times in enumerate(solution.t_events or ()) if len(times))][0]
+        return solution.sol, float(solution.t[-1]), ending
 
 
 class _Event:

@@ -128,6 +128,114 @@ def test_a_swing_against_equations_written_otherwise(lab: Any) -> None:
         assert world.truth()["shaft_speed"] == pytest.approx(expected[1, index], rel=1e-3)
 
 
+ACROSS = {"B": "supply+", "C": "supply-"}
+
+
+def ringing_world(lab: Any, motor: Any, start: float, current: float) -> World:
+    """Let go of a rotor under a regulated current from B to C that is there already, at 1 s."""
+    world, clock = lab.ideal_world(motor, initial_angle=start)
+    world.lock_rotor()
+    lab.energise(world, 60.0, current, ACROSS)
+    clock.sleep(1.0)
+    world.release_rotor()
+    return world
+
+
+def ringing_by_integration(motor: Any, start: float, current: float, end: float) -> tuple[Any, list[float]]:
+    """Shaft angle over time and turning points of the same, one half swing after the other, from the dq torque."""
+    p, flux = motor.pole_pairs, motor.flux_linkage
+    amplitude = 2.0 / math.sqrt(3.0) * current
+
+    def slopes(_: float, y: np.ndarray, way: float) -> list[float]:
+        theta = p * y[0] - math.pi / 2
+        id_, iq = amplitude * math.cos(theta), -amplitude * math.sin(theta)
+        torque = 1.5 * p * (flux + (motor.d_axis_inductance - motor.q_axis_inductance) * id_) * iq
+        drag = 0.999 * motor.coulomb_friction * way + motor.viscous_friction * y[1]
+        return [y[1], (torque - drag) / motor.inertia]
+
+    def standing(_: float, y: np.ndarray, way: float) -> float:
+        return float(y[1] * way)
+
+    standing.terminal, standing.direction = True, -1  # type: ignore[attr-defined]
+    time, state, pieces, turns = 0.0, [start, 0.0], [], []
+    while time < end:
+        way = math.copysign(1.0, slopes(0.0, np.array(state), 0.0)[1])
+        solved = solve_ivp(
+            slopes, (time, end), state, args=(way,), events=standing, dense_output=True, rtol=1e-10, atol=1e-12
+        )
+        pieces.append((time, solved.sol))
+        time, state = float(solved.t[-1]), [float(solved.y[0, -1]), 0.0]
+        turns.append(time)
+
+    def angle(at: float) -> float:
+        return float(next(piece for begin, piece in reversed(pieces) if begin <= at)(at)[0])
+
+    return angle, turns[:-1]
+
+
+def test_many_half_swings_against_equations_written_otherwise(lab: Any) -> None:
+    motor = lab.lg_400w(
+        phase_resistances=(0.5,) * 3, q_axis_inductance=140e-6, coulomb_friction=2e-3, thermal_resistance=0.0
+    )
+    world = ringing_world(lab, motor, 0.1, 4.0)
+    angle, turns = ringing_by_integration(motor, 0.1, 4.0, 0.2)
+    assert len(turns) > 10
+    for share in np.linspace(0.01, 1.0, 40):
+        world.clock.sleep(1.0 + 0.2 * share - world.clock.now())
+        assert world.dial_angle() == pytest.approx(angle(0.2 * share), abs=2e-5)
+    way = np.abs(np.diff([0.1, *(angle(turn) for turn in turns), angle(0.2)])).sum()
+    assert world.shaft_speed(0.2) == pytest.approx(way / 0.2, rel=1e-4)
+
+
+def test_every_half_swing_loses_what_friction_takes(lab: Any) -> None:
+    motor = lab.lg_400w(coulomb_friction=1e-3, viscous_friction=0.0, q_axis_inductance=73e-6)
+    world = ringing_world(lab, motor, 0.15, 10.0)
+    world.clock.sleep(0.3)
+    segments = [*world._timeline._past, world._timeline.present]
+    turns = [(segment, time) for segment in segments for time in segment.reversals]
+    assert len(turns) > 20
+    # Between two turning points the magnets' work is what friction took, cos being their potential.
+    angles = np.array([segment.motion.angle(np.array([time]))[0] for segment, time in turns])
+    peak = 1.5 * motor.flux_linkage * 10.0 * 2.0 / math.sqrt(3.0)
+    work = np.diff(peak * np.cos(4 * angles - math.pi / 2))
+    assert work == pytest.approx(0.999e-3 * np.abs(np.diff(angles)), rel=2e-3)
+
+
+@pytest.mark.parametrize("friction", [1e-3, 1e-4])
+def test_a_long_ringing_ends_within_the_band_and_takes_few_segments(lab: Any, friction: float) -> None:
+    world = ringing_world(lab, lab.lg_400w(coulomb_friction=friction), 0.1, 10.0)
+    world.clock.sleep(8.0)
+    assert world.shaft_speed(0.0) == 0.0
+    assert abs(world.truth()["motor_torque"]) <= friction * (1 + 1e-9)
+    segments = [*world._timeline._past, world._timeline.present]
+    assert sum(len(segment.reversals) for segment in segments) > 1.5 * len(segments)
+    assert world.shaft_speed(8.0) > 0.0
+
+
+def test_a_delta_swings_like_its_y_equivalent(lab: Any) -> None:
+    # The delta's circulating current decays at 15000/s, so it follows at once.
+    wye = lab.lg_400w(phase_resistances=(0.1, 0.1, 0.1), coulomb_friction=2e-3)
+    delta = lab.lg_400w(
+        connection="delta",
+        phase_resistances=(0.3, 0.3, 0.3),
+        d_axis_inductance=3 * 73e-6,
+        q_axis_inductance=3 * 76.5e-6,
+        zero_sequence_inductance=20e-6,
+        flux_linkage=8.5e-3 * math.sqrt(3.0),
+        coulomb_friction=2e-3,
+    )
+    seen = []
+    for motor, shift in ((wye, 0.0), (delta, math.pi / 6 / 4)):
+        world = ringing_world(lab, motor, 0.2 + shift, 4.0)
+        world.attach_voltage_probe(1, "B", "C")
+        world.clock.sleep(0.15)
+        times = np.linspace(1.0, 1.15, 200)
+        voltage = world.probe_signal(1, times)
+        seen.append((world._timeline.angles(times) - shift, voltage))
+    assert np.allclose(seen[0][0], seen[1][0], atol=2e-5)
+    assert np.allclose(seen[0][1], seen[1][1], atol=2e-3 * np.abs(seen[0][1]).max())
+
+
 def test_energy_of_a_swing_is_accounted_for(lab: Any) -> None:
     motor = lab.lg_400w(thermal_resistance=0.0)
     clock = VirtualClock()
