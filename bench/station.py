@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import date
 from pathlib import Path
 from typing import Any, Literal
@@ -119,5 +119,10 @@ def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     calibrated, given = calibration.take_entry(
         {key: value for key, value in table.items() if key not in _COMMON}, source, prefix
     )
+    if calibration.KEY in given and calibration.KEY not in [field.name for field in fields(driver.options)]:
+        raise InputError(
+            f"{source}: {prefix}.{calibration.KEY}: {driver.name} takes date, due and certificate here and no accuracies; "
+            "they have options of their own"
+        )
     options = read_options(driver.options, given, source, prefix)
     return Entry(role, driver, common.address, options, common.name or role.value, calibrated)

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from bench.clock import SystemClock
+from bench.clock import SystemClock, wall_date
 from bench.commands.output import console_on, print_json
 from bench.instruments import StationInstruments, system_visa
 from bench.station import Entry, load_station
@@ -33,7 +33,7 @@ class _Nowhere:
 
 
 def check(station: Path, *, json: bool = False) -> int:
-    """Open every instrument of a station file, say who answers, and close it again; nothing is energised.
+    """Open every instrument of a station file, say who answers and whose calibration is overdue; nothing is energised.
 
     Parameters
     ----------
@@ -44,6 +44,7 @@ def check(station: Path, *, json: bool = False) -> int:
 
     """
     read = load_station(station)
+    overdue = [str(notice.message) for notice in read.check_calibrations(wall_date(), read.entries)]
     nowhere = _Nowhere()
     plate = Nameplate("none", Connection.WYE, rated_current=1e-3)
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, nowhere)
@@ -56,14 +57,22 @@ def check(station: Path, *, json: bool = False) -> int:
         closing = instruments.close()
     good = not closing and all(entry["error"] is None for entry in found.values())
     if json:
-        print_json({"station": read.name, "instruments": found, "closing": list(closing), "good": good})
+        print_json(
+            {"station": read.name, "instruments": found, "closing": list(closing), "overdue": overdue, "good": good}
+        )
     else:
-        _print(read.name, found, list(closing))
+        _print(read.name, found, overdue + list(closing))
     return 0 if good else 1
 
 
 def _look(instruments: StationInstruments, entry: Entry) -> dict[str, Any]:
-    told: dict[str, Any] = {"driver": entry.driver.name, "address": entry.address, "identity": None, "error": None}
+    told: dict[str, Any] = {
+        "driver": entry.driver.name,
+        "address": entry.address,
+        "calibration": entry.calibration.as_dict() if entry.calibration else None,
+        "identity": None,
+        "error": None,
+    }
     try:
         identity = instruments.get(entry.role).identity
     except InstrumentError as error:
@@ -75,7 +84,7 @@ def _look(instruments: StationInstruments, entry: Entry) -> dict[str, Any]:
     return told
 
 
-def _print(name: str, found: dict[str, dict[str, Any]], closing: list[str]) -> None:
+def _print(name: str, found: dict[str, dict[str, Any]], faults: list[str]) -> None:
     console = console_on(sys.stdout)
     console.print(name, style="bold", markup=False)
     if not found:
@@ -84,5 +93,5 @@ def _print(name: str, found: dict[str, dict[str, Any]], closing: list[str]) -> N
         mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
         console.print(f"  {mark} {role:<13}{told['driver']:<24}{told['address'] or '–'}", markup=False)
         console.print(f"      {words}", markup=False)
-    for fault in closing:
+    for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)

@@ -5,9 +5,11 @@ import pytest
 
 from bench.errors import InputError
 from bench.motor_file import load_motor
+from bench.motor_sections import ExpectedSection
 from bench.shipped_motors import shipped_motors
 from bench.six_step_file import load_drive
 from bench.truth import truth_of
+from procedures.catalogue import catalogue
 from procedures.nameplate import Connection
 
 LG = (Path(__file__).parents[2] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
@@ -42,6 +44,39 @@ def test_the_lg_400w_is_the_one_of_the_note() -> None:
     assert virtual.q_axis_inductance == 76.5e-6
     assert virtual.pole_pairs == 4
     assert motor.nameplate.wire_colours == {"A": "white", "B": "green", "C": "black"}
+
+
+EXPECTED = "\n[expected]\nstator_resistance = 0.016\npole_pairs = 4\n"
+
+
+def test_type_values_are_read_by_parameter_name(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_text(LG + EXPECTED, encoding="utf-8")
+    assert load_motor(str(path)).nameplate.expected == {"stator_resistance": 0.016, "pole_pairs": 4.0}
+    assert load_motor("lg-400w").nameplate.expected == {}
+
+
+def test_every_parameter_may_have_a_type_value() -> None:
+    given = {name for procedure in catalogue().values() for name in procedure.gives}
+    assert given <= set(ExpectedSection.model_fields)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("stator_resistance", "stator_resistence", ["unknown key expected.stator_resistence", "did you mean stator_"]),
+        ("0.016", "-0.016", ["expected.stator_resistance = -0.016", "above 0 ohm", "per phase of the Y-equivalent"]),
+        ("0.016", '"16 mΩ"', ["expected.stator_resistance = '16 mΩ' is text", "give a number in ohm"]),
+        ("pole_pairs = 4", "pole_pairs = 4.5", ["expected.pole_pairs = 4.5", "a whole number of at least 1"]),
+    ],
+)
+def test_faults_of_type_values_are_named(tmp_path: Path, old: str, new: str, parts: list[str]) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_text(LG + EXPECTED.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_motor(str(path))
+    for part in parts:
+        assert part in str(error.value)
 
 
 def test_delta_and_saliency_of_the_others() -> None:
