@@ -8,6 +8,8 @@ from bench.station import Station, make_station
 
 VIRTUAL = "virtual"
 
+#: What the virtual units' individual errors are drawn from.
+_DRAWN = "specification of the virtual unit"
 #: An address as the virtual bench gives it: text, or for a CAN node its parts.
 Address = str | Mapping[str, str | int]
 
@@ -22,14 +24,22 @@ def describe(addresses: Mapping[str, Address]) -> dict[str, Any]:
             "driver": "keysight-infiniivision",
             "probes": {"1": voltage, "2": voltage, "3": voltage, "4": current},
         },
-        "dynamometer": {"driver": "delta-dyn200", "maximum_speed": 630.0},
+        "dynamometer": {
+            "driver": "delta-dyn200",
+            "maximum_speed": 630.0,
+            "direction_from": "command",
+            "torque_accuracy": {"gain": 2.0e-3, "offset": 5.0e-3, "resolution": 1.0e-4, "source": _DRAWN},
+            "speed_accuracy": {"gain": 2.0e-4, "resolution": 1.0472e-3, "source": _DRAWN},
+        },
         "voltmeter": {"driver": "keysight-34461a"},
-        "tachometer": {"driver": "lutron-tachometer"},
+        "tachometer": {"driver": "lutron-tachometer", "accuracy": {"gain": 5.0e-4, "source": _DRAWN}},
         "inverter": {
             "driver": "cia402-inverter",
             "maximum_current": 30.0,
             "maximum_frequency": 1000.0,
             "poll_interval": 0.05,
+            "current_accuracy": {"gain": 0.02, "resolution": 0.01, "source": _DRAWN},
+            "frequency_accuracy": {"gain": 5.0e-5, "resolution": 0.01, "source": _DRAWN},
         },
         "drive": {"driver": "cia402-six-step"},
     }

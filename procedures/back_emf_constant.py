@@ -1,7 +1,7 @@
 """Back-EMF constant and flux linkage from the driven motor's voltages (§3.4)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import Enum
@@ -77,14 +77,15 @@ class BackEmfConstantSettings(Settings):
 class SpeedPoint:
     """What one speed gave, with Type A uncertainties.
 
-    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), and the note's peak reading.
+    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), the note's peak reading, and
+    the accuracies of the channels that the EMF is the mean of.
     """
 
     amplitude: float
     amplitude_uncertainty: float
     flux: float
     flux_uncertainty: float
-    accuracy: Accuracy
+    accuracies: Mapping[int, Accuracy]
     electrical_speed: float
     mechanical_speed: Reading
     note_amplitude: float
@@ -154,7 +155,8 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     @step("3.4.2/3", "Constant in volts per 1000 rpm, phase: E / n · 1000")
     def per_krpm(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report peak phase volts per 1000 rpm and per rpm."""
-        constant = cold * self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
+        mean = self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
+        constant = cold * self._by_tachometer(mean, points)
         note = float(np.mean([p.note_amplitude / p.mechanical_speed.value for p in points]))
         for name, unit, factor in (
             ("back_emf_constant_v_per_krpm", "V/krpm", 1000.0 * _RPM),
@@ -260,13 +262,12 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                     speed=mechanical.value / _RPM,
                 ),
             )
-        worst = max((waves[channel].accuracy for channel in channels), key=lambda a: a.gain)
         return SpeedPoint(
             amplitude=to_phase * sum(f[0] for f in fundamentals) / len(fundamentals),
             amplitude_uncertainty=to_phase * math.sqrt(sum(f[1] ** 2 for f in fundamentals)) / len(fundamentals),
             flux=to_phase * flux,
             flux_uncertainty=to_phase * flux_uncertainty,
-            accuracy=Accuracy(gain=worst.gain, source=worst.source),
+            accuracies={channel: waves[channel].accuracy for channel in channels},
             electrical_speed=fit.electrical_speed,
             mechanical_speed=mechanical,
             note_amplitude=to_phase * float(np.mean([peak_amplitude(row) for row in samples])),
@@ -291,12 +292,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs
         electrical = pairs * mechanical.value if pairs else 2.0 * math.pi * screen.measure_frequency(channels[0]).value
         amplitude = reading.value * to_phase
+        uncertainty = to_phase * math.hypot(0.5 * reading.accuracy.resolution, reading.accuracy.offset) / math.sqrt(3.0)
         return SpeedPoint(
             amplitude=amplitude,
-            amplitude_uncertainty=0.0,
+            amplitude_uncertainty=uncertainty,
             flux=amplitude / electrical,
-            flux_uncertainty=0.0,
-            accuracy=reading.accuracy,
+            flux_uncertainty=uncertainty / electrical,
+            accuracies={channels[0]: reading.accuracy},
             electrical_speed=electrical,
             mechanical_speed=mechanical,
             note_amplitude=amplitude,
@@ -309,12 +311,26 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     def _over_mechanical(self, point: SpeedPoint) -> tuple[float, float]:
         speed = point.mechanical_speed
         value = point.amplitude / speed.value
-        limit = (speed.accuracy.gain + (speed.accuracy.offset + speed.accuracy.resolution) / speed.value) / math.sqrt(
-            3.0
-        )
-        return value, math.hypot(point.amplitude_uncertainty / speed.value, value * limit)
+        # Each reading's last digit is its own; gain and offset are the tachometer's at all speeds.
+        digit = speed.accuracy.resolution / speed.value / math.sqrt(12.0)
+        return value, math.hypot(point.amplitude_uncertainty / speed.value, value * digit)
+
+    def _by_tachometer(self, constant: UncertainReal, points: Sequence[SpeedPoint]) -> UncertainReal:
+        """Put on the tachometer's gain, and its offset by its mean share of the speeds."""
+        accuracy = points[0].mechanical_speed.accuracy
+        unc, share = self.bench.uncertainties, float(np.mean([1.0 / p.mechanical_speed.value for p in points]))
+        gain = unc.instrument("tachometer", 1.0, Accuracy(gain=accuracy.gain, source=accuracy.source))
+        offset = unc.instrument("tachometer", 0.0, Accuracy(offset=accuracy.offset * share, source=accuracy.source))
+        return constant / (gain + offset)
 
     def _mean(self, source: str, estimates: list[tuple[float, float]], points: Sequence[SpeedPoint]) -> UncertainReal:
         value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
         mean = self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
-        return self.bench.uncertainties.instrument("oscilloscope, voltage channels", mean, points[0].accuracy)
+        gains = [
+            self.bench.uncertainties.instrument(
+                f"oscilloscope, channel {channel}", 1.0, Accuracy(gain=accuracy.gain, source=accuracy.source)
+            )
+            for channel, accuracy in points[0].accuracies.items()
+        ]
+        # The EMF is the mean of channels, each of which is calibrated for itself.
+        return mean * sum(gains[1:], gains[0]) / len(gains)

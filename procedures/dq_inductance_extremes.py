@@ -179,6 +179,12 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
             )
             for name, axis in _NAMES
         }
+        # A reading is a mean over some part of the time to the next, while the shaft turns on: less of the amplitude is seen.
+        advance = 2.0 * math.pi * fit.periods / (sweep.inductance.size - 1)
+        half = advance**2 / 48.0
+        lost = self.bench.uncertainties.limit("turning during a reading", half, half)
+        found["d"] = found["d"] - amplitude * lost
+        found["q"] = found["q"] + amplitude * lost
         self._report(sweep, motor_class, found, "fit of mean and second harmonic to the whole sweep")
 
     def _watched(self) -> Sweep:

@@ -310,9 +310,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
     def _with_probes(self, quantity: UncertainReal, recorded: StepRecord) -> UncertainReal:
         """Put on the gains of the voltage and the current channel; their offsets are fitted."""
-        for wave, label in ((recorded.voltage, "voltage"), (recorded.current, "current")):
+        for wave in (recorded.voltage, recorded.current):
             gain = Accuracy(gain=wave.accuracy.gain, source=wave.accuracy.source)
-            quantity = self.bench.uncertainties.instrument(f"oscilloscope, {label} channel", quantity, gain)
+            quantity = self.bench.uncertainties.instrument(f"oscilloscope, channel {wave.channel}", quantity, gain)
         return quantity
 
     def _compare_with_bridge_resistance(self, axis: str, tau: float, total_resistance: float) -> None:

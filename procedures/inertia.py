@@ -16,6 +16,7 @@ from procedures.bench import ProcedureError, Role
 from procedures.driven import driving_speed_rad
 from procedures.estimation import inertia as estimation
 from procedures.estimation.fit import Fit
+from procedures.estimation.noise import white_noise
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
 from procedures.text import text
@@ -145,6 +146,7 @@ class Inertia(Procedure[InertiaSettings]):
     @step("3.5/4", "Solve both equations for inertia and no-load torque")
     def solve(self, ramps: Ramps, tare: Ramps | None) -> None:
         """Fit J, Coulomb and viscous friction to both whole curves; the two-point figures stand beside."""
+        zero = self._zero(ramps.driven)
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
         simple, no_load = self._two_points(ramps)
@@ -158,14 +160,15 @@ class Inertia(Procedure[InertiaSettings]):
             "two_point_inertia": simple - simple_tare,
         }
         for name in NAMES:
-            statistics = self._statistics("ramps", total, name) - (
-                self._statistics("tare ramps", own, name) if own else self._given_tare(name)
-            )
-            quantity = self._with_transducer(statistics, ramps.driven)
+            coupled = self._statistics("ramps", total, name) * self._torque_scale(ramps.driven, zero)
+            if own and tare:
+                alone = self._statistics("tare ramps", own, name) * self._torque_scale(tare.driven, zero)
+            else:
+                alone = self._given_tare(name)
             self.report(
                 name,
                 _UNITS[name],
-                quantity,
+                self._over_speed(name, coupled - alone, ramps.driven),
                 section="3.5",
                 estimator="fit of inertia, Coulomb and viscous friction to both whole ramps, tare subtracted",
                 note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load - tare_drag}.get(name),
@@ -272,8 +275,8 @@ class Inertia(Procedure[InertiaSettings]):
         driven, coast = ramps.driven, ramps.coast
         return estimation.fit_ramps(
             [
-                estimation.Ramp(driven.time, driven.speed, driven.torque),
-                estimation.Ramp(coast.time, coast.speed, 0.0),
+                estimation.Ramp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution),
+                estimation.Ramp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution),
             ]
         )
 
@@ -296,14 +299,32 @@ class Inertia(Procedure[InertiaSettings]):
         uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0
         return self.bench.uncertainties.standard(f"tare: {name}", getattr(self.settings, f"tare_{name}"), uncertainty)
 
-    def _with_transducer(self, quantity: UncertainReal, curve: Curve) -> UncertainReal:
-        """Put on the torque transducer's gain, and its offset as it reaches the result through the mean torque."""
+    def _zero(self, curve: Curve) -> UncertainReal:
+        """Return what is left of the torque's zero (N·m): one reading's scatter where it was zeroed, else the offset."""
+        accuracy, unc = curve.torque_accuracy, self.bench.uncertainties
+        if self.settings.tare is not Tare.MEASURED:
+            return unc.instrument("dynamometer, torque", 0.0, Accuracy(offset=accuracy.offset, source=accuracy.source))
+        scatter = white_noise(curve.torque, accuracy.resolution)
+        return unc.statistical("zeroing the torque", 0.0, scatter, float(curve.torque.size - 2))
+
+    def _torque_scale(self, curve: Curve, zero: UncertainReal) -> UncertainReal:
+        """Return one, uncertain as the ramp's torque is: all three figures grow with it."""
         accuracy = curve.torque_accuracy
-        mean = abs(float(np.mean(curve.torque)))
-        relative = accuracy.gain + (accuracy.offset / mean if mean else 0.0)
-        return self.bench.uncertainties.instrument(
-            "dynamometer, torque", quantity, Accuracy(gain=relative, source=accuracy.source)
+        gain, mean = accuracy.gain, abs(float(np.mean(curve.torque)))
+        if not gain and mean:
+            # Only a share of full scale is stated: it may be a slope.
+            gain = accuracy.offset / mean
+        scale = self.bench.uncertainties.instrument(
+            "dynamometer, torque", 1.0, Accuracy(gain=gain, source=accuracy.source)
         )
+        return scale + zero / mean if mean else scale
+
+    def _over_speed(self, name: str, quantity: UncertainReal, curve: Curve) -> UncertainReal:
+        """Put on the speed's gain, which inertia and viscous friction are divided by."""
+        if name == "coulomb_friction":
+            return quantity
+        gain = Accuracy(gain=curve.speed_accuracy.gain, source=curve.speed_accuracy.source)
+        return quantity / self.bench.uncertainties.instrument("dynamometer, speed", 1.0, gain)
 
     def _say_what_two_points_cost(self, two_point: float, fitted: float) -> None:
         difference = two_point / fitted - 1.0

@@ -105,7 +105,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             self.bench.perform(Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE}))
             # The first level again at the end: a warmer winding shows there.
             for level in (*levels, levels[0]):
-                current, voltage, accuracies = self._reading(float(level))
+                current, voltage, accuracies = self._reading(float(level), choose_range=not currents)
                 currents.append(sign * current)
                 voltages.append(voltage)
         i, v = np.array(currents), np.array(voltages)
@@ -165,7 +165,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             winding=3.0 * float(cold.x) if self.is_delta else None,
         )
 
-    def _reading(self, level: float) -> tuple[float, float, tuple[Accuracy, Accuracy]]:
+    def _reading(self, level: float, *, choose_range: bool) -> tuple[float, float, tuple[Accuracy, Accuracy]]:
         bench = self.bench
         with ExitStack() as energised:
             energised.enter_context(bench.supply.energised(bench.supply.maximum_voltage, level))
@@ -179,7 +179,9 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
                         current=current.value,
                     )
                 )
-            bench.voltmeter.configure(bench.supply.measure_voltage().value, self.settings.power_line_cycles)
+            # One range for all readings of a pair: each range has a zero and a gain of its own.
+            if choose_range:
+                bench.voltmeter.configure(bench.supply.measure_voltage().value, self.settings.power_line_cycles)
             voltage = bench.voltmeter.measure_voltage()
         return current.value, voltage.value, (current.accuracy, voltage.accuracy)
 

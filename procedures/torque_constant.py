@@ -14,9 +14,10 @@ from procedures.driven import driving_speed_rad
 from procedures.estimation.torque_constant import fit_torque_constant
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
+from procedures.temperature import magnet_factor, winding_temperature
 from procedures.text import text
 
-CONVENTION = "per peak phase ampere, amplitude-invariant"
+CONVENTION = "per peak phase ampere, amplitude-invariant, at 25 °C"
 #: Estimator of the figure that is not measured on the shaft.
 DERIVED = "1.5 · pole pairs · flux linkage"
 
@@ -34,6 +35,18 @@ class TorqueConstantSettings(Settings):
     levels: int = Field(default=4, ge=2, le=50, description="current levels in each direction")
     readings: int = Field(default=10, ge=1, le=1000, description="torque readings at each level")
     interval: float = Field(default=0.05, gt=0.0, le=10.0, description="time between readings, s")
+    winding_temperature: float | None = Field(
+        default=None,
+        ge=-60.0,
+        le=250.0,
+        description="winding temperature, taken for the magnets', °C; asked for when not given",
+    )
+    temperature_uncertainty: float = Field(
+        default=2.0, ge=0.0, le=50.0, description="half-width of what is known of it, K"
+    )
+    magnet_coefficient: float = Field(
+        default=-0.001, ge=-0.01, le=0.0, description="temperature coefficient of the magnets' flux at 25 °C, 1/K"
+    )
 
 
 class TorqueConstant(Procedure[TorqueConstantSettings]):
@@ -81,6 +94,10 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         bench.perform(ReleaseRotor())
         bench.perform(INVERTER)
         bench.perform(CoupleDynamometer())
+        measured_at = winding_temperature(bench, self.settings.winding_temperature)
+        temperature = bench.uncertainties.limit(
+            "magnet temperature", measured_at, self.settings.temperature_uncertainty
+        )
         largest = self._largest_current(float(derived.x) if derived is not None else None)
         levels = np.concatenate([-np.linspace(largest, 0.0, self.settings.levels, endpoint=False), [0.0],
                                  np.linspace(0.0, largest, self.settings.levels + 1)[1:]])  # fmt: skip
@@ -105,6 +122,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             "torques": torques,
             "friction_torque": -fit.value("offset"),
             "speed": speed,
+            "winding_temperature": measured_at,
         }
         slope = bench.uncertainties.statistical(
             "slope of torque over current",
@@ -112,13 +130,16 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             fit.uncertainty("torque_constant"),
             fit.degrees_of_freedom,
         )
-        # An error given as a share of full scale may be a slope: it then tilts the line by as much at its ends.
+        # The fit takes out an offset. Where only a share of full scale is stated, it may be a slope all the same: it then
+        # tilts the line by as much at its ends.
         for name, accuracy, reach in (
             ("dynamometer, torque", torque_accuracy, float(np.max(np.abs(torques)))),
             ("inverter, current", current_accuracy, float(np.max(np.abs(currents)))),
         ):
-            gain = Accuracy(gain=accuracy.gain + accuracy.offset / reach, source=accuracy.source)
+            gain = Accuracy(gain=accuracy.gain or accuracy.offset / reach, source=accuracy.source)
             slope = bench.uncertainties.instrument(name, slope, gain)
+        # Torque per ampere is flux, and falls with the magnets' temperature as flux does.
+        slope = slope * magnet_factor(temperature, self.settings.magnet_coefficient)
         self.report(
             "torque_constant",
             "N·m/A",

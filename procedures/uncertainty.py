@@ -8,6 +8,7 @@ from GTC import inf, reporting, ureal
 from GTC.lib import UncertainReal
 
 from drivers.interfaces import Accuracy
+from procedures.estimation.expanded import half_width as expanded_half_width
 from procedures.result import Contribution, Parameter
 
 #: Standard deviation of a rectangular distribution of half-width one.
@@ -19,6 +20,7 @@ class _Input:
     source: str
     kind: str
     quantity: UncertainReal
+    rectangular: bool = False
 
 
 class Uncertainties:
@@ -45,7 +47,7 @@ class Uncertainties:
         """Return a Type B input: a value known within ± `half_width`, all values in it equally likely."""
         if half_width == 0.0:
             return ureal(value, 0.0)
-        return self._remember(source, "B", ureal(value, half_width * _RECTANGULAR))
+        return self._remember(source, "B", ureal(value, half_width * _RECTANGULAR), rectangular=True)
 
     def standard(
         self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
@@ -87,7 +89,8 @@ class Uncertainties:
         self._reported[procedure, name, estimator] = quantity
         uncertainty = float(quantity.u)
         freedom = float(quantity.df) if uncertainty else inf
-        expanded = float(reporting.k_factor(freedom)) * uncertainty if uncertainty else 0.0
+        reached = self._reached(quantity)
+        expanded = _expanded(reached)
         value = float(quantity.x)
         return Parameter(
             name=name,
@@ -102,7 +105,7 @@ class Uncertainties:
             note_value=note_value,
             convention=convention,
             winding=winding,
-            budget=tuple(self.budget(quantity)),
+            budget=tuple(_rows(reached)),
         )
 
     def of_parameter(self, parameter: Parameter) -> UncertainReal:
@@ -122,28 +125,41 @@ class Uncertainties:
 
     def budget(self, quantity: UncertainReal) -> Sequence[Contribution]:
         """Return the inputs that reach `quantity`, the largest contribution first."""
-        rows = []
-        for entry in self._inputs:
-            contribution = float(reporting.u_component(quantity, entry.quantity))
-            if contribution:
-                rows.append(
-                    Contribution(
-                        source=entry.source,
-                        value=float(entry.quantity.x),
-                        standard_uncertainty=float(entry.quantity.u),
-                        sensitivity=contribution / float(entry.quantity.u),
-                        contribution=abs(contribution),
-                        kind=entry.kind,
-                    )
-                )
-        return sorted(rows, key=lambda row: -row.contribution)
+        return _rows(self._reached(quantity))
+
+    def _reached(self, quantity: UncertainReal) -> list[tuple[_Input, float]]:
+        """Return the inputs that reach `quantity` with their contributions, signed."""
+        found = ((entry, float(reporting.u_component(quantity, entry.quantity))) for entry in self._inputs)
+        return [(entry, contribution) for entry, contribution in found if contribution]
 
     def _shared(self, name: str, what: str) -> UncertainReal:
         key = (name, what)
         if key not in self._common:
-            self._common[key] = self._remember(f"{name}: {what}", "B", ureal(0.0, _RECTANGULAR))
+            self._common[key] = self._remember(f"{name}: {what}", "B", ureal(0.0, _RECTANGULAR), rectangular=True)
         return self._common[key]
 
-    def _remember(self, source: str, kind: str, quantity: UncertainReal) -> UncertainReal:
-        self._inputs.append(_Input(source, kind, quantity))
+    def _remember(self, source: str, kind: str, quantity: UncertainReal, *, rectangular: bool = False) -> UncertainReal:
+        self._inputs.append(_Input(source, kind, quantity, rectangular))
         return quantity
+
+
+def _expanded(reached: Sequence[tuple[_Input, float]]) -> float:
+    """Return the expanded uncertainty at 95 %: limits stay rectangular, for two of them do not add up as normal errors do."""
+    limits = [abs(contribution) / _RECTANGULAR for entry, contribution in reached if entry.rectangular]
+    others = [(abs(c), float(entry.quantity.df)) for entry, c in reached if not entry.rectangular]
+    return expanded_half_width(limits, others)
+
+
+def _rows(reached: Sequence[tuple[_Input, float]]) -> list[Contribution]:
+    rows = [
+        Contribution(
+            source=entry.source,
+            value=float(entry.quantity.x),
+            standard_uncertainty=float(entry.quantity.u),
+            sensitivity=contribution / float(entry.quantity.u),
+            contribution=abs(contribution),
+            kind=entry.kind,
+        )
+        for entry, contribution in reached
+    ]
+    return sorted(rows, key=lambda row: -row.contribution)

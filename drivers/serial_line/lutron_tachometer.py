@@ -1,6 +1,7 @@
 """Lutron tachometers with the 16-character serial stream, 9600 baud, 8N1."""
 
 import math
+from dataclasses import replace
 from typing import Protocol
 
 import serial
@@ -101,7 +102,9 @@ class LutronTachometer:
             raise CommunicationError(self._name, f"a frame that is none: {error} in {raw!r}") from error
 
     def _accuracy(self, frame: Frame) -> Accuracy:
-        return self._options.accuracy or Accuracy(offset=ACCURACY_RPM * RPM, resolution=frame.step * RPM, source=SOURCE)
+        stated = self._options.accuracy or Accuracy(offset=ACCURACY_RPM * RPM, source=SOURCE)
+        # The last digit's place changes with the speed, so it is the frame that tells it.
+        return stated if stated.resolution else replace(stated, resolution=frame.step * RPM)
 
 
 def open_lutron_tachometer(

@@ -60,6 +60,8 @@ class Cia402Inverter:
             TARGET_TORQUE: (-self._per_mille(stage.maximum_current), self._per_mille(stage.maximum_current)),
             AMPLITUDE: (0, round(1000.0 * stage.maximum_current)),
         }
+        # The drive regulates what its own sensor shows, so it reports what it was told.
+        seen = 1.0 + self._errors.current_gain
         self._readers: dict[int, Callable[[], int]] = {
             ERROR_REGISTER: lambda: int(power.state is State.FAULT),
             ERROR_CODE: lambda: power.error,
@@ -73,8 +75,8 @@ class Cia402Inverter:
             RATED_CURRENT: lambda: round(1000.0 * self._rated_current),
             DC_VOLTAGE: lambda: round(1000.0 * stage.dc_voltage),
             ACTUAL_VELOCITY: lambda: velocity_steps(inverter.output_frequency()),
-            ACTUAL_TORQUE: lambda: _int16(self._per_mille(inverter.q_current())),
-            ACTUAL_CURRENT: lambda: _int16(self._per_mille(inverter.current_amplitude())),
+            ACTUAL_TORQUE: lambda: _int16(self._per_mille(inverter.q_current() / seen)),
+            ACTUAL_CURRENT: lambda: _int16(self._per_mille(inverter.current_amplitude() / seen)),
         }
 
     @property

@@ -54,8 +54,12 @@ class LcrErrors:
 
     @classmethod
     def drawn(cls, generator: np.random.Generator) -> "LcrErrors":
-        """Draw a unit anywhere within the data sheet's accuracy formula (Keysight 5989-4435EN)."""
-        radius = np.sqrt(generator.uniform(0.0, 1.0, 3))
+        """Draw a unit anywhere within the data sheet's accuracy formula (Keysight 5989-4435EN).
+
+        The shares are the shadows of points on a sphere: whatever part of the impedance is read, resistance, reactance or
+        magnitude, its error is then spread evenly between the limits, and never beyond them.
+        """
+        radius = np.sqrt(1.0 - generator.uniform(0.0, 1.0, 3) ** 2)
         angle = generator.uniform(0.0, 2.0 * np.pi, 3)
         share = radius * np.exp(1j * angle)
         return cls(0.0, 0.0, 0.0, 0.0, (complex(share[0]), complex(share[1]), complex(share[2])))
