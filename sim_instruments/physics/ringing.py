@@ -20,7 +20,8 @@ from sim_instruments.physics.windings import FloatArray
 RingingEnd = Literal["horizon", "standstill", "threshold", "creep", "laboured"]
 
 _RELATIVE = 1e-6
-_ANGLE, _SPEED, _CURRENT = 1e-7, 1e-5, 1e-6
+# A creeping rotor's speed is small against nothing but itself: errors of 1e-5 rad/s would stop it.
+_ANGLE, _SPEED, _CURRENT = 3e-7, 1e-8, 1e-6
 _FIRST_STEP = 1e-5
 #: A rotor that has not turned back after so many steps creeps against a stiff circuit, which wants another method.
 _LABOURED = 150
@@ -169,7 +170,8 @@ class Ringing:
         for number, column in enumerate(stages):
             column.append(ended[number])
             allowance = (_ANGLE, speed, _CURRENT)[min(number, 2)]
-            allowance += _RELATIVE * max(abs(state[number]), abs(after[number]))
+            if number:
+                allowance += _RELATIVE * max(abs(state[number]), abs(after[number]))
             total += (length * sum(map(mul, _E, column)) / allowance) ** 2
         return _Step(start, length, state, stages, after, ended, watched), math.sqrt(total / len(state))
 

@@ -177,7 +177,7 @@ class Swing:
             dense_output=True,
             events=[event for _, event in events],
             rtol=_RELATIVE,
-            atol=np.array([1e-7, 1e-5 * max(1.0, abs(float(begin[1]))), *(1e-6 for _ in begin[2:])]),
+            atol=np.array([1e-7, 1e-8 + _RELATIVE * abs(float(begin[1])), *(1e-6 for _ in begin[2:])]),
         )
         if not solution.success or solution.sol is None:
             raise RuntimeError(

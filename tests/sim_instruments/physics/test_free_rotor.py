@@ -128,6 +128,33 @@ def test_a_swing_against_equations_written_otherwise(lab: Any) -> None:
         assert world.truth()["shaft_speed"] == pytest.approx(expected[1, index], rel=1e-3)
 
 
+def test_creeping_against_a_stiff_circuit(lab: Any) -> None:
+    # Rotor and braking loop ring at 50000 rad/s against each other while the rotor takes a second to creep home.
+    motor = lab.lg_400w(
+        phase_resistances=(0.023,) * 3,
+        d_axis_inductance=19e-6,
+        q_axis_inductance=29e-6,
+        flux_linkage=0.0625,
+        pole_pairs=6,
+        inertia=3.6e-6,
+        coulomb_friction=0.06,
+        thermal_resistance=0.0,
+    )
+    world, clock = lab.ideal_world(motor, initial_angle=0.2)
+    world.lock_rotor()
+    lab.energise(world, 60.0, 4.0, lab.series_parallel)
+    clock.sleep(1.0)
+    world.release_rotor()
+    expected = swing_by_integration(motor, 0.2, 4.0, 0.3)[0]
+    for index in (10, 50, 100):
+        clock.sleep(1.0 + 0.3 * index / 100 - clock.now())
+        assert world.dial_angle() == pytest.approx(expected[index], abs=1e-4)
+    assert expected[-1] < 0.15
+    clock.sleep(10.0)
+    assert world.shaft_speed(0.0) == 0.0
+    assert abs(world.truth()["motor_torque"]) == pytest.approx(0.06, rel=2e-3)
+
+
 ACROSS = {"B": "supply+", "C": "supply-"}
 
 
