@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from procedures.bench import Role
 from procedures.catalogue import catalogue
 from sim_instruments.bench import ROLES
 
+PAGE = Path(__file__).parents[2] / "docs" / "uncertainty.md"
 NOTE = Path(__file__).parents[2] / "docs" / "examples" / "note"
 ENTRY = """
 [instruments.lcr_meter.calibration]
@@ -95,6 +97,17 @@ def test_each_fault_is_named(tmp_path: Path, old: str, new: str, parts: list[str
 def test_an_accuracy_that_no_driver_takes_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"instruments\.lcr_meter\.calibration: manual takes date, due and"):
         station(tmp_path, MANUAL, ENTRY, "1 = { gain = 1e-3 }\n")
+
+
+def test_the_examples_of_the_page_are_read(tmp_path: Path) -> None:
+    entry, expected = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    file = tmp_path / "station.toml"
+    file.write_text(entry, encoding="utf-8")
+    read = load_station(file)
+    assert (read.overdue, read.entries[Role.LCR_METER].calibration) == ("refuse", VALID)
+    motor = tmp_path / "motor.toml"
+    motor.write_text((NOTE / "lg-400w.toml").read_text(encoding="utf-8") + expected, encoding="utf-8")
+    assert load_motor(str(motor)).nameplate.expected == {"stator_resistance": 0.016, "d_axis_inductance": 73e-6}
 
 
 @pytest.mark.parametrize(
