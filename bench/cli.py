@@ -41,6 +41,7 @@ def make_app() -> App:
     app.command(analyze)
     sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
     sim.command("bench.commands.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
+    sim.command("bench.commands.sim_serve:serve", name="serve", help="The virtual bench on real sockets.")
     app.command(sim)
     station = App(name="station", help="Look after a station.", default_parameter=lists)
     station.command("bench.commands.station:check", name="check", help="Open, identify and close its instruments.")

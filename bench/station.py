@@ -26,6 +26,11 @@ class _Station(Section):
     name: str = Field(min_length=1, description="the station's name, text in quotes")
     visa_library: str = "@py"
     overdue: Literal["warn", "refuse"] = "warn"
+    control: str = Field(
+        default="",
+        pattern=r"^(http://[^\s/:]+:[0-9]{1,5})?$",
+        description='the address of a served virtual bench\'s control endpoint, like "http://127.0.0.1:8000"',
+    )
 
 
 class _Instrument(Section):
@@ -55,7 +60,8 @@ class Entry:
 class Station:
     """A station that was read: its instruments by role, the VISA library they are reached by, and what identifies it.
 
-    `overdue` says what becomes of a run with an instrument whose calibration is overdue.
+    `overdue` says what becomes of a run with an instrument whose calibration is overdue; `control` is where the hands
+    of a virtual bench in another process are to be had.
     """
 
     source: str
@@ -65,6 +71,7 @@ class Station:
     visa_library: str
     entries: Mapping[Role, Entry]
     overdue: Literal["warn", "refuse"] = "warn"
+    control: str = ""
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -100,6 +107,7 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
         file.station.visa_library,
         entries,
         file.station.overdue,
+        file.station.control,
     )
 
 

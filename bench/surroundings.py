@@ -63,9 +63,16 @@ def place(
         with _virtual(motor, seed) as made:
             yield made
         return
-    if operator == "virtual":
-        raise UsageError("--operator virtual works on the virtual bench only: --station virtual")
     read = load_station(Path(station))
+    if operator == "virtual" or (read.control and not operator):
+        if not read.control:
+            raise UsageError(
+                "--operator virtual works on a virtual bench only: --station virtual, "
+                "or a station file with [station] control, as motorbench sim serve writes it"
+            )
+        with _served(read, seed) as made:
+            yield made
+        return
     yield _replayed(read, answers) if answers is not None else _by_hand(read, motor, console, language)
 
 
@@ -99,6 +106,24 @@ def _replayed(station: Station, answers: Path) -> Place:
         {},
         lambda: 0.0,
     )
+
+
+@contextmanager
+def _served(station: Station, seed: int) -> Iterator[Place]:
+    from bench.operators.virtual import VirtualOperator
+    from bench.served_world import ServedWorld
+
+    with ServedWorld(station.control) as world:
+        hands = VirtualOperator(world, seed)
+        yield Place(
+            station,
+            world.clock,
+            hands,
+            lambda _: None,
+            system_visa(station.visa_library),
+            world.motor_truth(),
+            lambda: hands.hand_time,
+        )
 
 
 @contextmanager

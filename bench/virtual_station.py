@@ -14,8 +14,11 @@ _DRAWN = "specification of the virtual unit"
 Address = str | Mapping[str, str | int]
 
 
-def describe(addresses: Mapping[str, Address]) -> dict[str, Any]:
-    """Return what the station file of a virtual bench at these addresses (by role) would hold."""
+def describe(addresses: Mapping[str, Address], control: str = "") -> dict[str, Any]:
+    """Return what the station file of a virtual bench at these addresses (by role) would hold.
+
+    `control` is the address of the control endpoint of a bench that another process serves.
+    """
     voltage, current = {"kind": "V", "attenuation": 10.0}, {"kind": "A", "attenuation": 10.0}
     options: dict[str, dict[str, Any]] = {
         "supply": {"driver": "keysight-e36300", "channel": 1, "maximum_current": 10.0},
@@ -44,7 +47,8 @@ def describe(addresses: Mapping[str, Address]) -> dict[str, Any]:
         "drive": {"driver": "cia402-six-step"},
     }
     instruments = {role: {**options[role], "address": _as_text(address)} for role, address in addresses.items()}
-    return {"station": {"name": "virtual bench"}, "instruments": instruments}
+    station = {"name": "virtual bench", **({"control": control} if control else {})}
+    return {"station": station, "instruments": instruments}
 
 
 def virtual_station(addresses: Mapping[str, Address]) -> Station:

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock import BenchClock, VirtualClock
 from sim_instruments.endpoints.can_node import CanNode, fresh_channel
 from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
 from sim_instruments.endpoints.modbus_tcp import ModbusTcpEndpoint
@@ -64,7 +64,7 @@ class VirtualBench:
         *,
         seed: int = 0,
         errors: Errors | None = None,
-        clock: VirtualClock | None = None,
+        clock: BenchClock | None = None,
         dynamometer: DynamometerMachine | None = None,
         inverter: InverterStage | None = None,
         supply: SupplyStage | None = None,
@@ -83,7 +83,7 @@ class VirtualBench:
         six_step: SixStepDrive | None = None,
     ) -> None:
         self.errors = errors or Errors()
-        self.clock = clock or VirtualClock()
+        self.clock: BenchClock = clock or VirtualClock()
         self.world = World(
             motor,
             self.clock,

@@ -5,6 +5,20 @@ import itertools
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Protocol
+
+
+class BenchClock(Protocol):
+    """The time of a bench, whoever moves it on."""
+
+    def now(self) -> float:
+        """Return the bench time (s)."""
+
+    def sleep(self, seconds: float) -> None:
+        """Let bench time (s) pass. Raises ValueError for a negative or non-finite time."""
+
+    def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
+        """Have `callback` run with the new time as time goes on; the function returned undoes it."""
 
 
 class VirtualClock:

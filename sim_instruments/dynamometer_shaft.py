@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock import BenchClock
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.timeline import Timeline
@@ -25,7 +25,7 @@ class DynamometerShaft:
     Coupled, it shares the motor's timeline; uncoupled, its own rotor turns on a timeline of its own.
     """
 
-    def __init__(self, timeline: Timeline, machine: DynamometerMachine, clock: VirtualClock) -> None:
+    def __init__(self, timeline: Timeline, machine: DynamometerMachine, clock: BenchClock) -> None:
         self._shared = timeline
         self.machine = machine
         self._alone = Timeline(

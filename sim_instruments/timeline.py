@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock import BenchClock
 from sim_instruments.parts import Parts
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motor import VirtualMotor
@@ -33,7 +33,7 @@ class Timeline:
     def __init__(
         self,
         motor: VirtualMotor,
-        clock: VirtualClock,
+        clock: BenchClock,
         *,
         supply: SupplyStage,
         dynamometer: DynamometerMachine,

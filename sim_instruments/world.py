@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sim_instruments import hand, impedance
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock import BenchClock
 from sim_instruments.dynamometer_shaft import DynamometerShaft
 from sim_instruments.inverter_output import InverterOutput
 from sim_instruments.physics.motor import VirtualMotor
@@ -34,7 +34,7 @@ class World:
     def __init__(
         self,
         motor: VirtualMotor,
-        clock: VirtualClock,
+        clock: BenchClock,
         *,
         seed: int = 0,
         dynamometer: DynamometerMachine | None = None,

@@ -1,11 +1,12 @@
 """A pair of hands on the virtual bench: not quite steady, and with eyes that read a dial to a degree."""
 
 import math
-from collections.abc import Callable
-from typing import assert_never
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, assert_never
 
 import numpy as np
 
+from drivers.interfaces import Clock
 from procedures.actions import (
     Action,
     Connect,
@@ -26,7 +27,6 @@ from procedures.actions import (
 )
 from procedures.bench import ProcedureError
 from procedures.text import text
-from sim_instruments.world import World
 
 #: What the hands need for each kind of work (s), as a practised person does.
 _WIRING, _PROBE, _LEADS, _LOCK, _COUPLING, _READING = 15.0, 8.0, 5.0, 3.0, 30.0, 5.0
@@ -41,13 +41,69 @@ _CHANNELS = range(1, 9)
 _MOST_MARKS = 500
 
 
+class HandsOn(Protocol):
+    """What hands can do on a virtual bench, and eyes see: a World, in this process or in another."""
+
+    @property
+    def clock(self) -> Clock:
+        """Return the bench's time."""
+
+    def connect(self, wiring: Mapping[str, str]) -> None:
+        """Wire the motor's terminals anew."""
+
+    def attach_voltage_probe(self, channel: int, positive: Any, negative: Any) -> None:
+        """Put a voltage probe on two nodes."""
+
+    def attach_current_probe(self, channel: int, terminal: Any) -> None:
+        """Clip a current probe round a wire."""
+
+    def detach_probe(self, channel: int) -> None:
+        """Take a probe off."""
+
+    def attach_voltmeter(self, positive: Any, negative: Any) -> None:
+        """Put the voltmeter's leads on two terminals."""
+
+    def short_leads(self, shorted: bool) -> None:
+        """Clip the bridge's leads together, or part them."""
+
+    def lock_rotor(self) -> None:
+        """Lock the shaft."""
+
+    def release_rotor(self) -> None:
+        """Open the lock."""
+
+    def turn_shaft(self, speed: float, wobble: float = 0.0) -> None:
+        """Turn the shaft by hand."""
+
+    def hold_shaft(self) -> None:
+        """Hold the shaft still."""
+
+    def let_go(self) -> None:
+        """Take the hand off the shaft."""
+
+    def nudge_to_next_rest(self, direction: int = 1) -> float:
+        """Pull the shaft over to the next rest; return how long that takes (s)."""
+
+    def couple_dynamometer(self) -> None:
+        """Couple the dynamometer."""
+
+    def uncouple_dynamometer(self) -> None:
+        """Take the dynamometer off."""
+
+    def dial_angle(self) -> float:
+        """Return the shaft's angle (rad)."""
+
+    def truth(self) -> dict[str, Any]:
+        """Return what is really so."""
+
+
 class VirtualOperator:
-    """Performs actions on a World; the unsteadiness of hand and eye follows from `seed`.
+    """Performs actions on a virtual bench; the unsteadiness of hand and eye follows from `seed`.
 
     `hand_time` counts the bench time (s) that hand work took.
     """
 
-    def __init__(self, world: World, seed: int = 0) -> None:
+    def __init__(self, world: HandsOn, seed: int = 0) -> None:
         self._world = world
         self._random = np.random.default_rng([seed, 0x0BE4A7])
         self.hand_time = 0.0

@@ -66,9 +66,9 @@ class Keysight34461A(ScpiInstrument):
         self._auto = self._zero = True
         self._idle()
 
-    def clear(self) -> None:
-        """Device clear: what is being measured is given up."""
-        super().clear()
+    def give_up(self, busy: bool) -> None:
+        """Give up what is being measured, too."""
+        super().give_up(busy)
         self._abort()
 
     def _add_settings(self) -> None:

@@ -83,11 +83,11 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._levels = dict.fromkeys(range(1, CHANNELS + 1), 0.0)
         self.acquisition.run(self._setup())
 
-    def clear(self) -> None:
-        """Device clear: also gives up a :DIGitize that is waited for."""
-        if self.busy:
+    def give_up(self, busy: bool) -> None:
+        """Give up a :DIGitize that is waited for, too."""
+        if busy:
             self.acquisition.stop()
-        super().clear()
+        super().give_up(busy)
 
     def pending(self) -> float | None:
         """Return when to look again whether the single acquisition is done."""

@@ -74,9 +74,9 @@ class ScpiInstrument(MessageExchange):
         self.tree.add(f"{header}:CONDition", query=lambda _: f"{register.condition():+d}")
         self.tree.add(f"{header}:ENABle", command=set_enable, query=lambda _: f"{register.enable:+d}")
 
-    def status_byte(self) -> int:
-        """Return the status byte with MSS in bit 6."""
-        value = MESSAGE_AVAILABLE if self.message_available else 0
+    def status_byte(self, available: bool | None = None) -> int:
+        """Return the status byte with MSS in bit 6; `available` tells of a reply in a client's own output queue."""
+        value = MESSAGE_AVAILABLE if (self.message_available if available is None else available) else 0
         self._settle()
         if self._queue_bit and len(self.errors):
             value |= self._queue_bit
@@ -95,7 +95,12 @@ class ScpiInstrument(MessageExchange):
 
     def clear(self) -> None:
         """Device clear; an *OPC that is awaited is forgotten with the rest."""
+        busy = self.busy
         super().clear()
+        self.give_up(busy)
+
+    def give_up(self, busy: bool) -> None:
+        """Give up what device clear ends besides the messages; `busy` says that one was being handled."""
         self._opc_armed = False
 
     def _settle(self) -> None:

@@ -1,0 +1,120 @@
+"""`motorbench sim serve`: the virtual bench on real sockets, in a process of its own."""
+
+import ipaddress
+import json as json_format
+import os
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from sim_instruments.served_bench import ServedBench
+
+
+def serve(
+    *,
+    motor: str,
+    station_file: Path | None = None,
+    json: bool = False,
+    speedup: float = 1.0,
+    seed: int = 0,
+    host: str = "127.0.0.1",
+) -> None:
+    """Serve the virtual bench to other processes until SIGINT or SIGTERM.
+
+    Standard output is a ready station file, the addresses being comments in it; it is flushed before anybody is served.
+
+    Parameters
+    ----------
+    motor
+        A motor file with a table [virtual], or the name of a shipped motor.
+    station_file
+        Write the station file here instead, and print the addresses only.
+    json
+        Print one JSON object on one line and nothing else.
+    speedup
+        How many seconds pass on the bench in one, 0.1 to 1000.
+    seed
+        Seed of the instruments' noise and errors.
+    host
+        The IPv4 address that the TCP ports listen on; the control endpoint always stays on loopback.
+
+    """
+    from bench.interrupts import Interrupted, raising
+    from bench.motor_file import load_motor
+    from bench.truth import truth_of
+    from sim_instruments.paced_clock import FASTEST, SLOWEST
+    from sim_instruments.served_bench import ServedBench
+
+    if not SLOWEST <= speedup <= FASTEST:
+        raise UsageError(f"--speedup {speedup:g}: allowed is {SLOWEST:g} to {FASTEST:g}")
+    _check_host(host)
+    read = load_motor(motor)
+    virtual = read.virtual_motor()
+    told = {"name": read.nameplate.name, "source": read.source, "truth": truth_of(virtual, read.six_step)}
+    try:
+        with raising(), _opened(ServedBench, virtual, speedup, host, seed, told, read.six_step) as bench:
+            _tell(bench, told, station_file, json, seed)
+            threading.Event().wait()
+    except Interrupted:
+        # That is how serving ends.
+        return
+
+
+def _opened(
+    kind: "type[ServedBench]", motor: Any, speedup: float, host: str, seed: int, told: dict[str, Any], six_step: Any
+) -> "ServedBench":
+    try:
+        return kind(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, six_step=six_step)
+    except OSError as error:
+        raise InputError(f"the virtual bench cannot be served on {host}: {error}") from error
+
+
+def _check_host(host: str) -> None:
+    try:
+        ipaddress.IPv4Address(host)
+    except ValueError:
+        raise UsageError(f"--host {host}: give an IPv4 address, like 127.0.0.1") from None
+
+
+def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: bool, seed: int) -> None:
+    from bench.toml_text import toml_text
+    from bench.virtual_station import describe
+
+    station = describe(bench.preferred(), bench.control)
+    if file is not None:
+        _write(file, toml_text(station))
+    if json:
+        made = {
+            "station": station,
+            "control": bench.control,
+            "addresses": bench.addresses(),
+            "motor": told,
+            "speedup": bench.clock.speedup,
+            "seed": seed,
+            "station_file": str(file) if file else None,
+            "pid": os.getpid(),
+        }
+        print(json_format.dumps(made, ensure_ascii=False), flush=True)
+        return
+    for role, ways in bench.addresses().items():
+        for way, address in ways.items():
+            print(f"# {role:<13}{way:<8}{address}")
+    print(f"# {'control':<21}{bench.control}")
+    print(f"# station file: {file}" if file else toml_text(station), flush=True)
+    print(
+        f"motorbench: {told['name']} is served at {bench.clock.speedup:g} × real time; Ctrl-C ends it", file=sys.stderr
+    )
+
+
+def _write(file: Path, content: str) -> None:
+    """Write the file whole or not at all: others wait for it to be there."""
+    draft = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        draft.write_text(content, encoding="utf-8")
+        draft.replace(file)
+    except OSError as error:
+        raise InputError(f"{file}: the station file cannot be written: {error.strerror}") from error

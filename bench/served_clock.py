@@ -1,0 +1,21 @@
+"""The time of a virtual bench that another process serves."""
+
+import time
+
+
+class ServedClock:
+    """Runs `speedup` times as fast as the wall's clock, from bench time `now` (s) on, as the bench's own does."""
+
+    def __init__(self, now: float, speedup: float) -> None:
+        self._begin = now
+        self._speedup = speedup
+        self._start = time.monotonic()
+
+    def now(self) -> float:
+        """Return the bench time (s)."""
+        return self._begin + (time.monotonic() - self._start) * self._speedup
+
+    def sleep(self, seconds: float) -> None:
+        """Let bench time (s) pass."""
+        if seconds > 0.0:
+            time.sleep(seconds / self._speedup)  # noqa: TID251  a clock of its own, for a bench's own time

@@ -1,0 +1,100 @@
+"""HiSLIP's messages: a header of 16 bytes and a payload (IVI-6.1, revision 2.0, chapter 2)."""
+
+import asyncio
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+
+_HEADER = struct.Struct("!2sBBIQ")
+HEADER_SIZE = _HEADER.size
+_PROLOGUE = b"HS"
+_CHUNK = 1 << 16
+
+#: The payload that is accepted, and sent, at most.
+MAXIMUM_MESSAGE = 1 << 20
+
+
+class Kind(IntEnum):
+    """Type of a message (IVI-6.1, table 4)."""
+
+    INITIALIZE = 0
+    INITIALIZE_RESPONSE = 1
+    FATAL_ERROR = 2
+    ERROR = 3
+    ASYNC_LOCK = 4
+    ASYNC_LOCK_RESPONSE = 5
+    DATA = 6
+    DATA_END = 7
+    DEVICE_CLEAR_COMPLETE = 8
+    DEVICE_CLEAR_ACKNOWLEDGE = 9
+    ASYNC_REMOTE_LOCAL_CONTROL = 10
+    ASYNC_REMOTE_LOCAL_RESPONSE = 11
+    TRIGGER = 12
+    ASYNC_MAXIMUM_MESSAGE_SIZE = 15
+    ASYNC_MAXIMUM_MESSAGE_SIZE_RESPONSE = 16
+    ASYNC_INITIALIZE = 17
+    ASYNC_INITIALIZE_RESPONSE = 18
+    ASYNC_DEVICE_CLEAR = 19
+    ASYNC_STATUS_QUERY = 21
+    ASYNC_STATUS_RESPONSE = 22
+    ASYNC_DEVICE_CLEAR_ACKNOWLEDGE = 23
+    ASYNC_LOCK_INFO = 24
+    ASYNC_LOCK_INFO_RESPONSE = 25
+
+
+class Fatal(IntEnum):
+    """Code of a fatal error (IVI-6.1, table 16)."""
+
+    BAD_HEADER = 1
+    CHANNEL_MISSING = 2
+    BAD_INITIALIZATION = 3
+    TOO_MANY_CLIENTS = 4
+
+
+class Flaw(IntEnum):
+    """Code of an error that the connection survives (IVI-6.1, table 18)."""
+
+    UNKNOWN_TYPE = 1
+    TOO_LARGE = 4
+
+
+class FatalError(Exception):
+    """The connection cannot go on."""
+
+    def __init__(self, code: Fatal, words: str) -> None:
+        self.code = code
+        super().__init__(words)
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One message. `kind` is a plain number where the type is unknown; a payload that is too large is left out."""
+
+    kind: int
+    control: int = 0
+    parameter: int = 0
+    payload: bytes = b""
+    too_large: bool = False
+
+    def encoded(self) -> bytes:
+        """Return the bytes of the message."""
+        return _HEADER.pack(_PROLOGUE, self.kind, self.control, self.parameter, len(self.payload)) + self.payload
+
+
+async def receive(reader: asyncio.StreamReader) -> Message:
+    """Read a message. Raises FatalError for bytes that are none, IncompleteReadError where the connection ends."""
+    prologue, kind, control, parameter, length = _HEADER.unpack(await reader.readexactly(HEADER_SIZE))
+    if prologue != _PROLOGUE:
+        raise FatalError(Fatal.BAD_HEADER, "Poorly formed message header")
+    if length > MAXIMUM_MESSAGE:
+        await _discard(reader, length)
+        return Message(kind, control, parameter, too_large=True)
+    return Message(kind, control, parameter, await reader.readexactly(length) if length else b"")
+
+
+async def _discard(reader: asyncio.StreamReader, length: int) -> None:
+    while length:
+        data = await reader.read(min(length, _CHUNK))
+        if not data:
+            raise asyncio.IncompleteReadError(b"", length)
+        length -= len(data)

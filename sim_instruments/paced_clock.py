@@ -1,0 +1,59 @@
+"""Bench time that goes with the wall's, for clients in other processes."""
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+#: Bench seconds that may pass in a second.
+SLOWEST, FASTEST = 0.1, 1000.0
+
+
+class PacedClock:
+    """A clock that starts at 0 s and runs `speedup` times as fast as the wall's; nobody's waiting moves it.
+
+    Whoever serves the bench calls `pulse` again and again: time has nobody else to tell that it goes on.
+    Raises ValueError for a `speedup` outside 0.1 … 1000.
+    """
+
+    def __init__(self, speedup: float = 1.0, wall: Callable[[], float] = time.monotonic) -> None:
+        if not SLOWEST <= speedup <= FASTEST:
+            raise ValueError(f"a speed-up of {speedup:g} is outside {SLOWEST:g} … {FASTEST:g}")
+        self.speedup = speedup
+        self._wall = wall
+        self._start = wall()
+        self._callbacks: list[Callable[[float], None]] = []
+        self._closed = threading.Event()
+
+    def now(self) -> float:
+        """Return the bench time (s)."""
+        return (self._wall() - self._start) * self.speedup
+
+    def sleep(self, seconds: float) -> None:
+        """Let bench time (s) pass; a closed clock no longer waits. Raises ValueError for a negative or non-finite time."""
+        if not 0.0 <= seconds < math.inf:
+            raise ValueError(f"cannot sleep {seconds} s: the time must be finite and not negative")
+        end = self.now() + seconds
+        while (left := end - self.now()) > 0.0:
+            if self._closed.wait(left / self.speedup):
+                return
+
+    def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
+        """Have `callback(time)` run at every pulse, on the thread that gives it; the function returned undoes it."""
+        self._callbacks.append(callback)
+
+        def remove() -> None:
+            if callback in self._callbacks:
+                self._callbacks.remove(callback)
+
+        return remove
+
+    def pulse(self) -> None:
+        """Tell those who follow the time what it is."""
+        now = self.now()
+        for callback in list(self._callbacks):
+            callback(now)
+
+    def close(self) -> None:
+        """Wake up whoever sleeps, for the end."""
+        self._closed.set()

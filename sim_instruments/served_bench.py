@@ -1,0 +1,133 @@
+"""The virtual bench behind real endpoints: sockets, pseudo-terminals and a multicast CAN bus, for other processes."""
+
+import asyncio
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+
+from sim_instruments.bench import Address, VirtualBench
+from sim_instruments.control.http import JsonService
+from sim_instruments.control.routes import control_routes
+from sim_instruments.endpoints.conversation import Conversation
+from sim_instruments.endpoints.hislip_server import HislipServer
+from sim_instruments.endpoints.loop_thread import LoopThread
+from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
+from sim_instruments.endpoints.scpi_socket import ScpiSocket
+from sim_instruments.endpoints.tcp_service import Serve, TcpService
+from sim_instruments.paced_clock import PacedClock
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.scpi.session import ClientSession
+
+LOOPBACK = "127.0.0.1"
+SCPI_ROLES = ("supply", "lcr_meter", "oscilloscope", "voltmeter")
+#: How often (s) those who follow the time are told of it.
+_PULSE = 0.01
+_MOST_CONNECTIONS = 64
+
+
+class ServedBench:
+    """Serves a bench until it is closed; a context manager.
+
+    `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
+    excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path; what else it takes
+    are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had.
+    """
+
+    def __init__(
+        self,
+        motor: VirtualMotor,
+        *,
+        speedup: float = 1.0,
+        host: str = LOOPBACK,
+        seed: int = 0,
+        pages: Mapping[str, Any] | None = None,
+        **bench: Any,
+    ) -> None:
+        self.clock = PacedClock(speedup)
+        self.host = host
+        self._seed = seed
+        self._clients = 0
+        self._open = ExitStack()
+        try:
+            self.bench = VirtualBench(motor, seed=seed, clock=self.clock, can_interface="udp_multicast", **bench)
+            self._open.callback(self.bench.close)
+            loop = LoopThread("virtual-bench")
+            self._open.callback(loop.close)
+            # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
+            self._open.callback(self.clock.close)
+            self._addresses = self._serve(loop)
+            routes = control_routes(self.bench, self.clock, self._addresses, pages or {})
+            control = loop.run(self._listen(loop, JsonService(routes).serve, LOOPBACK))
+            #: Where the control endpoint is.
+            self.control = f"http://{LOOPBACK}:{control.port}"
+            self._open.callback(self.clock.close)
+        except BaseException:
+            self._open.close()
+            raise
+
+    def addresses(self) -> dict[str, dict[str, Address]]:
+        """Return by role every way to reach its instrument; the first one is the one to prefer."""
+        return {role: dict(ways) for role, ways in self._addresses.items()}
+
+    def preferred(self) -> dict[str, Address]:
+        """Return by role the address to put into a station file."""
+        return {role: next(iter(ways.values())) for role, ways in self._addresses.items()}
+
+    def close(self) -> None:
+        """Hang up on everybody and close all endpoints; again is allowed."""
+        self._open.close()
+
+    def __enter__(self) -> "ServedBench":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _serve(self, loop: LoopThread) -> dict[str, dict[str, Address]]:
+        ways: dict[str, dict[str, Address]] = {}
+        for role in self.bench.roles:
+            if role in SCPI_ROLES:
+                ways[role] = loop.run(self._serve_scpi(loop, getattr(self.bench, role)))
+        ways["dynamometer"] = {"tcp": self.bench.address("dynamometer"), "rtu": self._serve_rtu()}
+        ways["tachometer"] = {"serial": self.bench.address("tachometer")}
+        for role in ("inverter", "drive"):
+            if role in self.bench.roles:
+                ways[role] = {"can": self.bench.address(role)}
+        loop.run(self._begin_pulse())
+        return {role: ways[role] for role in self.bench.roles}
+
+    async def _serve_scpi(self, loop: LoopThread, instrument: ScpiInstrument) -> dict[str, Address]:
+        def converse() -> Conversation:
+            self._clients += 1
+            generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
+            return Conversation(ClientSession(instrument, generator), self.clock)
+
+        socket = await self._listen(loop, ScpiSocket(converse).serve, self.host)
+        hislip = await self._listen(loop, HislipServer(converse).serve, self.host)
+        return {
+            "hislip": f"TCPIP0::{self.host}::hislip0,{hislip.port}::INSTR",
+            "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
+        }
+
+    async def _listen(self, loop: LoopThread, serve: Serve, host: str) -> TcpService:
+        service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS)
+        await service.start()
+        self._open.callback(lambda: loop.run(service.stop()))
+        return service
+
+    def _serve_rtu(self) -> str:
+        endpoint = ModbusRtuEndpoint(self.bench.dynamometer)
+        self._open.callback(endpoint.close)
+        return endpoint.address
+
+    async def _begin_pulse(self) -> None:
+        self._beat = asyncio.get_running_loop().create_task(self._pulse())
+
+    async def _pulse(self) -> None:
+        while True:
+            # Faces are served by this thread alone, so what follows the time is told of it here, too.
+            self.clock.pulse()
+            await asyncio.sleep(_PULSE)
