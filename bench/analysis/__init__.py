@@ -3,6 +3,16 @@
 from bench.analysis.back_emf import analyze_back_emf
 from bench.analysis.coast_down import analyze_coast_down
 from bench.analysis.rotor_sweep import analyze_rotor_sweep
+from bench.analysis.statements import Statement, read_statements
 from bench.analysis.step_response import analyze_step_response
+from bench.analysis.temperature import Temperature
 
-__all__ = ["analyze_back_emf", "analyze_coast_down", "analyze_rotor_sweep", "analyze_step_response"]
+__all__ = [
+    "Statement",
+    "Temperature",
+    "analyze_back_emf",
+    "analyze_coast_down",
+    "analyze_rotor_sweep",
+    "analyze_step_response",
+    "read_statements",
+]

@@ -6,8 +6,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from GTC.lib import UncertainReal
 
+from bench.analysis.applied import Applied
 from bench.analysis.outcome import Outcome, estimated, named, paths_of
+from bench.analysis.statements import Statement
+from bench.analysis.temperature import Temperature
 from bench.captures import Capture, CaptureError, read_captures
 from procedures.estimation.back_emf import (
     BackEmfFit,
@@ -19,12 +23,15 @@ from procedures.estimation.back_emf import (
     peak_to_peak,
 )
 from procedures.estimation.pole_pairs import from_frequency
+from procedures.temperature import magnet_factor
 
 ProbeConnection = Literal["line", "phase"]
 _PROBES = {
     "line": "voltages taken as measured between two lines: phase amplitude = line amplitude / √3",
     "phase": "voltages taken as measured from line to (artificial) star point",
 }
+#: By whether the speed drifts.
+_ESTIMATORS = {True: "voltage integrated over whole periods", False: "least squares of all channels together"}
 
 
 def analyze_back_emf(
@@ -36,12 +43,16 @@ def analyze_back_emf(
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,
     harmonics: Sequence[int] = (1, 3, 5, 7),
+    accuracy: Sequence[Statement] = (),
+    temperature: Temperature | None = None,
 ) -> dict[str, Any]:
     """Return frequency, fundamental, harmonics, phases, drift and flux linkage of a recorded back-EMF (one or more files).
 
     `connection` says where the probes were; `scale` multiplies channels, by name; with `pole_pairs`, or `speed_rpm` (rpm,
     mechanical; its uncertainty is taken as 0.5 % where not given) to find them, mechanical constants are added. Under a
-    drifting speed the flux comes from the integrated voltage. Raises CaptureError naming file and line.
+    drifting speed the flux comes from the integrated voltage. `accuracy` states the errors of voltages and time base; with
+    `temperature` flux and constants are referred to 25 °C by the magnets' coefficient. Raises CaptureError
+    naming file and line.
     """
     if connection not in _PROBES:
         raise CaptureError("connection", f"'{connection}' is not known; it is 'line' or 'phase'")
@@ -53,17 +64,42 @@ def analyze_back_emf(
             raise CaptureError(
                 capture.source, f"channel {channel.name} is in {channel.unit}; a back-EMF needs voltages only"
             )
+    names = [channel.name for channel in capture.channels]
+    applied = Applied(accuracy, {"voltage": names, "time": ("time",)}, (capture,))
     values = np.vstack([channel.values for channel in capture.channels])
     steps = [channel.resolution for channel in capture.channels]
     time = capture.times()
     fit = estimated(capture, lambda: fit_back_emf(time, values, harmonics=harmonics, resolution=steps))
     flux = estimated(capture, lambda: flux_by_integration(time, values, harmonics=harmonics, frequency=fit.frequency))
-    outcome = Outcome("back_emf_constant", "3.4", capture)
+    outcome = Outcome("back_emf_constant", "3.4", capture, applied)
     outcome.assume(_PROBES[connection])
     factor = line_to_phase(1.0) if connection == "line" else 1.0
     _warnings(outcome, capture, fit, flux)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
-    _parameters(outcome, fit, flux, factor, pole_pairs)
+    drifting = fit.drift_significant
+    quantity = _flux_linkage(outcome, names, fit, flux, factor)
+    if any(applied.offset("voltage", name) for name in names):
+        outcome.assume("offsets of the voltage channels are fitted along: they do not reach the flux linkage")
+    if temperature is None:
+        outcome.assume("flux linkage as at the record's temperature, which is not given: not referred to 25 °C")
+    else:
+        known = outcome.uncertainties.limit("magnet temperature", temperature.celsius, temperature.half_width)
+        quantity = quantity * magnet_factor(known, temperature.coefficient)
+        outcome.assume(
+            f"magnets at {temperature.celsius:g} °C ± {temperature.half_width:g} K with {temperature.coefficient:g} 1/K: flux linkage "
+            "and what follows from it referred to 25 °C; channels and details as recorded"
+        )
+        outcome.detail(magnet_temperature=temperature.celsius)
+    frequency = outcome.uncertainties.statistical(
+        "fit of the frequency", fit.frequency, fit.frequency_uncertainty, fit.degrees_of_freedom
+    )
+    outcome.parameter(
+        "electrical_frequency",
+        outcome.with_errors(frequency, "time", "time", gain=-1.0),
+        "Hz",
+        estimator="least squares",
+    )
+    _constants(outcome, quantity, fit, pole_pairs, drifting=drifting, cold=temperature is not None)
     _details(outcome, capture, values, fit, flux, factor)
     return outcome.as_dict()
 
@@ -115,52 +151,57 @@ def _pole_pairs(
             f"frequency and speed give {count.ratio:.3f} pole pairs: not certain which integer; measure the speed better"
         )
     if given is None:
-        outcome.parameter("pole_pairs", count.pole_pairs, 0.0, "", math.inf, certain=count.certain)
+        outcome.parameter(
+            "pole_pairs", outcome.uncertainties.limit("", count.pole_pairs, 0.0), "", certain=count.certain
+        )
     return count.pole_pairs
 
 
-def _parameters(outcome: Outcome, fit: BackEmfFit, flux: FluxEstimate, factor: float, pole_pairs: int | None) -> None:
-    """Add flux linkage and what follows from it; the choice between the two estimators is the drift's."""
+def _flux_linkage(
+    outcome: Outcome, names: Sequence[str], fit: BackEmfFit, flux: FluxEstimate, factor: float
+) -> UncertainReal:
+    """Return the mean flux linkage with the channels' errors; the choice between the two estimators is the drift's."""
     integrated, fitted = flux.mean(), fit.mean_flux_linkage()
-    if fit.drift_significant:
-        (value, uncertainty), freedom, estimator = (
-            integrated,
-            flux.degrees_of_freedom,
-            "voltage integrated over whole periods",
-        )
-    else:
-        (value, uncertainty), freedom, estimator = (
-            fitted,
-            fit.degrees_of_freedom,
-            "least squares of all channels together",
-        )
-    value, uncertainty = factor * value, factor * uncertainty
-    outcome.parameter("flux_linkage", value, uncertainty, "V·s/rad", freedom, estimator=estimator)
-    outcome.parameter(
-        "electrical_frequency",
-        fit.frequency,
-        fit.frequency_uncertainty,
-        "Hz",
-        fit.degrees_of_freedom,
-        estimator="least squares",
-    )
     outcome.detail(
         flux_linkage_least_squares={"value": factor * fitted[0], "standard_uncertainty": factor * fitted[1]},
         flux_linkage_integrated={"value": factor * integrated[0], "standard_uncertainty": factor * integrated[1]},
     )
+    if fit.drift_significant:
+        (value, uncertainty), freedom = integrated, flux.degrees_of_freedom
+        parts = flux.values
+    else:
+        (value, uncertainty), freedom = fitted, fit.degrees_of_freedom
+        parts = np.abs(fit.amplitudes[:, fit.harmonics.index(1)])
+    mean = outcome.uncertainties.statistical(_ESTIMATORS[fit.drift_significant], value, uncertainty, freedom)
+    for name, part in zip(names, parts, strict=True):
+        mean = outcome.with_errors(mean, "voltage", name, gain=float(part / np.sum(parts)))
+    return factor * outcome.with_errors(mean, "time", "time", gain=1.0)
+
+
+def _constants(
+    outcome: Outcome, flux: UncertainReal, fit: BackEmfFit, pole_pairs: int | None, *, drifting: bool, cold: bool
+) -> None:
+    """Add flux linkage and what follows from it."""
+    how = _ESTIMATORS[drifting]
+    at = ", at 25 °C" if cold else ""
+    phase = "peak, per phase of the Y-equivalent"
+    outcome.parameter("flux_linkage", flux, "V·s/rad", estimator=how, convention=f"{phase}, per electrical radian{at}")
     if pole_pairs is None:
         outcome.assume("pole pairs not given: mechanical constants left out")
         return
     outcome.assume(f"{pole_pairs} pole pairs")
     mechanical = {
-        "back_emf_constant_mechanical": (pole_pairs, "V·s/rad"),
-        "torque_constant": (1.5 * pole_pairs, "N·m/A"),
+        "back_emf_constant_mechanical": (pole_pairs, "V·s/rad", f"{phase}, per mechanical radian{at}"),
+        "torque_constant": (1.5 * pole_pairs, "N·m/A", f"per peak phase ampere of the Y-equivalent{at}"),
     }
-    for name, (times, unit) in mechanical.items():
-        outcome.parameter(name, times * value, times * uncertainty, unit, freedom, estimator=estimator)
+    for name, (times, unit, convention) in mechanical.items():
+        outcome.parameter(name, times * flux, unit, estimator=how, convention=convention)
     outcome.detail(
         mechanical_speed_rpm=60 * fit.frequency / pole_pairs,
-        back_emf_constant_per_krpm={"value": value * pole_pairs * 1000 * math.pi / 30, "unit": "V/krpm, phase, peak"},
+        back_emf_constant_per_krpm={
+            "value": float(flux.x) * pole_pairs * 1000 * math.pi / 30,
+            "unit": "V/krpm, phase, peak",
+        },
     )
     outcome.warn(
         "flux_linkage is V·s per electrical radian, back_emf_constant_mechanical V·s per mechanical radian: "

@@ -1,16 +1,58 @@
 """Coast-down captures: friction against inertia, or both with a torque (§3.5)."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from GTC.lib import UncertainReal
 
+from bench.analysis.applied import Applied, ErrorInput
 from bench.analysis.outcome import Outcome, estimated, paths_of, pick
+from bench.analysis.sensitivity import half_differences
+from bench.analysis.statements import Statement
 from bench.captures import Capture, CaptureError, Channel, read_capture
-from procedures.estimation.inertia import Ramp, fit_coast_down, fit_ramps
+from bench.captures.capture import FloatArray
+from procedures.estimation.fit import Fit
+from procedures.estimation.inertia import SHARED, Ramp, fit_coast_down, fit_ramps
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
+_RATES = ("coulomb_deceleration", "viscous_rate")
+_UNITS = {
+    "inertia": "kg·m²",
+    "coulomb_friction": "N·m",
+    "viscous_friction": "N·m·s/rad",
+    "coulomb_deceleration": "rad/s²",
+    "viscous_rate": "1/s",
+}
+#: What stands for the channel of a torque that no column has.
+_GIVEN = "as given"
+
+
+@dataclass(frozen=True)
+class _Record:
+    """One file: time (s), speed (rad/s), and the torque's channel, or the torque (N·m) where no column has it."""
+
+    time: FloatArray
+    speed: Channel
+    torque: Channel | float
+
+    @property
+    def torque_name(self) -> str:
+        """What the torque is called; empty for none."""
+        return self.torque.name if isinstance(self.torque, Channel) else _GIVEN * bool(self.torque)
+
+    def ramp(self, error: ErrorInput | None = None, by: float = 0.0) -> Ramp:
+        """Return the ramp as recorded, or off by an error at its limit times `by`."""
+        torque = self.torque.values if isinstance(self.torque, Channel) else np.asarray(self.torque, dtype=np.float64)
+        time, speed = self.time, self.speed.values
+        if error is not None:
+            time = error.on("time", "time", time, by)
+            speed = error.on("speed", self.speed.name, speed, by)
+            torque = error.on("torque", self.torque_name, torque, by)
+        return Ramp(time, speed, torque if torque.ndim else float(torque), self.speed.resolution)
 
 
 def analyze_coast_down(
@@ -21,81 +63,104 @@ def analyze_coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: bool = False,
+    accuracy: Sequence[Statement] = (),
 ) -> dict[str, Any]:
     """Return friction over inertia from a coast-down's time and speed; with more to go on, inertia and friction.
 
     With `inertia` (kg·m²) the frictions follow. With several files, or a torque column (N·m), all ramps are fitted together:
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
-    column; a speed without unit is rad/s unless `speed_in_rpm`. Raises CaptureError naming file and line.
+    column; a speed without unit is rad/s unless `speed_in_rpm`. `accuracy` states the errors of speed, torque and time base.
+    Raises CaptureError naming file and line.
     """
     captures = [read_capture(path) for path in paths_of(file)]
     if not captures:
         raise CaptureError("capture", "no file given")
-    outcome = Outcome("inertia", "3.5", captures[0])
-    ramps: list[Ramp] = []
+    if inertia is not None and (inertia <= 0 or not np.isfinite(inertia)):
+        raise CaptureError("inertia", f"{inertia:g} kg·m² is not above zero")
+    records, assumed = [], []
     for k, capture in enumerate(captures):
-        channel = _speed(outcome, capture, speed, speed_in_rpm)
-        shaft = [c for c in capture.channels if c.unit == "N·m" or "torque" in c.name.lower()]
-        driven: float | np.ndarray[Any, np.dtype[np.float64]] = 0.0
-        if shaft:
-            driven = shaft[0].values
-        elif torque is not None and k == 0 and len(captures) > 1:
-            driven = torque
-        ramps.append(Ramp(capture.times(), channel.values, driven, channel.resolution))
-    parts = [part for ramp in ramps for part in _split(ramp)]
-    if len(parts) > 1 or any(np.any(ramp.torque) for ramp in parts):
-        fit = estimated(captures[0], lambda: fit_ramps(parts))
+        channel, note = _speed(capture, speed, speed_in_rpm)
+        assumed += note
+        shaft = [c for c in capture.channels if _is_torque(c)]
+        level = torque if torque is not None and k == 0 and len(captures) > 1 else 0.0
+        records.append(_Record(capture.times(), channel, shaft[0] if shaft else level))
+    applied = Applied(accuracy, _uses(records), captures)
+    outcome = Outcome("inertia", "3.5", captures[0], applied)
+    outcome.assume(*assumed)
+    parts = [part for record in records for part in _split(record.ramp())]
+    driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
+    fit = estimated(captures[0], lambda: _fit(records, driven=driven))
+    names = SHARED if driven else _RATES
+    found = {name: outcome.estimate(f"ramp fit of {name}", fit, name) for name in names}
+    for error in applied.inputs():
+        moved = half_differences(fit, names, partial(_fit, records, error, driven=driven), str(error))
+        found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
+    estimator = "fit of whole ramps together" if driven else "fit of the whole coast-down"
+    for name, quantity in found.items():
+        outcome.parameter(name, quantity, _UNITS[name], estimator=estimator)
+    if driven:
         outcome.assume(
             "torque of a record without a torque column is 0", "torque is that on the shaft, positive where it drives"
         )
-        outcome.fitted("inertia", fit, "kg·m²")
-        outcome.fitted("coulomb_friction", fit, "N·m")
-        outcome.fitted("viscous_friction", fit, "N·m·s/rad")
         outcome.warn(
             "inertia and friction are those of everything that turned: subtract those of dynamometer and coupling", "E6"
         )
         outcome.detail(ramps=len(parts), residual_rms=fit.residual_rms)
         return outcome.as_dict()
-    only = parts[0]
-    coast = estimated(
-        captures[0], lambda: fit_coast_down(only.time, only.speed, speed_resolution=only.speed_resolution)
-    )
     outcome.assume("no torque on the shaft but its own friction")
-    outcome.fitted("coulomb_deceleration", coast, "rad/s²")
-    outcome.fitted("viscous_rate", coast, "1/s")
-    outcome.detail(initial_speed=coast.value("initial_speed"), residual_rms=coast.residual_rms)
+    outcome.detail(initial_speed=fit.value("initial_speed"), residual_rms=fit.residual_rms)
     if inertia is None:
         outcome.warn(
             "a coast-down alone gives friction ÷ inertia only; give the inertia, or a driven ramp with its torque"
         )
-    elif inertia <= 0 or not np.isfinite(inertia):
-        raise CaptureError("inertia", f"{inertia:g} kg·m² is not above zero")
     else:
-        outcome.assume(f"inertia {inertia:g} kg·m² with a standard uncertainty of {inertia_uncertainty:g} kg·m²")
-        relative = inertia_uncertainty / inertia
-        for name, source, unit in (
-            ("coulomb_friction", "coulomb_deceleration", "N·m"),
-            ("viscous_friction", "viscous_rate", "N·m·s/rad"),
-        ):
-            value = inertia * coast.value(source)
-            uncertainty = float(np.hypot(inertia * coast.uncertainty(source), value * relative))
-            outcome.parameter(name, value, uncertainty, unit, coast.degrees_of_freedom)
+        _frictions(outcome, found, inertia, inertia_uncertainty)
     return outcome.as_dict()
 
 
-def _speed(outcome: Outcome, capture: Capture, wanted: str | None, in_rpm: bool) -> Channel:
-    only = [c for c in capture.channels if c.unit != "N·m" and "torque" not in c.name.lower()]
+def _frictions(outcome: Outcome, rates: dict[str, UncertainReal], inertia: float, uncertainty: float) -> None:
+    """Add the frictions that follow from a known inertia."""
+    outcome.assume(f"inertia {inertia:g} kg·m² with a standard uncertainty of {uncertainty:g} kg·m²")
+    known = outcome.uncertainties.standard("inertia as given", inertia, uncertainty)
+    for name, rate in (("coulomb_friction", "coulomb_deceleration"), ("viscous_friction", "viscous_rate")):
+        outcome.parameter(name, known * rates[rate], _UNITS[name], estimator="fit of the whole coast-down × inertia")
+
+
+def _fit(records: Sequence[_Record], error: ErrorInput | None = None, by: float = 0.0, *, driven: bool) -> Fit:
+    parts = [part for record in records for part in _split(record.ramp(error, by))]
+    if driven:
+        return fit_ramps(parts)
+    return fit_coast_down(parts[0].time, parts[0].speed, speed_resolution=parts[0].speed_resolution)
+
+
+def _uses(records: Sequence[_Record]) -> dict[str, Sequence[str]]:
+    """Return the channels by kind."""
+    torques = dict.fromkeys(record.torque_name for record in records if record.torque_name)
+    uses: dict[str, Sequence[str]] = {"speed": tuple(dict.fromkeys(record.speed.name for record in records))}
+    if torques:
+        uses["torque"] = tuple(torques)
+    uses["time"] = ("time",)
+    return uses
+
+
+def _is_torque(channel: Channel) -> bool:
+    return channel.unit == "N·m" or "torque" in channel.name.lower()
+
+
+def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[Channel, list[str]]:
+    """Return the speed (rad/s), and what had to be assumed."""
+    only = [c for c in capture.channels if not _is_torque(c)]
     if wanted is None and len(only) == 1:
         wanted = only[0].name
     channel = pick(capture, wanted, ("rad/s",), "speed", _SPEED_WORDS)
     if channel.unit == "rad/s":
-        return channel
+        return channel, []
     if in_rpm or "rpm" in channel.name.lower():
-        outcome.assume(f"speed '{channel.name}' taken to be in rpm")
         factor = np.pi / 30
-        return Channel(channel.name, "rad/s", channel.values * factor, channel.resolution * factor)
-    outcome.assume(f"speed '{channel.name}' taken to be in rad/s")
-    return channel
+        values = channel.values * factor
+        note = [f"speed '{channel.name}' taken to be in rpm"]
+        return Channel(channel.name, "rad/s", values, channel.resolution * factor), note
+    return channel, [f"speed '{channel.name}' taken to be in rad/s"]
 
 
 def _split(ramp: Ramp) -> list[Ramp]:

@@ -1,47 +1,69 @@
 """What an analysis tells, in the shape of `--json`."""
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from GTC.lib import UncertainReal
+
+from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureError, Channel
-from procedures.estimation.fit import EstimationError, Fit, coverage_interval
+from procedures.estimation.fit import EstimationError, Fit
+from procedures.uncertainty import Uncertainties
 
 _Result = TypeVar("_Result")
 TYPE_A_ONLY = "uncertainties are statistical (Type A): gain and offset of scope, probes and sensors are not in the file and not included"
 
 
 class Outcome:
-    """Collects parameters, assumptions, warnings and details of one analysis."""
+    """Collects parameters, assumptions, warnings and details of one analysis, and its inputs' uncertainties."""
 
-    def __init__(self, procedure: str, section: str, capture: Capture) -> None:
+    def __init__(self, procedure: str, section: str, capture: Capture, accuracy: Applied) -> None:
+        self.uncertainties = Uncertainties()
         self._procedure = procedure
         self._section = section
+        self._accuracy = accuracy
         self._parameters: dict[str, dict[str, Any]] = {}
-        self._assumptions = [*capture.assumptions, TYPE_A_ONLY]
+        said = accuracy.sentences() if accuracy.stated else [TYPE_A_ONLY]
+        self._assumptions = [*capture.assumptions, *said]
         self._warnings: list[dict[str, str]] = []
         self._details: dict[str, Any] = {"source": capture.source, "format": capture.description}
 
-    def parameter(self, name: str, value: float, uncertainty: float, unit: str, freedom: float, **more: Any) -> None:
-        """Add a parameter with its standard uncertainty and degrees of freedom; 95 % coverage by Student's t."""
-        low, high = coverage_interval(value, uncertainty, freedom)
-        self._parameters[name] = {
-            "value": float(value),
-            "unit": unit,
-            "standard_uncertainty": float(uncertainty),
-            "coverage_interval": [low, high],
-            "degrees_of_freedom": float(freedom) if math.isfinite(freedom) else None,
-            "procedure": self._procedure,
-            "section": self._section,
-            **more,
-        }
+    def estimate(self, source: str, fit: Fit, name: str) -> UncertainReal:
+        """Return a fit's estimate as a Type A input; `source` is what its row of a budget is called."""
+        return self.uncertainties.statistical(source, fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom)
 
-    def fitted(self, name: str, fit: Fit, unit: str, source: str = "", factor: float = 1.0, **more: Any) -> None:
-        """Add a parameter of a fit (named `source` there), multiplied by a factor."""
-        source = source or name
-        uncertainty = abs(factor) * fit.uncertainty(source)
-        self.parameter(name, factor * fit.value(source), uncertainty, unit, fit.degrees_of_freedom, **more)
+    def with_errors(
+        self, quantity: UncertainReal, kind: str, channel: str, *, gain: float = 0.0, offset: float = 0.0
+    ) -> UncertainReal:
+        """Return the quantity with the stated errors of a channel: it goes with the `gain`-th power of the channel, and with
+        `offset` times the channel's offset.
+        """
+        return self._accuracy.on(self.uncertainties, quantity, kind, channel, gain=gain, offset=offset)
+
+    def parameter(
+        self,
+        name: str,
+        quantity: UncertainReal,
+        unit: str,
+        *,
+        estimator: str = "",
+        convention: str = "",
+        winding: float | None = None,
+        **more: Any,
+    ) -> None:
+        """Add a parameter with uncertainty, 95 % coverage interval and budget; `winding` is the value of a delta's winding."""
+        made = self.uncertainties.parameter(
+            name,
+            unit,
+            quantity,
+            procedure=self._procedure,
+            section=self._section,
+            estimator=estimator,
+            convention=convention,
+            winding=winding,
+        )
+        self._parameters[name] = {**made.as_dict(), **more}
 
     def assume(self, *sentences: str) -> None:
         """Say what the file left open and the analysis took for granted."""

@@ -1,10 +1,12 @@
 """Rotor-sweep captures: inductance over angle, or over time while the shaft was turned by hand (§3.3.2)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from bench.analysis.applied import Applied
 from bench.analysis.outcome import Outcome, estimated, named, pick
+from bench.analysis.statements import Statement
 from bench.captures import CaptureError, read_capture
 from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.rotor_sweep import (
@@ -25,17 +27,18 @@ def analyze_rotor_sweep(
     electrical: bool = False,
     threshold: float = 0.10,
     scale: Mapping[str, float] | None = None,
+    accuracy: Sequence[Statement] = (),
 ) -> dict[str, Any]:
     """Return Ld and Lq (leg of the equivalent wye) from line-to-line inductance readings over angle, or over time.
 
     The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
     turned slowly one way. `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
+    `accuracy` states the errors of the meter.
     Raises CaptureError naming file and line.
     """
     if connection not in ("wye", "delta"):
         raise CaptureError("connection", f"'{connection}' is not known; it is 'wye' or 'delta'")
     capture = read_capture(file, abscissa="angle").scaled(named(scale))
-    outcome = Outcome("dq_inductance_extremes", "3.3.2", capture)
     rest = [c for c in capture.channels if c.unit not in ("rad", "Ω")]
     if capture.time is None:
         angle = pick(capture, None, ("rad",), "angle", ("angle", "theta", "winkel", "position"))
@@ -45,6 +48,8 @@ def analyze_rotor_sweep(
         raise CaptureError(
             capture.source, f"column {inductance.name} is in {inductance.unit}; inductances in H are needed"
         )
+    applied = Applied(accuracy, {"inductance": (inductance.name,)}, (capture,))
+    outcome = Outcome("dq_inductance_extremes", "3.3.2", capture, applied)
     if not inductance.unit:
         outcome.assume(f"inductance '{inductance.name}' taken to be in H")
     if capture.time is not None:
@@ -66,9 +71,17 @@ def analyze_rotor_sweep(
     )
     significant, p_value = saliency_significant(fit)
     axes = axis_inductances(fit)
-    for name in ("d_axis_inductance", "q_axis_inductance"):
-        winding = factor.winding * axes.value(name)
-        outcome.fitted(name, axes, "H", factor=factor.y_equivalent, winding=winding, convention="y_equivalent")
+    for name, axis in (("d_axis_inductance", "d"), ("q_axis_inductance", "q")):
+        reading = outcome.estimate(f"sweep fit of L_{axis}", axes, name)
+        reading = outcome.with_errors(reading, "inductance", inductance.name, gain=1.0, offset=1.0)
+        outcome.parameter(
+            name,
+            factor.y_equivalent * reading,
+            "H",
+            estimator="fit of mean and second harmonic to the whole sweep",
+            winding=factor.winding * axes.value(name),
+            convention="y_equivalent",
+        )
     low, high = extremes(inductance.values)
     by_note = motor_class(low, high, threshold)
     if significant and by_note == "SPMSM":

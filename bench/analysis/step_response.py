@@ -1,15 +1,26 @@
 """Step-response captures: loop resistance and inductance (§3.3.1)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from bench.analysis.outcome import Outcome, estimated, named, paths_of, pick
-from bench.captures import CaptureError, read_captures
-from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.step_response import fit_step_response, time_constant_63
+from GTC.lib import UncertainReal
 
+from bench.analysis.applied import Applied
+from bench.analysis.outcome import Outcome, estimated, named, paths_of, pick
+from bench.analysis.sensitivity import half_differences
+from bench.analysis.statements import Statement
+from bench.analysis.temperature import Temperature
+from bench.captures import CaptureError, Channel, read_captures
+from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.step_response import fit_step_response, time_constant_63
+from procedures.temperature import COLD, copper_factor
+
+_FITTED = ("resistance", "inductance")
+_ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
+#: Temperature (°C) at which copper's coefficient holds.
+_REFERENCE = 20.0
 _READINGS = {
     "line": ReadingConnection.LINE_TO_LINE,
     "series-parallel": ReadingConnection.SERIES_PARALLEL,
@@ -26,12 +37,15 @@ def analyze_step_response(
     voltage: str | None = None,
     current: str | None = None,
     scale: Mapping[str, float] | None = None,
+    accuracy: Sequence[Statement] = (),
+    temperature: Temperature | None = None,
 ) -> dict[str, Any]:
     """Return resistance and inductance of a recorded step: of the loop as it was, and of one leg of the equivalent wye.
 
     `reading` is how the step was applied ("line", "series-parallel", "phase"); `axis` where the rotor was locked, if known;
-    `voltage`, `current` name the channels where their units do not tell; `scale` multiplies channels, by name. Raises
-    CaptureError naming file and line.
+    `voltage`, `current` name the channels where their units do not tell; `scale` multiplies channels, by name. `accuracy`
+    states the errors of voltage, current and time base; with `temperature` the resistance is referred to 25 °C by copper's
+    coefficient. Raises CaptureError naming file and line.
     """
     if isinstance(reading, str):
         if reading not in _READINGS:
@@ -47,24 +61,41 @@ def analyze_step_response(
         voltage, current = first.name, second.name
     v = pick(capture, voltage, ("V",), "voltage", ("volt", "u"))
     i = pick(capture, current, ("A",), "current", ("curr", "i"))
+    applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
-    fit = estimated(
-        capture,
-        lambda: fit_step_response(
-            time, v.values, i.values, voltage_resolution=v.resolution, current_resolution=i.resolution
-        ),
-    )
-    outcome = Outcome("dq_inductance_time_constant", "3.3.1", capture)
+    fit = estimated(capture, lambda: _fit(time, v, i))
+    outcome = Outcome("dq_inductance_time_constant", "3.3.1", capture, applied)
     outcome.assume(
         f"voltage is '{v.name}' in V, current is '{i.name}' in A",
         f"winding in {connection}, step applied {reading.value}: leg of the equivalent wye = {factor.y_equivalent:.4g} × loop",
         "circuit at rest at the start of the record, rotor locked",
     )
-    outcome.fitted("loop_resistance", fit, "Ω", "resistance")
-    outcome.fitted("loop_inductance", fit, "H", "inductance")
+    shift = applied.offset("voltage", v.name)
+    moved = (
+        half_differences(fit, _FITTED, lambda by: _fit(time, v, i, by * shift), f"voltage, ±{shift:g} V")
+        if shift
+        else {}
+    )
+    loops = {}
+    for name, of_time in zip(_FITTED, (0.0, 1.0), strict=True):
+        loop = outcome.estimate(f"step fit of the {name}", fit, name)
+        loop = outcome.with_errors(loop, "voltage", v.name, gain=1.0, offset=moved[name] / shift if moved else 0.0)
+        loop = outcome.with_errors(loop, "current", i.name, gain=-1.0)
+        loops[name] = outcome.with_errors(loop, "time", "time", gain=of_time)
+    _resistance(outcome, loops["resistance"], temperature)
+    outcome.parameter("loop_inductance", loops["inductance"], "H", estimator=_ESTIMATOR, convention="loop")
     name = f"{axis}_axis_inductance" if axis else "inductance"
     winding = factor.winding * fit.value("inductance")
-    outcome.fitted(name, fit, "H", "inductance", factor.y_equivalent, winding=winding, convention="y_equivalent")
+    outcome.parameter(
+        name,
+        factor.y_equivalent * loops["inductance"],
+        "H",
+        estimator=_ESTIMATOR,
+        winding=winding,
+        convention="y_equivalent",
+    )
+    if applied.offset("current", i.name):
+        outcome.assume("the offset of the current channel is fitted along: it does not reach the results")
     if axis is None:
         outcome.assume("rotor position not given: the inductance is Ld, Lq or between, as the rotor stood")
     outcome.warn(
@@ -83,3 +114,27 @@ def analyze_step_response(
         note_time_constant_63=estimated(capture, lambda: time_constant_63(time, i.values)),
     )
     return outcome.as_dict()
+
+
+def _fit(time: FloatArray, v: Channel, i: Channel, shift: float = 0.0) -> Fit:
+    """Return the fit; `shift` (V) is added to the voltage."""
+    return fit_step_response(
+        time, v.values + shift, i.values, voltage_resolution=v.resolution, current_resolution=i.resolution
+    )
+
+
+def _resistance(outcome: Outcome, loop: UncertainReal, temperature: Temperature | None) -> None:
+    """Add the loop's resistance, at 25 °C where the temperature is known."""
+    convention = "loop"
+    if temperature is None:
+        outcome.assume("loop resistance as at the record's temperature, which is not given: not referred to 25 °C")
+    else:
+        known = outcome.uncertainties.limit("winding temperature", temperature.celsius, temperature.half_width)
+        outcome.detail(winding_temperature=temperature.celsius, loop_resistance_as_recorded=float(loop.x))
+        loop = loop * copper_factor(known, COLD, temperature.coefficient, _REFERENCE)
+        outcome.assume(
+            f"the whole loop at {temperature.celsius:g} °C ± {temperature.half_width:g} K, copper with "
+            f"{temperature.coefficient:g} 1/K at 20 °C: loop resistance referred to 25 °C, the time constant as recorded"
+        )
+        convention = "loop, at 25 °C"
+    outcome.parameter("loop_resistance", loop, "Ω", estimator=_ESTIMATOR, convention=convention)

@@ -53,7 +53,7 @@ class Capture:
     def channel(self, name: str) -> Channel:
         """Return a channel by name; "CHAN3", "CH3" and "C3" are one. Raises CaptureError for an unknown name."""
         for channel in self.channels:
-            if _key(channel.name) == _key(name):
+            if same_name(channel.name, name):
                 return channel
         raise CaptureError(self.source, f"no channel '{name}'; there are {', '.join(c.name for c in self.channels)}")
 
@@ -105,6 +105,11 @@ class Capture:
                 self.line_of(int(np.argmax(off))),
             )
         return replace(self, time=even)
+
+
+def same_name(one: str, other: str) -> bool:
+    """Whether two spellings name one channel, as "CHAN3" and "CH3"."""
+    return _key(one) == _key(other)
 
 
 def _key(name: str) -> str:

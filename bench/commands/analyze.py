@@ -1,11 +1,10 @@
 """`motorbench analyze`: stored captures, evaluated by the estimators that a run uses."""
 
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from bench.commands.output import console_on, print_json
+from bench.commands.analyze_output import print_analysis
 from bench.errors import UsageError
 
 
@@ -17,6 +16,12 @@ def back_emf(
     speed_uncertainty_rpm: float | None = None,
     harmonics: Sequence[int] = (1, 3, 5, 7),
     scale: Sequence[str] = (),
+    temperature: float | None = None,
+    temperature_uncertainty: float | None = None,
+    magnet_coefficient: float = -0.001,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
     json: bool = False,
 ) -> None:
     """Fundamental, harmonics, drift and flux linkage of captured back-EMF voltages (§3.4).
@@ -37,11 +42,24 @@ def back_emf(
         Orders to fit.
     scale
         Factor for a channel, NAME=FACTOR, where a probe's setting was wrong.
+    temperature
+        Temperature of the magnets during the record, °C: flux linkage and constants are then those at 25 °C.
+    temperature_uncertainty
+        Half-width of what is known of it, K; 2 where not given.
+    magnet_coefficient
+        Temperature coefficient of the magnets' flux, 1/K.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.analysis import analyze_back_emf
+    from bench.analysis import analyze_back_emf, read_statements
+    from bench.analysis.temperature import magnet_temperature
 
     made = analyze_back_emf(
         _some(files),
@@ -51,8 +69,10 @@ def back_emf(
         speed_rpm=speed_rpm,
         speed_uncertainty_rpm=speed_uncertainty_rpm,
         harmonics=harmonics,
+        accuracy=read_statements(accuracy, accuracy_file),
+        temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
     )
-    _print(made, json=json)
+    print_analysis(made, json=json, budget=budget)
 
 
 def step_response(
@@ -63,6 +83,12 @@ def step_response(
     voltage: str | None = None,
     current: str | None = None,
     scale: Sequence[str] = (),
+    temperature: float | None = None,
+    temperature_uncertainty: float | None = None,
+    copper_coefficient: float = 0.00393,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
     json: bool = False,
 ) -> None:
     """Resistance and inductance from a recorded voltage step and its current (§3.3.1).
@@ -83,11 +109,24 @@ def step_response(
         Name of the current's channel.
     scale
         Factor for a channel, NAME=FACTOR.
+    temperature
+        Temperature of the winding during the record, °C: the loop's resistance is then that at 25 °C.
+    temperature_uncertainty
+        Half-width of what is known of it, K; 2 where not given.
+    copper_coefficient
+        Temperature coefficient of the winding's resistance at 20 °C, 1/K.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.analysis import analyze_step_response
+    from bench.analysis import analyze_step_response, read_statements
+    from bench.analysis.temperature import copper_temperature
 
     made = analyze_step_response(
         list(_some(files)),
@@ -97,8 +136,10 @@ def step_response(
         voltage=voltage,
         current=current,
         scale=_factors(scale),
+        accuracy=read_statements(accuracy, accuracy_file),
+        temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
     )
-    _print(made, json=json)
+    print_analysis(made, json=json, budget=budget)
 
 
 def coast_down(
@@ -108,6 +149,9 @@ def coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: bool = False,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
     json: bool = False,
 ) -> None:
     """Friction from a coast-down, and inertia where a driven ramp is there too (§3.5).
@@ -126,11 +170,17 @@ def coast_down(
         Name of the speed's column.
     speed_in_rpm
         A speed without unit is in rpm.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: speed, torque, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.analysis import analyze_coast_down
+    from bench.analysis import analyze_coast_down, read_statements
 
     made = analyze_coast_down(
         _some(files),
@@ -139,8 +189,9 @@ def coast_down(
         torque=torque,
         speed=speed,
         speed_in_rpm=speed_in_rpm,
+        accuracy=read_statements(accuracy, accuracy_file),
     )
-    _print(made, json=json)
+    print_analysis(made, json=json, budget=budget)
 
 
 def rotor_sweep(
@@ -151,6 +202,9 @@ def rotor_sweep(
     electrical: bool = False,
     threshold: float = 0.10,
     scale: Sequence[str] = (),
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
     json: bool = False,
 ) -> None:
     """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
@@ -169,11 +223,17 @@ def rotor_sweep(
         Difference of smallest and largest below which the note speaks of a surface-magnet machine.
     scale
         Factor for a channel, NAME=FACTOR.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: inductance.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.analysis import analyze_rotor_sweep
+    from bench.analysis import analyze_rotor_sweep, read_statements
 
     made = analyze_rotor_sweep(
         file,
@@ -182,8 +242,9 @@ def rotor_sweep(
         electrical=electrical,
         threshold=threshold,
         scale=_factors(scale),
+        accuracy=read_statements(accuracy, accuracy_file),
     )
-    _print(made, json=json)
+    print_analysis(made, json=json, budget=budget)
 
 
 def _some(files: Sequence[Path]) -> Sequence[Path]:
@@ -203,47 +264,3 @@ def _factors(given: Sequence[str]) -> dict[str, float]:
         if not name:
             raise UsageError(f"--scale {word}: give NAME=FACTOR, as in CHAN3=10")
     return factors
-
-
-def _print(made: Mapping[str, Any], *, json: bool) -> None:
-    if json:
-        print_json(made)
-        return
-    from rich import box
-    from rich.table import Table
-
-    from reports.figures import decimals_for, figure, percent, scale_of
-    from reports.names import parameter_name
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name, justify in (
-        ("Parameter", "left"),
-        ("Value", "right"),
-        ("Unit", "left"),
-        ("u", "right"),
-        ("u, %", "right"),
-    ):
-        table.add_column(name, justify="right" if justify == "right" else "left", no_wrap=True)
-    table.add_column("§", no_wrap=True)
-    for name, entry in made["parameters"].items():
-        scale = scale_of(entry["value"], entry["unit"])
-        value, spread = entry["value"] / scale.factor, entry["standard_uncertainty"] / scale.factor
-        decimals = decimals_for(spread, value)
-        table.add_row(
-            parameter_name(name).render(),
-            figure(value, decimals),
-            scale.unit,
-            figure(spread, decimals),
-            percent(abs(spread / value)) if value else "–",
-            entry["section"],
-        )
-    console = console_on(sys.stdout)
-    console.print(table)
-    for title, lines in (
-        ("Assumed", made["assumptions"]),
-        ("Warnings", [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in made["warnings"]]),
-    ):
-        if lines:
-            console.print(title, style="bold")
-            for line in lines:
-                console.print(f"  {line}", markup=False)

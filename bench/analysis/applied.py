@@ -1,0 +1,186 @@
+"""The stated accuracy put on what an analysis found."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from GTC.lib import UncertainReal
+
+from bench.analysis.statements import Statement
+from bench.captures import Capture
+from bench.captures.capture import FloatArray, same_name
+from drivers.interfaces import Accuracy
+from procedures.uncertainty import Uncertainties
+
+#: What a budget's rows say of where the limits come from.
+_SOURCE = "as stated"
+
+
+@dataclass(frozen=True)
+class _Kind:
+    unit: str
+    instrument: str
+
+
+_KINDS: Mapping[str, _Kind] = {
+    "voltage": _Kind("V", "voltage channels"),
+    "current": _Kind("A", "current channels"),
+    "speed": _Kind("rad/s", "speed"),
+    "torque": _Kind("N·m", "torque"),
+    "inductance": _Kind("H", "inductance meter"),
+    "time": _Kind("", "time base"),
+}
+
+
+@dataclass(frozen=True)
+class ErrorInput:
+    """One error that is common to an instrument's channels of one kind: its `gain`, or its `offset`.
+
+    `limits` are the channels' half-widths, relative for a gain, else in SI.
+    """
+
+    kind: str
+    instrument: str
+    gain: bool
+    limits: Mapping[str, float]
+
+    def on(self, kind: str, channel: str, values: FloatArray, by: float) -> FloatArray:
+        """Return a channel's values (SI) off by this error at its limit times `by`; as they are where it is not theirs."""
+        if kind != self.kind or channel not in self.limits:
+            return values
+        limit = by * self.limits[channel]
+        return values * (1.0 + limit) if self.gain else values + limit
+
+    def __str__(self) -> str:
+        """Return it as messages name it."""
+        return f"{self.kind}, {'gain' if self.gain else 'offset'} ±{max(self.limits.values()):g}"
+
+
+class Applied:
+    """The accuracy stated for the channels that one analysis uses.
+
+    The channels of a kind share one gain and one offset error, as those of one scope do, unless a file names other
+    instruments: averaging them does not reduce it.
+    """
+
+    def __init__(
+        self, statements: Sequence[Statement], uses: Mapping[str, Sequence[str]], captures: Sequence[Capture]
+    ) -> None:
+        """Take the statements for `uses`, names of channels by kind. Raises InputError for one that is about none of them."""
+        self._limits: dict[tuple[str, str], Statement] = {}
+        kinds = [s for s in statements if s.name in _KINDS]
+        for statement in kinds:
+            if statement.name not in uses:
+                raise statement.error(f"this analysis uses no {statement.name}; {_allowed(uses)}")
+            for channel in uses[statement.name]:
+                self._take(statement.name, channel, statement)
+        for statement in statements:
+            if statement in kinds:
+                continue
+            meant = [(kind, c) for kind, names in uses.items() for c in names if same_name(c, statement.name)]
+            if not meant:
+                there = any(same_name(c.name, statement.name) for capture in captures for c in capture.channels)
+                what = "is not used here" if there else "is no channel of the capture"
+                raise statement.error(f"'{statement.name}' {what}; {_allowed(uses)}")
+            for kind, channel in meant:
+                self._take(kind, channel, statement)
+        self._limits = {
+            (k, n): self._limits[k, n] for k, names in uses.items() for n in names if (k, n) in self._limits
+        }
+        self._missing = [kind for kind, names in uses.items() if any((kind, n) not in self._limits for n in names)]
+
+    @property
+    def stated(self) -> bool:
+        """Whether anything was stated."""
+        return bool(self._limits)
+
+    def inputs(self) -> Iterator[ErrorInput]:
+        """Give every common error once."""
+        for gain in (True, False):
+            groups: dict[tuple[str, str], dict[str, float]] = {}
+            for (kind, channel), statement in self._limits.items():
+                limit = statement.gain if gain else statement.offset
+                if limit:
+                    groups.setdefault((kind, _instrument(kind, statement)), {})[channel] = limit
+            for (kind, instrument), limits in groups.items():
+                yield ErrorInput(kind, instrument, gain, limits)
+
+    def offset(self, kind: str, channel: str) -> float:
+        """Return the half-width of a channel's offset (SI); 0 where none was stated."""
+        statement = self._limits.get((kind, channel))
+        return statement.offset if statement else 0.0
+
+    def on(
+        self,
+        uncertainties: Uncertainties,
+        quantity: UncertainReal,
+        kind: str,
+        channel: str,
+        *,
+        gain: float = 0.0,
+        offset: float = 0.0,
+    ) -> UncertainReal:
+        """Return the quantity with a channel's errors put on: it goes with the `gain`-th power of the channel, and with
+        `offset` times the channel's offset.
+        """
+        statement = self._limits.get((kind, channel))
+        if statement is None:
+            return quantity
+        accuracy = Accuracy(gain=gain * statement.gain, offset=offset * statement.offset, source=_SOURCE)
+        return uncertainties.instrument(_instrument(kind, statement), quantity, accuracy)
+
+    @staticmethod
+    def change(uncertainties: Uncertainties, quantity: UncertainReal, error: ErrorInput, by: float) -> UncertainReal:
+        """Return the quantity with an error put on that changes it `by` so much at its limit."""
+        if not by:
+            return quantity
+        accuracy = (
+            Accuracy(gain=by / float(quantity.x), source=_SOURCE) if error.gain else Accuracy(offset=by, source=_SOURCE)
+        )
+        return uncertainties.instrument(error.instrument, quantity, accuracy)
+
+    def sentences(self) -> list[str]:
+        """Return what a result says about its uncertainties."""
+        by_statement: dict[str, tuple[str, list[str], Statement]] = {}
+        for (kind, channel), statement in self._limits.items():
+            by_statement.setdefault(statement.given + kind, (kind, [], statement))[1].append(channel)
+        said = []
+        for kind, channels, statement in by_statement.values():
+            whose = kind if kind == "time" else f"{kind} ({', '.join(dict.fromkeys(channels))})"
+            said.append(f"accuracy of {whose} as stated: {_shown(statement, _KINDS[kind].unit)}, rectangular (Type B)")
+        together: dict[str, list[str]] = {}
+        for (kind, channel), statement in self._limits.items():
+            together.setdefault(_instrument(kind, statement), []).append(channel)
+        for instrument, channels in together.items():
+            if len(channels) > 1:
+                said.append(
+                    f"{instrument} ({', '.join(channels)}): errors taken as common, as of one instrument: averaging channels "
+                    "does not reduce them"
+                )
+        if self._missing:
+            said.append(
+                f"accuracy of {', '.join(self._missing)} not stated: taken as exact, apart from what the fit sees"
+            )
+        return said
+
+    def _take(self, kind: str, channel: str, statement: Statement) -> None:
+        if kind == "time" and statement.offset:
+            raise statement.error("a time base has a gain only; allowed is a number in % or ppm, as in 25ppm")
+        unit = _KINDS[kind].unit
+        if statement.unit and statement.unit != unit:
+            raise statement.error(f"an offset in {statement.unit}; allowed for {kind} is one in {unit}")
+        self._limits[kind, channel] = statement
+
+
+def _instrument(kind: str, statement: Statement) -> str:
+    return f"{statement.instrument}, {kind}" if statement.instrument else _KINDS[kind].instrument
+
+
+def _allowed(uses: Mapping[str, Sequence[str]]) -> str:
+    channels = dict.fromkeys(name for kind, names in uses.items() if kind != "time" for name in names)
+    return f"allowed are {', '.join(uses)} (all of a kind) and its channels {', '.join(channels)}"
+
+
+def _shown(statement: Statement, unit: str) -> str:
+    gain = f"±{100 * statement.gain:g} %" if statement.gain >= 1e-4 else f"±{1e6 * statement.gain:g} ppm"
+    parts = ([gain] if statement.gain else []) + ([f"±{statement.offset:g} {unit}"] if statement.offset else [])
+    return " and ".join(parts) or "exact"

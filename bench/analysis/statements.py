@@ -1,0 +1,126 @@
+"""What a user says about the accuracy of whatever took a capture: on the command line, in a file."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import Field
+
+from bench.captures.units import si
+from bench.errors import InputError, UsageError
+from bench.toml_file import Section, read, validate
+
+_RELATIVE = {"%": 1e-2, "ppm": 1e-6}
+_TERM = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*(%|[^\d\s+.%][^\s+%]*)\s*")
+_WANTED = "a gain in % or ppm, an offset with its unit, or both, as in 2%+5mV"
+#: A larger error of gain makes no interval: the reading says next to nothing.
+_LARGEST_GAIN = 0.5
+
+
+@dataclass(frozen=True)
+class Statement:
+    """Limits of error of a channel, or of all channels of a kind (half-widths, rectangular).
+
+    `gain` is relative, `offset` in SI; its `unit` is SI, empty where none was written. Channels of one `instrument` (empty: the
+    kind's own) err together. `given` is how the user wrote it, for messages; `typed` whether on the command line.
+    """
+
+    name: str
+    gain: float
+    offset: float
+    unit: str
+    given: str
+    instrument: str = ""
+    typed: bool = False
+
+    def error(self, what: str) -> InputError:
+        """Return the error that says what is wrong with this statement."""
+        kind = UsageError if self.typed else InputError
+        return kind(f"{self.given}: {what}")
+
+
+class _Table(Section):
+    """`[NAME]` of an accuracy file."""
+
+    gain: float = Field(
+        0.0, ge=0.0, le=_LARGEST_GAIN, strict=True, json_schema_extra={"unit": ""}, description="relative: 0.02 is 2 %"
+    )
+    offset: float = Field(
+        0.0, ge=0.0, strict=True, json_schema_extra={"unit": ""}, description="in V, A, N·m, rad/s or H, as the channel"
+    )
+    instrument: str = Field("", description="what channels that err together have in common, text in quotes")
+
+
+def read_statements(words: Sequence[str] = (), file: Path | None = None) -> tuple[Statement, ...]:
+    """Return what `--accuracy NAME=LIMITS` and `--accuracy-file` state; on the command line overrules the file.
+
+    Raises UsageError or InputError naming option or file and key, what was given and what is allowed.
+    """
+    stated = {statement.name: statement for statement in _of_file(file)} if file else {}
+    typed: dict[str, Statement] = {}
+    for word in words:
+        name, mark, limits = word.rpartition("=")
+        name = name.strip()
+        given = f"--accuracy {word}"
+        if not (name and mark):
+            raise UsageError(f"{given}: give NAME=LIMITS: a channel's name or a kind, then {_WANTED}")
+        if name in typed:
+            raise UsageError(f"{given}: {name} was stated before, by {typed[name].given}; state each name once")
+        typed[name] = _parse(name, limits, given, typed=True)
+    return tuple({**stated, **typed}.values())
+
+
+def _of_file(file: Path) -> list[Statement]:
+    _, content = read(file, "accuracy file")
+    found = []
+    for name, entry in content.items():
+        if isinstance(entry, str):
+            found.append(_parse(name, entry, f'{file}: {name} = "{entry}"', typed=False))
+        elif isinstance(entry, Mapping):
+            table = validate(_Table, entry, str(file), name)
+            found.append(Statement(name, table.gain, table.offset, "", f"{file}: [{name}]", table.instrument))
+        else:
+            raise InputError(
+                f"{file}: {name} = {entry!r}; allowed is text with {_WANTED}, or a table with gain, offset, instrument"
+            )
+    return found
+
+
+def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
+    blank = Statement(name, 0.0, 0.0, "", given, typed=typed)
+    gain: float | None = None
+    offset: float | None = None
+    unit = ""
+    for number, written in _terms(blank, limits):
+        if written in _RELATIVE:
+            if gain is not None:
+                raise blank.error("two gains; give one, in % or ppm")
+            gain = number * _RELATIVE[written]
+            continue
+        known = si(written)
+        if known is None:
+            raise blank.error(
+                f"'{written}' is no unit known here; known are %, ppm, V, A, H, N·m, rad/s and rpm, with prefixes n, u, m, k"
+            )
+        if offset is not None:
+            raise blank.error("two offsets; give one, their sum")
+        unit, offset = known[0], number * known[1]
+    if gain is not None and gain > _LARGEST_GAIN:
+        raise blank.error(f"a gain known to {100 * gain:g} % only; allowed is up to {100 * _LARGEST_GAIN:g} %")
+    return Statement(name, gain or 0.0, offset or 0.0, unit, given, typed=typed)
+
+
+def _terms(blank: Statement, limits: str) -> list[tuple[float, str]]:
+    text = limits.strip().replace("±", "")
+    terms, position = [], 0
+    while position < len(text):
+        found = _TERM.match(text, position)
+        after = found.end() if found else 0
+        if found is None or (after < len(text) and text[after] != "+") or after == len(text) - 1:
+            break
+        terms.append((float(found[1]), found[2]))
+        position = after + 1
+    if not terms or position <= len(text) - 1:
+        raise blank.error(f"'{limits.strip()}' is not understood; allowed is {_WANTED}")
+    return terms
