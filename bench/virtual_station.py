@@ -46,7 +46,7 @@ def describe(addresses: Mapping[str, Address], control: str = "") -> dict[str, A
         },
         "drive": {"driver": "cia402-six-step"},
     }
-    instruments = {role: {**options[role], "address": _as_text(address)} for role, address in addresses.items()}
+    instruments = {role: {**options[role], "address": as_text(address)} for role, address in addresses.items()}
     station = {"name": "virtual bench", **({"control": control} if control else {})}
     return {"station": station, "instruments": instruments}
 
@@ -57,7 +57,8 @@ def virtual_station(addresses: Mapping[str, Address]) -> Station:
     return make_station(describe(addresses), VIRTUAL, fixed.encode())
 
 
-def _as_text(address: Address) -> str:
+def as_text(address: Address) -> str:
+    """Return an address as a station file has it."""
     if isinstance(address, str):
         return address
     return f"can://{address['interface']}/{address['channel']}?node={address['node_id']}"

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 
 from sim_instruments.clock import BenchClock, VirtualClock
-from sim_instruments.endpoints.can_node import CanNode, fresh_channel
+from sim_instruments.endpoints.can_buses import fresh_channel
+from sim_instruments.endpoints.can_node import CanNode
 from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
 from sim_instruments.endpoints.modbus_tcp import ModbusTcpEndpoint
 from sim_instruments.endpoints.modbus_unit import ModbusLine

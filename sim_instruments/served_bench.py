@@ -14,6 +14,7 @@ from sim_instruments.endpoints.conversation import Conversation
 from sim_instruments.endpoints.hislip_server import HislipServer
 from sim_instruments.endpoints.loop_thread import LoopThread
 from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
+from sim_instruments.endpoints.modbus_server import ModbusTcpServer
 from sim_instruments.endpoints.scpi_socket import ScpiSocket
 from sim_instruments.endpoints.tcp_service import Serve, TcpService
 from sim_instruments.paced_clock import PacedClock
@@ -91,7 +92,7 @@ class ServedBench:
         for role in self.bench.roles:
             if role in SCPI_ROLES:
                 ways[role] = loop.run(self._serve_scpi(loop, getattr(self.bench, role)))
-        ways["dynamometer"] = {"tcp": self.bench.address("dynamometer"), "rtu": self._serve_rtu()}
+        ways["dynamometer"] = loop.run(self._serve_modbus(loop))
         ways["tachometer"] = {"serial": self.bench.address("tachometer")}
         for role in ("inverter", "drive"):
             if role in self.bench.roles:
@@ -112,16 +113,18 @@ class ServedBench:
             "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
         }
 
+    async def _serve_modbus(self, loop: LoopThread) -> dict[str, Address]:
+        line = self.bench.dynamometer
+        tcp = await self._listen(loop, ModbusTcpServer(line, self.clock).serve, self.host)
+        rtu = ModbusRtuEndpoint(line)
+        self._open.callback(rtu.close)
+        return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
+
     async def _listen(self, loop: LoopThread, serve: Serve, host: str) -> TcpService:
         service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS)
         await service.start()
         self._open.callback(lambda: loop.run(service.stop()))
         return service
-
-    def _serve_rtu(self) -> str:
-        endpoint = ModbusRtuEndpoint(self.bench.dynamometer)
-        self._open.callback(endpoint.close)
-        return endpoint.address
 
     async def _begin_pulse(self) -> None:
         self._beat = asyncio.get_running_loop().create_task(self._pulse())

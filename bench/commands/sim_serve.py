@@ -2,6 +2,7 @@
 
 import ipaddress
 import json as json_format
+import logging
 import os
 import sys
 import threading
@@ -55,6 +56,8 @@ def serve(
     read = load_motor(motor)
     virtual = read.virtual_motor()
     told = {"name": read.nameplate.name, "source": read.source, "truth": truth_of(virtual, read.six_step)}
+    # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
+    logging.getLogger().addHandler(logging.NullHandler())
     try:
         with raising(), _opened(ServedBench, virtual, speedup, host, seed, told, read.six_step) as bench:
             _tell(bench, told, station_file, json, seed)
@@ -82,7 +85,7 @@ def _check_host(host: str) -> None:
 
 def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: bool, seed: int) -> None:
     from bench.toml_text import toml_text
-    from bench.virtual_station import describe
+    from bench.virtual_station import as_text, describe
 
     station = describe(bench.preferred(), bench.control)
     if file is not None:
@@ -102,7 +105,7 @@ def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: b
         return
     for role, ways in bench.addresses().items():
         for way, address in ways.items():
-            print(f"# {role:<13}{way:<8}{address}")
+            print(f"# {role:<13}{way:<8}{as_text(address)}")
     print(f"# {'control':<21}{bench.control}")
     print(f"# station file: {file}" if file else toml_text(station), flush=True)
     print(

@@ -1,5 +1,8 @@
 """Connections to CAN buses: the nodes of one bus share one, which ends with the last of them."""
 
+import os
+import socket
+import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -12,6 +15,8 @@ if TYPE_CHECKING:
 
 #: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
 LISTENING_TIME = 0.05
+#: Linux' option to receive only what comes for groups that this very socket has joined (ip(7)).
+_IP_MULTICAST_ALL = 49
 
 
 class CanBuses:
@@ -76,6 +81,14 @@ class SharedBus:
                 f"cannot be opened at can://{address.interface}/{address.channel} ({error})",
                 remedy="Check interface, channel and bit rate",
             ) from error
+        if address.interface == "udp_multicast":
+            self._keep_to_own_group()
+
+    def _keep_to_own_group(self) -> None:
+        """Have Linux hand over what comes for this bus' group only, and not for any other's on the same port."""
+        if sys.platform == "linux" and self.network.bus is not None:
+            with socket.socket(fileno=os.dup(self.network.bus.fileno())) as own:
+                own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)
 
     def disconnect(self) -> None:
         """Leave the bus; what a broken connection says about its end is of no use any more."""

@@ -1,13 +1,12 @@
 """A CANopen node on a python-can bus, in process or over UDP multicast."""
 
 from typing import Any, cast
-from uuid import uuid4
 
-import can
 import canopen
 import numpy as np
 from canopen import objectdictionary
 
+from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
 from sim_instruments.faults import FaultKind, Faults
 from sim_instruments.instruments.cia402_power import Entry, ObjectServer, SdoError
 from sim_instruments.scpi.exchange import Clock
@@ -27,13 +26,7 @@ _TYPES = {
 # Request and reply of 8 bytes each at 250 kbit/s, and the drive's own cycle.
 _TRANSFER_TIME = 2.0e-3
 _NOTIFIER_CYCLE = 0.05
-_MULTICAST = "239.74.163.2"
 _GENERAL_ERROR = 0x08000000
-
-
-def fresh_channel(interface: str) -> str:
-    """Return a channel of python-can's that no other bench in this process is on."""
-    return _MULTICAST if interface == "udp_multicast" else f"virtual-bench-{uuid4().hex}"
 
 
 class CanNode:
@@ -63,7 +56,7 @@ class CanNode:
         self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(device.entries)))
         self._node.add_read_callback(self._read)
         self._node.add_write_callback(self._write)
-        self._network: Any = canopen.Network(can.Bus(interface=interface, channel=self._channel))
+        self._network: Any = canopen.Network(open_bus(interface, self._channel))
         self._network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE
         self._network.add_node(self._node)
         # Requests pass the faults before they reach the server.

@@ -27,9 +27,13 @@ class ModbusLine:
 
     def strike(self, verb: str, unit: int, address: int, count: int) -> Fault | None:
         """Return the fault that strikes a request; a late one has been waited for."""
-        if not self.faults:
-            return None
-        fault = self.faults.strike(f"{verb} {unit} {address:04X}H {count}")
+        fault = self.fault(verb, unit, address, count)
         if fault is not None and fault.kind is FaultKind.LATE and fault.delay > 0.0:
             self.clock.sleep(fault.delay)
         return fault
+
+    def fault(self, verb: str, unit: int, address: int, count: int) -> Fault | None:
+        """Return the fault that strikes a request, without waiting for a late one."""
+        if not self.faults:
+            return None
+        return self.faults.strike(f"{verb} {unit} {address:04X}H {count}")
