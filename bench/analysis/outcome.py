@@ -12,7 +12,10 @@ from procedures.estimation.fit import EstimationError, Fit
 from procedures.uncertainty import Uncertainties
 
 _Result = TypeVar("_Result")
-TYPE_A_ONLY = "uncertainties are statistical (Type A): gain and offset of scope, probes and sensors are not in the file and not included"
+TYPE_A_ONLY = (
+    "uncertainties are statistical (Type A), apart from what was entered: gain and offset of scope, probes and sensors are not in "
+    "the file and not included; state them with --accuracy"
+)
 
 
 class Outcome:
