@@ -1,5 +1,6 @@
 """The command line. Nothing heavy is imported before a command is chosen."""
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -51,6 +52,9 @@ def make_app() -> App:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 failed, 2 wrong usage; one message on standard error, never a traceback."""
+    # Matrices here are small: a second BLAS thread only waits for the first, and on a busy machine for long.
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
     given = list(sys.argv[1:] if arguments is None else arguments)
     sys.exit(_run(given))
 

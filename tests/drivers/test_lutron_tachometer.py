@@ -79,7 +79,15 @@ def test_the_sign_is_not_the_direction(clock: Any) -> None:
 def test_stations_accuracy_and_annunciator(clock: Any) -> None:
     frame = FRAME[:3] + b"18" + FRAME[5:]
     accuracy = Accuracy(gain=5e-4, source="certificate")
-    assert tachometer(clock, frame, annunciator="18", accuracy=accuracy).measure_speed().accuracy is accuracy
+    found = tachometer(clock, frame, annunciator="18", accuracy=accuracy).measure_speed().accuracy
+    # What the station states holds; the display's last digit is the frame's to tell.
+    assert (found.gain, found.offset, found.source) == (5e-4, 0.0, "certificate")
+    assert found.resolution == pytest.approx(0.1 * RPM)
+
+
+def test_a_stated_resolution_holds(clock: Any) -> None:
+    accuracy = Accuracy(gain=5e-4, resolution=0.5, source="certificate")
+    assert tachometer(clock, FRAME, accuracy=accuracy).measure_speed().accuracy is accuracy
 
 
 @pytest.mark.parametrize(
