@@ -1,33 +1,65 @@
 """Ld and Lq by a bridge on the aligned and locked rotor (§3.3.3)."""
 
+import math
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import ClassVar
 
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Aperture, Wanted
-from procedures.actions import ALIGN_D, ALIGN_Q, LockRotor, ReleaseRotor, UncoupleDynamometer, meter_series_parallel
+from drivers.interfaces import Aperture, ImpedanceReading, Wanted
+from procedures.actions import (
+    ALIGN_D,
+    ALIGN_Q,
+    LockRotor,
+    ReleaseRotor,
+    Terminal,
+    UncoupleDynamometer,
+    meter_across,
+    meter_series_parallel,
+)
 from procedures.alignment import aligning
 from procedures.bench import Role
 from procedures.estimation.connections import ReadingConnection, phase_factor
+from procedures.estimation.misalignment import Held, excess
 from procedures.estimation.repeats import mean_of_readings
 from procedures.inductance import CONVENTION, connection_of, require, short_correct
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
 from procedures.text import text
 
+#: A saliency of so many standard uncertainties tells an angle.
+_TELLING = 4.0
+
 
 class DqInductanceAlignedSettings(Settings):
     """Settings of §3.3.3."""
 
-    align_share: float = Field(default=0.3, gt=0.0, le=1.0, description="aligning current, share of the rated current")
+    align_share: float = Field(
+        default=1.0, gt=0.0, le=1.0, description="aligning current, at most this share of the rated current"
+    )
     settle: float = Field(default=1.0, gt=0.0, le=60.0, description="time for the rotor to come to rest, s")
     frequency: float = Field(default=1000.0, gt=0.0, le=1e6, description="test frequency, Hz")
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=5, ge=1, le=100, description="readings at each position")
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
+    check_alignment: bool = Field(
+        default=True,
+        description="read two lines too: their difference shows how far friction held the rotor off, and is allowed for",
+    )
+
+
+@dataclass(frozen=True)
+class Position:
+    """Readings at one locked position: A against B and C (H, and its resistance, Ω), and how much the line AB reads more than
+    CA (H), where that was read.
+    """
+
+    reading: UncertainReal
+    resistance: float
+    difference: UncertainReal | None = None
 
 
 class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
@@ -74,8 +106,8 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         energised.close()
 
     @step("3.3.3-d/3", "Read the inductance of A against B and C together", by_hand=True)
-    def read_d(self) -> UncertainReal:
-        """Return 1.5 times the d-axis inductance (H)."""
+    def read_d(self) -> Position:
+        """Return 1.5 times the d-axis inductance (H), and the lines' difference."""
         return self._read("d")
 
     @step("3.3.3-q/1", "Supply on: B to plus, C to minus, A open", by_hand=True)
@@ -92,27 +124,56 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         energised.close()
 
     @step("3.3.3-q/3", "Read the inductance of A against B and C together", by_hand=True)
-    def read_q(self) -> UncertainReal:
-        """Return 1.5 times the q-axis inductance (H)."""
+    def read_q(self) -> Position:
+        """Return 1.5 times the q-axis inductance (H), and the lines' difference."""
         return self._read("q")
 
     def _align_current(self) -> float:
-        share = min(self.settings.align_share, self.bench.supply.maximum_current / self.nameplate.rated_current)
+        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current)
+        share = min(self.settings.align_share, bound / self.nameplate.rated_current)
         return self.current_level(share, "aligning current")
 
-    def _read(self, axis: str) -> UncertainReal:
+    def _read(self, axis: str) -> Position:
         bridge = self.bench.lcr_meter
         connection = meter_series_parallel()
         require(connection_of(connection), ReadingConnection.SERIES_PARALLEL)
         self.bench.perform(connection)
         bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
-        readings = [bridge.measure(Wanted.INDUCTANCE) for _ in range(self.settings.repeats)]
-        mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
-        self.findings[f"reading_{axis}"] = mean
-        statistics = self.bench.uncertainties.statistical(f"repeats of L_{axis}", mean, uncertainty, freedom)
-        return self.bench.uncertainties.instrument("LCR meter", statistics, readings[-1].inductance_accuracy)
+        statistics, taken = self._repeated(f"L_{axis}")
+        self.findings[f"reading_{axis}"] = float(statistics.x)
+        reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
+        if bridge.read_by_hand or not self.settings.check_alignment:
+            return Position(reading, 0.0)
+        lines = []
+        for high, low in ((Terminal.A, Terminal.B), (Terminal.C, Terminal.A)):
+            self.bench.perform(meter_across(high, low))
+            lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}")[0])
+        # The bridge's own errors are the same in both, and fall out of the difference.
+        return Position(reading, taken.resistance, lines[0] - lines[1])
 
-    def _conclude(self, d: UncertainReal, q: UncertainReal) -> None:
+    def _repeated(self, what: str) -> tuple[UncertainReal, ImpedanceReading]:
+        readings = [self.bench.lcr_meter.measure(Wanted.INDUCTANCE) for _ in range(self.settings.repeats)]
+        mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
+        quantity = self.bench.uncertainties.statistical(f"repeats of {what}", mean, uncertainty, freedom)
+        return quantity, readings[-1]
+
+    def _allowed_for(self, at_d: Position, at_q: Position) -> tuple[UncertainReal, UncertainReal]:
+        """Return the readings as they would be exactly on d and on q."""
+        d, q = at_d.reading, at_q.reading
+        off_d, off_q = at_d.difference, at_q.difference
+        if off_d is None or off_q is None or float((q - d).x) < _TELLING * float((q - d).u):
+            # Without saliency there is no telling an angle, and nothing to allow for.
+            return d, q
+        found = excess(
+            Held(float(d.x), at_d.resistance, float(off_d.x)),
+            Held(float(q.x), at_q.resistance, float(off_q.x)),
+            2.0 * math.pi * self.settings.frequency,
+        )
+        self.findings |= {"off_d": found.angle_d, "off_q": found.angle_q}
+        return d - _squared(found.d, off_d), q - _squared(found.q, off_q)
+
+    def _conclude(self, at_d: Position, at_q: Position) -> None:
+        d, q = self._allowed_for(at_d, at_q)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         halved = {"d": 0.5 * float(d.x), "q": 0.5 * float(q.x)}
         self.findings["halved_readings"] = halved
@@ -136,3 +197,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
                 convention=CONVENTION,
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
             )
+
+
+def _squared(excess_read: float, difference: UncertainReal) -> UncertainReal:
+    """Return an excess (H) with the uncertainty of the lines' difference, which it grows with the square of."""
+    ratio = difference / float(difference.x) if float(difference.x) else difference
+    return excess_read * ratio * ratio

@@ -33,6 +33,8 @@ _CAUTIOUS_POLE_PAIRS = 10
 _WARM_UP = 3
 #: Speed (rad/s) at which a person can follow the display while turning.
 _WATCHING_SPEED = 0.1
+#: A sweep that scatters by more than this share of its amplitude is repeated this much more slowly.
+_ROUGH, _SLOWER = 0.02, 4
 #: Saliency below this share of the inductance changes no controller.
 _NOTEWORTHY = 0.005
 _NAMES = (("d_axis_inductance", "d"), ("q_axis_inductance", "q"))
@@ -57,15 +59,15 @@ class DqInductanceExtremesSettings(Settings):
 
 @dataclass(frozen=True)
 class Sweep:
-    """Inductance between two lines (H, shape (n,)) over bench time (s), and the bridge's accuracy at its mean.
+    """Inductance between two lines (H, shape (n,)) over bench time (s), the bridge's accuracy at its mean, and the curve fitted.
 
-    `extremes_only`: a person watched the meter, and these are the smallest and the largest value seen.
+    Without a fit a person watched the meter, and these are the smallest and the largest value seen.
     """
 
     time: NDArray[np.float64]
     inductance: NDArray[np.float64]
     accuracy: Accuracy
-    extremes_only: bool = False
+    fit: rotor_sweep.SweepFit | None = None
 
 
 class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
@@ -118,13 +120,11 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         speed = self.settings.turning_speed
         if speed is None:
             speed = 2.0 * math.pi * self.settings.electrical_turns / (pairs * readings * max(reading_time, 1e-3))
-        self.bench.perform(StartTurning(speed))
-        taken = [bridge.measure(Wanted.INDUCTANCE) for _ in range(readings)]
-        self.bench.perform(StopTurning())
-        inductance = np.array([r.inductance for r in taken])
-        self.findings["sweep"] = {"time": [r.time for r in taken], "inductance": inductance.tolist()}
-        middle = taken[int(np.argsort(inductance)[inductance.size // 2])]
-        return Sweep(np.array([r.time for r in taken]), inductance, middle.inductance_accuracy)
+        sweep = self._turned(speed, readings)
+        if self.settings.turning_speed is None and _rough(sweep):
+            # The induced voltage spoils a reading by the square of the speed.
+            sweep = self._turned(speed / _SLOWER, _SLOWER * readings)
+        return sweep
 
     @step("3.3.2/3", "Class: less than {class_threshold:.0%} between smallest and largest is a surface-magnet machine")
     def classify(self, sweep: Sweep) -> str:
@@ -137,7 +137,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     @step("3.3.2/4", "From line to phase: wye 0.5, delta 1.5 of the smallest (Ld) and the largest (Lq)")
     def conclude(self, sweep: Sweep, motor_class: str) -> None:
         """Fit the whole sweep; the extremes stand beside, and whether the saliency is more than noise."""
-        if sweep.extremes_only:
+        fit = sweep.fit
+        if fit is None:
             self._report(
                 sweep,
                 motor_class,
@@ -145,7 +146,6 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 "smallest and largest reading, by the note's rule",
             )
             return
-        fit = fit_timed_sweep(sweep.time, sweep.inductance)
         lines = rotor_sweep.axis_inductances(fit)
         significant, p_value = rotor_sweep.saliency_significant(fit)
         mean, amplitude = fit.value("mean"), fit.value("amplitude") if significant else 0.0
@@ -187,6 +187,16 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         found["q"] = found["q"] + amplitude * lost
         self._report(sweep, motor_class, found, "fit of mean and second harmonic to the whole sweep")
 
+    def _turned(self, speed: float, readings: int) -> Sweep:
+        """Take so many readings while the shaft is turned at this speed (rad/s)."""
+        self.bench.perform(StartTurning(speed))
+        taken = [self.bench.lcr_meter.measure(Wanted.INDUCTANCE) for _ in range(readings)]
+        self.bench.perform(StopTurning())
+        time, inductance = np.array([r.time for r in taken]), np.array([r.inductance for r in taken])
+        self.findings["sweep"] = {"time": time.tolist(), "inductance": inductance.tolist()}
+        middle = taken[int(np.argsort(inductance)[inductance.size // 2])]
+        return Sweep(time, inductance, middle.inductance_accuracy, fit_timed_sweep(time, inductance))
+
     def _watched(self) -> Sweep:
         """Ask for the extremes that a person sees on the meter while turning."""
         bridge = self.bench.lcr_meter
@@ -200,7 +210,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         self.bench.perform(StopTurning())
         self.findings["sweep"] = {"smallest": seen[0], "largest": seen[1], "read": "by eye"}
         _, accuracy = bridge.accuracy_at(0.0, seen[1], self.settings.frequency)
-        return Sweep(np.full(2, self.bench.clock.now()), np.array(seen), accuracy, extremes_only=True)
+        return Sweep(np.full(2, self.bench.clock.now()), np.array(seen), accuracy)
 
     def _from_extremes(self, sweep: Sweep, motor_class: str) -> dict[str, UncertainReal]:
         """By eye there is no fit; what two values hide is half their distance where the note takes the mean."""
@@ -244,3 +254,13 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 convention=CONVENTION,
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
             )
+
+
+def _rough(sweep: Sweep) -> bool:
+    """Whether the readings scatter about their curve as they should not."""
+    fit = sweep.fit
+    if fit is None or not rotor_sweep.saliency_significant(fit)[0]:
+        return False
+    return fit.residual_rms > _ROUGH * fit.value("amplitude") and 2.0 * fit.value(
+        "amplitude"
+    ) > _NOTEWORTHY * fit.value("mean")

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, nullcontext
 
 import numpy as np
 
-from drivers.interfaces import ChannelSettings, Oscilloscope, Trigger, Waveform
+from drivers.interfaces import ChannelSettings, Oscilloscope, SetpointError, Trigger, Waveform
 from procedures.bench import Bench, ProcedureError
 from procedures.text import text
 
@@ -58,8 +58,15 @@ def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: floa
 
 
 def configure(scope: Oscilloscope, channel: int, low: float, high: float) -> None:
-    """Set a channel's range and offset for a signal between `low` and `high` (V or A)."""
-    scope.configure_channel(channel, ChannelSettings((high - low) / _FILL, 0.5 * (low + high)))
+    """Set a channel's range and offset for a signal between `low` and `high` (V or A), in the smallest range at least."""
+    wanted, offset = (high - low) / _FILL, 0.5 * (low + high)
+    try:
+        scope.configure_channel(channel, ChannelSettings(wanted, offset))
+    except SetpointError as refused:
+        if not 0.0 < wanted < refused.low:
+            raise
+        # A small signal is coarser in the smallest range, which its fit states, and measured all the same.
+        scope.configure_channel(channel, ChannelSettings(refused.low, offset))
 
 
 def _better(wave: Waveform, full_scale: float) -> float | None:

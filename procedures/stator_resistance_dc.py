@@ -32,9 +32,11 @@ Pair = tuple[Terminal, Terminal]
 class StatorResistanceDcSettings(Settings):
     """Settings of the four-wire measurement."""
 
-    current_share: float = Field(default=0.3, gt=0.0, le=1.0, description="largest current, share of the rated current")
+    current_share: float = Field(
+        default=0.25, gt=0.0, le=1.0, description="largest current, share of the rated current"
+    )
     levels: int = Field(default=4, ge=3, le=50, description="current levels, evenly spaced up to the largest")
-    settle: float = Field(default=0.5, gt=0.0, le=60.0, description="time at each level before reading, s")
+    settle: float = Field(default=0.2, gt=0.0, le=60.0, description="time at each level before reading, s")
     power_line_cycles: float = Field(
         default=10.0, ge=0.02, le=100.0, description="voltmeter's integration, power-line cycles"
     )

@@ -37,6 +37,8 @@ _WOBBLE = 0.1
 #: A shaft slower than this (rad/s) may be stopped by hand.
 _SLOW = 5.0
 _SETTLE = 0.5
+#: A shaft slower than this (rad/s) stands for the eye, which looks this often, four times a second.
+_STILL, _PATIENCE = 0.01, 400
 _CHANNELS = range(1, 9)
 _MOST_MARKS = 500
 
@@ -136,6 +138,7 @@ class VirtualOperator:
                 world.short_leads(isinstance(action, ShortMeterLeads))
             case LockRotor():
                 self._take(_LOCK)
+                self._wait_for_rest()
                 world.lock_rotor()
             case ReleaseRotor():
                 self._take(_LOCK)
@@ -159,6 +162,13 @@ class VirtualOperator:
             case _:
                 assert_never(action)
         return None
+
+    def _wait_for_rest(self) -> None:
+        """Look until a rotor that rings about its position stands; nobody locks a swinging shaft."""
+        for _ in range(_PATIENCE):
+            if abs(self._world.truth()["shaft_speed"]) < _STILL:
+                return
+            self._take(0.25)
 
     def _take(self, seconds: float) -> None:
         self._world.clock.sleep(seconds)

@@ -12,9 +12,14 @@ from procedures.estimation.rotor_sweep import SweepFit, saliency_significant, sw
 
 _CHIRPS = np.linspace(-0.6, 0.6, 25)
 #: Degrees of the course that are tried; a hand that wavers several times during the sweep needs the high ones.
-_DEGREES = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 32)
-#: So many degrees in a row without a better score, and no higher one is tried.
+_DEGREES = (1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 22, 27, 32)
+#: So many degrees in a row without a better score, and no higher one is tried, unless what is left still hangs together:
+#: neighbouring residuals correlate beyond chance where the course has yet to follow the hand.
 _PATIENCE = 5
+_HANGS_TOGETHER = 0.35
+#: Weight of a coefficient of the course (rad) against a residual in standard deviations of the readings: too little to move
+#: what the readings show, enough to keep a high degree from swinging where they show nothing (an extreme at an end).
+_SMOOTH = 2e-3
 #: Over a period or more the amplitude is half the readings' range; much more is a fit that mean and cosine cancel in.
 _PLAUSIBLE = 0.6
 
@@ -53,6 +58,7 @@ def _refine(x: FloatArray, values: FloatArray, start: FloatArray, degree: int) -
     known = min(degree, start.size - 1)
     begin[:known] = start[1 : known + 1]
     scale = float(np.std(values))
+    smooth = _SMOOTH * np.eye(degree)[2:]
 
     def solved(c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         course = basis @ c
@@ -61,25 +67,42 @@ def _refine(x: FloatArray, values: FloatArray, start: FloatArray, degree: int) -
 
     def residuals(c: FloatArray) -> FloatArray:
         _, q, _ = solved(c)
-        return np.asarray((values - q @ (q.T @ values)) / scale, dtype=np.float64)
+        return np.append((values - q @ (q.T @ values)) / scale, _SMOOTH * c[2:])
 
     def jacobian(c: FloatArray) -> FloatArray:
         course, q, k = solved(c)
         slope = (k[2] * np.cos(course) - k[1] * np.sin(course))[:, None] * basis
-        return np.asarray((q @ (q.T @ slope) - slope) / scale, dtype=np.float64)
+        return np.vstack(((q @ (q.T @ slope) - slope) / scale, smooth))
 
-    found = least_squares(residuals, begin, jac=jacobian, max_nfev=40, x_scale="jac", xtol=1e-9, ftol=1e-9)
+    found = least_squares(residuals, begin, jac=jacobian, max_nfev=40, method="lm", xtol=1e-9, ftol=1e-9)
     return np.append(0.0, found.x), float(2 * found.cost) * scale**2
+
+
+def _hangs_together(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
+    """Whether each residual resembles its neighbour."""
+    left = _residuals(x, values, coefficients)
+    return bool(left[1:] @ left[:-1] > _HANGS_TOGETHER * (left @ left))
+
+
+def _left(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> float:
+    """Return what a course leaves of the readings' squares."""
+    left = _residuals(x, values, coefficients)
+    return float(left @ left)
+
+
+def _residuals(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> FloatArray:
+    course = chebyshev.chebval(x, coefficients)
+    design = np.column_stack((np.ones_like(course), np.cos(course), np.sin(course)))
+    return np.asarray(values - design @ np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
 
 
 def _acceptable(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
     """Whether the course never turns back, every period of it was sampled, and the amplitude is one the readings show."""
-    fine = np.linspace(-1.0, 1.0, max(4 * x.size, 400))
-    rate = chebyshev.chebval(fine, chebyshev.chebder(coefficients))
-    if rate[0] < 0:
-        rate = -rate
     course = chebyshev.chebval(x, coefficients)
-    if np.min(rate) <= 0.02 * np.mean(rate) or np.max(np.abs(np.diff(course))) >= 0.97 * np.pi:
+    # From reading to reading, the first and the last left out: beside an extreme at an end, both sides fit as well.
+    steps = np.diff(course)
+    inner = steps[1:-1] * np.sign(course[-1] - course[0])
+    if np.min(inner) <= 0.0 or np.max(np.abs(steps)) >= 0.97 * np.pi:
         return False
     design = np.column_stack((np.ones_like(course), np.cos(course), np.sin(course)))
     _, cosine, sine = np.linalg.lstsq(design, values, rcond=None)[0]
@@ -109,13 +132,14 @@ def fit_timed_sweep(
     for degree in (d for d in _DEGREES if d <= min(largest_degree, n // 3)):
         followed = np.asarray(chebyshev.chebfit(places, phase, degree), dtype=np.float64)
         starts = (scanned if degree <= 2 else course, followed)
-        course, squares = min((_refine(x, values, start, degree) for start in starts), key=lambda found: found[1])
+        begin = min(starts, key=lambda start: _left(x, values, start[: degree + 1]))
+        course, squares = _refine(x, values, begin, degree)
         parameters = degree + 4
         floor = n * resolution**2 / 12.0 + 1e-24 * float(values @ values)
         score = n * np.log((squares + floor) / n) + 2 * parameters * n / (n - parameters - 1)
         if score < best_score - 1e-9 and _acceptable(x, values, course):
             best_score, best, worse = float(score), course, 0
-        else:
+        elif not _hangs_together(x, values, course):
             worse += 1
         if worse >= _PATIENCE and degree > 6:
             break

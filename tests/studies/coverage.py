@@ -18,6 +18,8 @@ The result depends on seed and number of motors only, however many workers there
 
 import argparse
 import multiprocessing
+import os
+import resource
 import time
 from collections.abc import Iterable, Iterator
 from functools import partial
@@ -38,12 +40,11 @@ def measure_some(seed: int, indices: Iterable[int]) -> list[Measured]:
 
 def by_workers(seed: int, motors: int, workers: int) -> Iterator[Measured]:
     """Give all motors in order, measured by processes of this machine."""
-    if workers == 1:
-        plan = study_plan()
-        yield from (measure(seed, index, plan) for index in range(motors))
-        return
+    # Small matrices gain nothing from threads of their own, which keep both cores busy waiting for each other.
+    os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
     handfuls = [range(k, min(k + 4, motors)) for k in range(0, motors, 4)]
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+    # A fresh process now and then, so that nothing that a library keeps can add up.
+    with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=100) as pool:
         for some in pool.imap(partial(measure_some, seed), handfuls):
             yield from some
 
@@ -92,7 +93,12 @@ def main() -> None:
     else:
         tally = study(by_workers(given.seed, given.motors, given.workers))
     print("\n".join(lines(tally)))
-    print(f"\n{tally.motors} motors in {time.monotonic() - started:.0f} s")
+    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(
+        f"\n{tally.motors} motors in {time.monotonic() - started:.0f} s; "
+        f"{(spent.ru_utime + spent.ru_stime) / tally.motors:.2f} s of processor time a motor, "
+        f"largest process {spent.ru_maxrss / 1024:.0f} MiB"
+    )
 
 
 if __name__ == "__main__":
