@@ -3,10 +3,8 @@
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from pyvisa.errors import VisaIOError
-
 from drivers.interfaces import CommunicationError, Identity, IdentityError, Traffic
-from drivers.visa.session import ScpiSession, VisaResource
+from drivers.visa.session import RESOURCE_ERRORS, ScpiSession, VisaResource
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -23,14 +21,16 @@ def open_session(
     """Open a VISA address with a resource manager; raises CommunicationError where nothing is there."""
     try:
         resource = cast("VisaResource", manager.open_resource(address))
-    except (VisaIOError, OSError, ValueError) as error:
+    except (*RESOURCE_ERRORS, ValueError) as error:
         raise CommunicationError(
             name, f"cannot be opened at {address} ({error})", remedy="Check address, power and cable"
         ) from error
     resource.write_termination = "\n"
     # A socket and a serial line have no end-of-message signal; elsewhere END ends a reply.
-    resource.read_termination = "\n" if address.upper().endswith("::SOCKET") or address.upper()[:4] == "ASRL" else None
-    return ScpiSession(resource, name, timeout=timeout, traffic=traffic)
+    socket = address.upper().endswith("::SOCKET")
+    resource.read_termination = "\n" if socket or address.upper()[:4] == "ASRL" else None
+    # PyVISA-py reads a raw socket until nothing comes, which never ends on one that the instrument has closed.
+    return ScpiSession(resource, name, timeout=timeout, traffic=traffic, clearable=not socket)
 
 
 def open_driver(session: ScpiSession, make: Callable[[ScpiSession], T]) -> T:

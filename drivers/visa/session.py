@@ -24,8 +24,8 @@ IDENTITY_QUERY = "*IDN?"
 LONGEST_QUEUE = 128
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
-#: What a resource raises that does not work.
-RESOURCE_ERRORS = (VisaIOError, OSError)
+#: What a resource raises that does not work; PyVISA-py's HiSLIP says by RuntimeError that the connection was dropped.
+RESOURCE_ERRORS = (VisaIOError, OSError, RuntimeError)
 #: How long (s) to wait for what may still come from an instrument that had fallen silent.
 DRAIN_TIME = 1.0
 
@@ -72,15 +72,25 @@ class VisaResource(Protocol):
 
 
 class ScpiSession:
-    """A dialogue with one instrument over an open PyVISA resource; `timeout` is in seconds."""
+    """A dialogue with one instrument over an open PyVISA resource; `timeout` is in seconds.
+
+    `clearable` says whether the transport has a device clear.
+    """
 
     def __init__(
-        self, resource: VisaResource, name: str, *, timeout: float = 10.0, traffic: Traffic | None = None
+        self,
+        resource: VisaResource,
+        name: str,
+        *,
+        timeout: float = 10.0,
+        traffic: Traffic | None = None,
+        clearable: bool = True,
     ) -> None:
         self.name = name
         self._resource = resource
         self._timeout = timeout
         self._traffic = traffic
+        self._clearable = clearable
         self._identity_line: str | None = None
         self._in_step = True
         self._silent = False
@@ -279,12 +289,8 @@ class ScpiSession:
             raise CommunicationError(self.name, "the connection is lost", remedy="Check power and cable")
         if self._in_step or self._identity_line is None:
             return
-        try:
-            self._resource.clear()
-        except (*RESOURCE_ERRORS, NotImplementedError) as error:
-            # Not every transport has a device clear; what follows does without.
-            if self._traffic is not None:
-                self._traffic("error", f"device clear: {_finding(error)}")
+        if self._clearable:
+            self._clear()
         if self._silent:
             self._drain()
         # Instruments answer in order: once this query is answered, no older reply can still be on its way.
@@ -306,6 +312,14 @@ class ScpiSession:
                 self._in_step, self._silent = True, False
                 return
         raise CommunicationError(self.name, "answers other than asked", command=IDENTITY_QUERY)
+
+    def _clear(self) -> None:
+        try:
+            self._resource.clear()
+        except (*RESOURCE_ERRORS, NotImplementedError) as error:
+            # Not every transport has a device clear; what follows does without.
+            if self._traffic is not None:
+                self._traffic("error", f"device clear: {_finding(error)}")
 
     def _drain(self) -> None:
         """Read away what is left, an old identity among it, which could be taken for the new one."""
