@@ -7,6 +7,9 @@ from procedures.estimation.checks import increasing, same_length, series
 from procedures.estimation.fit import EstimationError, FloatArray
 from procedures.estimation.noise import white_noise
 
+#: Points that suffice for a start value where the record holds a few periods.
+_ENOUGH = 1000
+
 
 def crossings(time: FloatArray, values: FloatArray, level: float) -> FloatArray:
     """Return the times (s) at which the values rise through `level`, one a period, noise around the level ignored."""
@@ -70,11 +73,15 @@ def start_frequency(time: FloatArray, channels: FloatArray) -> float:
         # Few periods: leakage moves the peak, so the waveform itself is compared.
         grid = np.linspace(0.3, 5.0, 189) / span
         left = []
+        block = max(1, n // _ENOUGH)
+        whole = n // block * block
+        since = time[:whole].reshape(-1, block).mean(axis=1) - time[0]
+        few = centred[:, :whole].reshape(centred.shape[0], -1, block).mean(axis=2)
         for f in grid:
-            angle = 2 * np.pi * f * (time - time[0])
-            design = np.column_stack((np.ones(n), np.cos(angle), np.sin(angle)))
+            angle = 2 * np.pi * f * since
+            design = np.column_stack((np.ones(since.size), np.cos(angle), np.sin(angle)))
             q, _ = np.linalg.qr(design)
-            left.append(float(np.sum(centred**2) - np.sum((centred @ q) ** 2)))
+            left.append(float(np.sum(few**2) - np.sum((few @ q) ** 2)))
         rough = float(grid[int(np.argmin(left))])
     if rough * span < 1.0:
         raise EstimationError(
