@@ -12,7 +12,7 @@ _PROTOCOL_VERSION = 0x0100
 _VENDOR = int.from_bytes(b"MB", "big")
 _SUB_ADDRESS = b"hislip0"
 _GREETING_TIME = 10.0
-_MOST_SESSIONS = 15
+_MOST_SESSIONS = 30
 
 
 class HislipServer:
@@ -54,11 +54,7 @@ class HislipServer:
         try:
             version = min(first.parameter >> 16, _PROTOCOL_VERSION)
             writer.write(Message(Kind.INITIALIZE_RESPONSE, 0, version << 16 | number).encoded())
-            async with asyncio.timeout(_GREETING_TIME):
-                await session.attached.wait()
             await session.serve(reader)
-        except TimeoutError:
-            raise FatalError(Fatal.CHANNEL_MISSING, "The asynchronous channel is not established") from None
         finally:
             del self._sessions[number]
 

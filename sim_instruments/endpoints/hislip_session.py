@@ -7,6 +7,8 @@ from sim_instruments.endpoints.conversation import Conversation
 from sim_instruments.endpoints.hislip import (
     HEADER_SIZE,
     MAXIMUM_MESSAGE,
+    Fatal,
+    FatalError,
     Flaw,
     Kind,
     Message,
@@ -19,6 +21,7 @@ from sim_instruments.scpi.errors import ScpiError
 _INPUT_BUFFER = 1 << 16
 _SMALLEST_MESSAGE = 256
 _SYNCHRONISED = 0
+_GREETING_TIME = 10.0
 _RMT_DELIVERED = 0x01
 _RELEASE = 0
 
@@ -43,16 +46,30 @@ class HislipSession:
     # the synchronous channel
 
     async def serve(self, reader: asyncio.StreamReader) -> None:
-        """Take messages until the client leaves. Raises FatalError for bytes that are no message."""
+        """Take messages until the client leaves. Raises FatalError for bytes that are no message, or no second channel."""
+        first = asyncio.ensure_future(receive(reader))
         try:
+            await self._until_attached(first)
+            await self._take(await first)
             while True:
                 await self._take(await receive(reader))
         finally:
-            for task in (self._task, self._asynchronous):
+            for task in (first, self._task, self._asynchronous):
                 if task is not None:
                     task.cancel()
             self._conversation.session.abandon()
             self._locks.forget(self.number)
+
+    async def _until_attached(self, first: "asyncio.Future[Message]") -> None:
+        attached = asyncio.ensure_future(self.attached.wait())
+        # Reading goes on meanwhile: that is how a client's leaving shows.
+        await asyncio.wait({first, attached}, timeout=_GREETING_TIME, return_when=asyncio.FIRST_COMPLETED)
+        attached.cancel()
+        if self.attached.is_set():
+            return
+        if first.done():
+            first.result()
+        raise FatalError(Fatal.CHANNEL_MISSING, "The asynchronous channel is not established")
 
     async def _take(self, message: Message) -> None:
         match message.kind:

@@ -209,6 +209,23 @@ def test_what_is_no_hislip_is_told_and_hung_up_on(
         assert connection.recv(1) == b""
 
 
+def test_one_client_too_many_is_told(supply: dict[str, Any], wires: ModuleType) -> None:
+    with ExitStack() as stack:
+        crowd = [stack.enter_context(wires.stream(supply["hislip"])) for _ in range(31)]
+        for connection in crowd:
+            connection.sendall(wires.header(0, 0, 0x01007878, b"hislip0"))
+        kinds = [wires.message(connection)[:2] for connection in crowd]
+    assert kinds == [(1, 0)] * 30 + [(2, 4)]
+
+
+def test_a_channel_alone_is_no_session(supply: dict[str, Any], wires: ModuleType) -> None:
+    with wires.stream(supply["hislip"]) as connection:
+        connection.sendall(wires.header(0, 0, 0x01007878) + wires.header(7, 0, wires.FIRST_MESSAGE, b"*IDN?\n"))
+        assert wires.message(connection)[0] == 1
+        assert wires.message(connection)[:2] == (2, 2)
+        assert connection.recv(1) == b""
+
+
 def test_unknown_messages_and_large_ones_are_survived(supply: dict[str, Any], wires: ModuleType) -> None:
     with wires.stream(supply["hislip"]) as synchronous, wires.stream(supply["hislip"]) as asynchronous:
         open_session(wires, synchronous, asynchronous)
