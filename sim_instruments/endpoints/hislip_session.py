@@ -2,6 +2,7 @@
 
 import asyncio
 import struct
+from typing import Any
 
 from sim_instruments.endpoints.conversation import Conversation
 from sim_instruments.endpoints.hislip import (
@@ -63,7 +64,8 @@ class HislipSession:
     async def _until_attached(self, first: "asyncio.Future[Message]") -> None:
         attached = asyncio.ensure_future(self.attached.wait())
         # Reading goes on meanwhile: that is how a client's leaving shows.
-        await asyncio.wait({first, attached}, timeout=_GREETING_TIME, return_when=asyncio.FIRST_COMPLETED)
+        either: set[asyncio.Future[Any]] = {first, attached}
+        await asyncio.wait(either, timeout=_GREETING_TIME, return_when=asyncio.FIRST_COMPLETED)
         attached.cancel()
         if self.attached.is_set():
             return
