@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from bench.motor_limits import with_motor_limits
-from bench.recording import Recording, WaveformSink
-from bench.station import Entry, Station
+from bench.files.station import Entry, Station
+from bench.record.recording import Recording, WaveformSink
+from bench.safety.motor_limits import with_motor_limits
 from drivers.can_bus.buses import CanBuses
 from drivers.interfaces import Clock, Instrument, InstrumentError, Traffic
 from drivers.manual.prompt import Prompt

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.errors import UsageError
-from bench.toml_file import nearest, validate
+from bench.files.toml_file import nearest, validate
 from procedures.procedure import Procedure, Settings
 
 Catalogue = Mapping[str, type[Procedure[Any]]]

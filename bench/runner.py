@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import Any, Protocol
 
-from bench import interrupts
-from bench.journal import Journal
 from bench.plan import Planned
-from bench.run_view import RunView, message
-from bench.stored_result import store, store_notice
-from bench.way_down import make_safe
+from bench.record.journal import Journal
+from bench.record.run_view import RunView, message
+from bench.record.stored_result import store, store_notice
+from bench.safety import interrupts
+from bench.safety.way_down import make_safe
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
 from procedures.consistency import check_consistency

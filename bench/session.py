@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 from bench.clock import wall_date
 from bench.errors import InputError, UsageError
+from bench.files.motor_file import MotorFile
+from bench.files.station import Station
 from bench.instruments import StationInstruments
-from bench.journal import Journal, JournalFile, read_journal
 from bench.language import translator
-from bench.motor_file import MotorFile
 from bench.plan import Catalogue, Planned, make_plan
 from bench.progress import Progress
-from bench.run_folder import RunFolder, new_run_folder
-from bench.run_view import RunView, view_of
+from bench.record.journal import Journal, JournalFile, read_journal
+from bench.record.run_folder import RunFolder, new_run_folder
+from bench.record.run_view import RunView, view_of
+from bench.record.waveforms import WaveformStore
 from bench.runner import Runner
-from bench.station import Station
 from bench.surroundings import Place, place
-from bench.waveforms import WaveformStore
 from procedures.text import Translate, text
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from bench.clock import ReplayClock, SystemClock
 from bench.errors import UsageError
+from bench.files.motor_file import MotorFile
+from bench.files.station import Station, load_station
 from bench.instruments import Prompts, system_visa
 from bench.language import catalogue, translator
-from bench.motor_file import MotorFile
-from bench.station import Station, load_station
 from bench.truth import truth_of
 from bench.virtual_station import VIRTUAL
 from drivers import registry

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from bench.station import Station, make_station
+from bench.files.station import Station, make_station
 
 VIRTUAL = "virtual"
 

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from bench.captures.units import si
 from bench.errors import InputError, UsageError
-from bench.toml_file import Section, read, validate
+from bench.files.toml_file import Section, read, validate
 
 _RELATIVE = {"%": 1e-2, "ppm": 1e-6}
 _TERM = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*(%|[^\d\s+.%][^\s+%]*)\s*")

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureError, Channel
-from bench.waveforms import StoredWaveform, WaveformStore
+from bench.record.waveforms import StoredWaveform, WaveformStore
 
 
 def read_hdf5(path: Path, selected: str = "") -> Capture:

@@ -59,7 +59,7 @@ def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None
 
 
 def _print_budgets(made: Mapping[str, Any]) -> None:
-    from bench.stored_result import restore
+    from bench.record.stored_result import restore
     from procedures.text import english
     from reports.budget import budgets
 

@@ -5,9 +5,9 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from bench.encoding import plain
-from bench.run_folder import RunFolder
-from bench.run_view import RunView
+from bench.record.encoding import plain
+from bench.record.run_folder import RunFolder
+from bench.record.run_view import RunView
 from procedures.text import Translate, text
 
 if TYPE_CHECKING:

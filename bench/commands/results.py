@@ -8,11 +8,11 @@ from cyclopts import Parameter
 
 from bench.commands.output import console_on, print_end, print_json, print_summary
 from bench.errors import UsageError
-from bench.journal import read_journal
+from bench.files.toml_file import nearest
 from bench.language import language_of, translator
-from bench.run_folder import existing_run_folder
-from bench.run_view import RunView, view_of
-from bench.toml_file import nearest
+from bench.record.journal import read_journal
+from bench.record.run_folder import existing_run_folder
+from bench.record.run_view import RunView, view_of
 from procedures.result import Parameter as Measured
 from procedures.text import Translate
 

@@ -8,9 +8,9 @@ from cyclopts import Parameter
 
 from bench.commands.output import console_on, print_end, print_json, print_summary
 from bench.errors import UsageError
+from bench.files.motor_file import load_motor
 from bench.language import language_of, translator
-from bench.motor_file import load_motor
-from bench.run_folder import existing_run_folder
+from bench.record.run_folder import existing_run_folder
 from bench.session import Wishes
 from bench.session import run as run_session
 from procedures.catalogue import catalogue
@@ -65,7 +65,7 @@ def run(
     """
     folder = existing_run_folder(resume, runs) if resume else None
     if folder is not None:
-        from bench.journal import read_journal
+        from bench.record.journal import read_journal
 
         events = read_journal(folder.journal).events
         began = events[0].data if events else {}

@@ -44,8 +44,8 @@ def serve(
         The IPv4 address that the TCP ports listen on; the control endpoint always stays on loopback.
 
     """
-    from bench.interrupts import Interrupted, raising
-    from bench.motor_file import load_motor
+    from bench.files.motor_file import load_motor
+    from bench.safety.interrupts import Interrupted, raising
     from bench.truth import truth_of
     from sim_instruments.paced_clock import FASTEST, SLOWEST
     from sim_instruments.served_bench import ServedBench
@@ -84,7 +84,7 @@ def _check_host(host: str) -> None:
 
 
 def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: bool, seed: int) -> None:
-    from bench.toml_text import toml_text
+    from bench.files.toml_text import toml_text
     from bench.virtual_station import as_text, describe
 
     station = describe(bench.preferred(), bench.control)

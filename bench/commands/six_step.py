@@ -30,7 +30,7 @@ def six_step(
     driven); `json` prints one JSON object; `plot` writes currents and voltage components over one state as SVG or PNG.
     Raises InputError when the file, a speed or a load cannot be used.
     """
-    from bench.six_step_file import load_drive
+    from bench.files.six_step_file import load_drive
     from sim_instruments.six_step.state import Bridge
 
     if bool(speed) == bool(load):

@@ -6,8 +6,8 @@ from typing import Any
 
 from bench.clock import SystemClock, wall_date
 from bench.commands.output import console_on, print_json
+from bench.files.station import Entry, load_station
 from bench.instruments import StationInstruments, system_visa
-from bench.station import Entry, load_station
 from drivers.interfaces import InstrumentError, Waveform
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role

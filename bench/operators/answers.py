@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
-from bench.toml_file import nearest, read
+from bench.files.toml_file import nearest, read
 from procedures.actions import Action, EnterReading, MarkRestPositions
 from procedures.bench import ProcedureError
 from procedures.text import text

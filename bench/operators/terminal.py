@@ -5,8 +5,8 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from bench.interrupts import Interrupted
 from bench.phrasebook import translate_said
+from bench.safety.interrupts import Interrupted
 from procedures.actions import Action, EnterReading, MarkRestPositions
 from procedures.text import Text, Translate, text
 

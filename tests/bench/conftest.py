@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from pydantic import Field
 
-from bench.journal import Journal
 from bench.language import translator
 from bench.operators.answers import Answers, AnswersOperator
 from bench.plan import Planned, make_plan
-from bench.run_view import RunView
+from bench.record.journal import Journal
+from bench.record.run_view import RunView
 from bench.runner import Runner
 from drivers.interfaces import Accuracy, Identity, Instrument, Reading, Waveform
 from procedures.actions import ALIGN_D, EnterReading

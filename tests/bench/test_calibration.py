@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from bench.calibration import Calibration
 from bench.errors import InputError
-from bench.journal import read_journal
-from bench.motor_file import load_motor
-from bench.run_folder import RunFolder
+from bench.files.calibration import Calibration
+from bench.files.motor_file import load_motor
+from bench.files.station import Station, load_station
+from bench.record.journal import read_journal
+from bench.record.run_folder import RunFolder
 from bench.session import Wishes, run
-from bench.station import Station, load_station
 from bench.virtual_station import virtual_station
 from drivers.interfaces import Accuracy
 from procedures.bench import Role

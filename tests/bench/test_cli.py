@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from bench.cli import main
-from bench.motor_file import load_motor
-from bench.shipped_motors import shipped_motors
+from bench.files.motor_file import load_motor
+from bench.files.shipped_motors import shipped_motors
 
 ROOT = Path(__file__).parents[2]
 LG = (ROOT / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")

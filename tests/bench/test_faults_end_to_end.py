@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from bench.cli import main
-from bench.interrupts import Interrupted
-from bench.journal import read_journal
 from bench.operators.virtual import VirtualOperator
+from bench.record.journal import read_journal
+from bench.safety.interrupts import Interrupted
 from procedures.actions import Action, LockRotor, TurnToRest
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults import Fault, FaultKind

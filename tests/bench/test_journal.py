@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.encoding import dumps
 from bench.errors import InputError
-from bench.journal import Journal, read_journal
+from bench.record.encoding import dumps
+from bench.record.journal import Journal, read_journal
 from procedures.actions import ALIGN_D
 from procedures.text import text
 

@@ -4,10 +4,10 @@ from pathlib import Path
 import pytest
 
 from bench.errors import InputError
-from bench.motor_file import load_motor
-from bench.motor_sections import ExpectedSection
-from bench.shipped_motors import shipped_motors
-from bench.six_step_file import load_drive
+from bench.files.motor_file import load_motor
+from bench.files.motor_sections import ExpectedSection
+from bench.files.shipped_motors import shipped_motors
+from bench.files.six_step_file import load_drive
 from bench.truth import truth_of
 from procedures.catalogue import catalogue
 from procedures.nameplate import Connection

@@ -8,12 +8,12 @@ import pytest
 from rich.console import Console
 
 from bench.errors import InputError
-from bench.interrupts import Interrupted
+from bench.files.motor_file import load_motor
 from bench.language import catalogue, translator
-from bench.motor_file import load_motor
 from bench.operators.answers import AnswersOperator, load_answers
 from bench.operators.terminal import TerminalOperator, TerminalPrompt
 from bench.operators.virtual import VirtualOperator
+from bench.safety.interrupts import Interrupted
 from procedures.actions import (
     ALIGN_D,
     ALL_OPEN,

@@ -3,9 +3,9 @@ from typing import Any
 
 import pytest
 
-from bench.journal import Journal, read_journal
-from bench.motor_limits import with_motor_limits
-from bench.recording import Recording
+from bench.record.journal import Journal, read_journal
+from bench.record.recording import Recording
+from bench.safety.motor_limits import with_motor_limits
 from drivers.interfaces import CommunicationError, SetpointError, Waveform
 from procedures.bench import Role
 from procedures.nameplate import Nameplate

@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from bench.journal import Journal, read_journal
 from bench.plan import Planned
-from bench.run_view import view_of
+from bench.record.journal import Journal, read_journal
+from bench.record.run_view import view_of
 from bench.runner import Runner
-from bench.way_down import ORDER, make_safe
+from bench.safety.way_down import ORDER, make_safe
 from drivers.interfaces import CommunicationError
 from procedures.actions import Action
 from procedures.bench import Role

@@ -15,9 +15,9 @@ import pytest
 from bench.commands.run import run
 from bench.commands.sim_serve import serve
 from bench.errors import InputError, UsageError
+from bench.files.station import load_station
 from bench.served_clock import ServedClock
 from bench.served_world import ServedWorld
-from bench.station import load_station
 
 MOTORBENCH = (sys.executable, "-m", "bench")
 SERVE = (*MOTORBENCH, "sim", "serve", "--motor", "lg-400w")

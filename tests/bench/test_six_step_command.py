@@ -8,7 +8,7 @@ import pytest
 
 from bench.commands.six_step import six_step
 from bench.errors import InputError, UsageError
-from bench.six_step_file import EXAMPLE, load_drive
+from bench.files.six_step_file import EXAMPLE, load_drive
 
 FILE = (resources.files("bench") / "motors" / f"{EXAMPLE}.toml").read_text(encoding="utf-8")
 

@@ -5,11 +5,11 @@ import pytest
 
 from bench.clock import ReplayClock, SystemClock
 from bench.errors import InputError
+from bench.files.motor_file import load_motor
+from bench.files.station import Station, load_station
 from bench.instruments import StationInstruments
-from bench.journal import Journal, read_journal
-from bench.motor_file import load_motor
 from bench.operators.answers import Answers, AnswersPrompt
-from bench.station import Station, load_station
+from bench.record.journal import Journal, read_journal
 from bench.virtual_station import describe, virtual_station
 from drivers.interfaces import CommunicationError, InstrumentError, Waveform
 from drivers.visa.options import InfiniiVisionOptions

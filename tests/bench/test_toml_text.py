@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.toml_text import toml_text
+from bench.files.toml_text import toml_text
 
 scalars = (
     st.booleans()

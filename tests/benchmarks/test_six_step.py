@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from bench.six_step_file import EXAMPLE, load_drive
+from bench.files.six_step_file import EXAMPLE, load_drive
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState, steady_state
 
@@ -20,7 +20,7 @@ SWEEP = """
 import math, resource
 from pathlib import Path
 import numpy as np
-from bench.six_step_file import load_drive
+from bench.files.six_step_file import load_drive
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import steady_state
 bridge = Bridge(load_drive("92bl-30-25l"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.station import make_station
+from bench.files.station import make_station
 from drivers.interfaces import Accuracy
 from drivers.registry import DRIVERS, MANUAL, Driver, Role
 from procedures.bench import Role as StationRole

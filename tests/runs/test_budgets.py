@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from bench.cli import main
-from bench.motor_file import load_motor
+from bench.files.motor_file import load_motor
 from bench.session import Wishes, run
 from procedures.catalogue import catalogue
 from procedures.result import Contribution

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from bench.cli import main
-from bench.shipped_motors import motor_content
+from bench.files.shipped_motors import motor_content
 
 
 @pytest.fixture

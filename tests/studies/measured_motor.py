@@ -11,9 +11,9 @@ from pyvisa import ResourceManager
 from bench.instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
 from bench.plan import Planned, make_plan
+from bench.safety.way_down import make_safe
 from bench.truth import truth_of
 from bench.virtual_station import virtual_station
-from bench.way_down import make_safe
 from drivers.interfaces import InstrumentError, Waveform
 from procedures.bench import Bench, ProcedureError
 from procedures.catalogue import catalogue

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.journal import Event
-from bench.stored_result import restore, restore_notice
+from bench.record.journal import Event
+from bench.record.stored_result import restore, restore_notice
 from procedures.parameter_set import ParameterSet, merge
 from procedures.result import Notice, ProcedureResult
 from procedures.text import Text, Translate, english

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
-from bench.toml_file import nearest, parse, read
+from bench.files.toml_file import nearest, parse, read
 
 
 def shipped_motors() -> tuple[str, ...]:

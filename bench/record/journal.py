@@ -10,8 +10,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from bench.encoding import dumps, to_bytes
 from bench.errors import InputError
+from bench.record.encoding import dumps, to_bytes
 
 #: Events that must have reached the disk, not only the operating system, before what follows them happens.
 DURABLE = frozenset(

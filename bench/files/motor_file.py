@@ -10,10 +10,10 @@ from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from bench.errors import InputError
-from bench.motor_sections import ExpectedSection, NameplateSection, number
-from bench.shipped_motors import motor_content
-from bench.six_step_file import drive_file_of, holds_drive
-from bench.toml_file import Section, validate
+from bench.files.motor_sections import ExpectedSection, NameplateSection, number
+from bench.files.shipped_motors import motor_content
+from bench.files.six_step_file import drive_file_of, holds_drive
+from bench.files.toml_file import Section, validate
 from procedures.nameplate import Connection, Nameplate
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.errors import InputError
-from bench.motor_sections import ExpectedSection, NameplateSection, number
-from bench.shipped_motors import motor_content
-from bench.toml_file import Section, validate
+from bench.files.motor_sections import ExpectedSection, NameplateSection, number
+from bench.files.shipped_motors import motor_content
+from bench.files.toml_file import Section, validate
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
 
 #: A file in which every table of a drive can be seen.

@@ -4,7 +4,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from bench.toml_file import Section
+from bench.files.toml_file import Section
 from procedures.nameplate import Connection, Nameplate
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from bench.errors import InputError
-from bench.toml_file import Section, validate
+from bench.files.toml_file import Section, validate
 from procedures.result import Notice
 from procedures.text import text
 

@@ -9,11 +9,11 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from bench import calibration
-from bench.calibration import Calibration
 from bench.errors import InputError
-from bench.options import read_options
-from bench.toml_file import Section, nearest, read, validate
+from bench.files import calibration
+from bench.files.calibration import Calibration
+from bench.files.options import read_options
+from bench.files.toml_file import Section, nearest, read, validate
 from drivers import registry
 from procedures.bench import Role
 from procedures.result import Notice

@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, g
 from pydantic import Field as ModelField
 from pydantic import Strict, create_model
 
-from bench.toml_file import Section, validate
+from bench.files.toml_file import Section, validate
 
 T = TypeVar("T")
 

@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from bench.encoding import plain
 from bench.errors import InputError
+from bench.record.encoding import plain
 
 
 @dataclass(frozen=True)

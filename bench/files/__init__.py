@@ -1,0 +1,1 @@
+"""The files a user writes: motors and stations, and how they are read."""

@@ -1,0 +1,1 @@
+"""The record of a run: journal, waveforms, results, and views of them."""
