@@ -146,7 +146,8 @@ class Bench:
         self.recorder.event("step_finished", step=step.identifier, time=self.clock.now())
 
     def _perform(self, action: Action) -> object:
-        self.recorder.event("action", action=type(action).__name__, text=[str(line) for line in action.lines({})])
+        said = [str(line) for line in action.lines({})]
+        self.recorder.event("action", action=type(action).__name__, details=action, text=said)
         given = self._operator.perform(action)
         self.recorder.event("action_done", action=type(action).__name__, given=given)
         return given

@@ -1,0 +1,1 @@
+"""Pictures of connections, made from the actions' own data."""

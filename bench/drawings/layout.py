@@ -1,0 +1,59 @@
+"""What is connected where, as the actions done so far leave it."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+from procedures.actions import (
+    Action,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CoupleDynamometer,
+    CurrentProbe,
+    LockRotor,
+    ReleaseRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    Socket,
+    Terminal,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The bench's connections; `terminals` is None before anything was connected."""
+
+    terminals: Mapping[Terminal, Socket] | None = None
+    probes: tuple[VoltageProbe | CurrentProbe, ...] = field(default_factory=tuple)
+    voltmeter: tuple[Terminal, Terminal] | None = None
+    leads_shorted: bool = False
+    rotor_locked: bool = False
+    dynamometer_coupled: bool = False
+
+    def after(self, action: Action) -> "Layout":
+        """Return what an action makes of it; actions that connect nothing leave it as it is."""
+        match action:
+            case Connect():
+                return replace(self, terminals=action.complete())
+            case ConnectProbes(probes=probes):
+                return replace(self, probes=probes)
+            case ConnectVoltmeter(positive=positive, negative=negative):
+                return replace(self, voltmeter=(positive, negative))
+            case ShortMeterLeads() | SeparateMeterLeads():
+                return replace(self, leads_shorted=isinstance(action, ShortMeterLeads))
+            case LockRotor() | ReleaseRotor():
+                return replace(self, rotor_locked=isinstance(action, LockRotor))
+            case CoupleDynamometer() | UncoupleDynamometer():
+                return replace(self, dynamometer_coupled=isinstance(action, CoupleDynamometer))
+            case _:
+                return self
+
+
+def layout_after(actions: Iterable[Action]) -> Layout:
+    """Return what these actions, in their order, leave."""
+    layout = Layout()
+    for action in actions:
+        layout = layout.after(action)
+    return layout
