@@ -2,7 +2,7 @@
 
 import traceback
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any, Protocol
 
@@ -10,7 +10,7 @@ from bench.plan import Planned
 from bench.record.journal import Journal
 from bench.record.run_view import RunView, message
 from bench.record.stored_result import store, store_notice
-from bench.safety import interrupts
+from bench.safety.interrupts import Interrupted, Interrupts, held_back
 from bench.safety.way_down import make_safe
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
@@ -47,6 +47,7 @@ class Runner:
     view: RunView
     nameplate: Nameplate
     translate: Translate
+    interrupts: Interrupts = field(default_factory=Interrupts)
 
     def run(
         self,
@@ -64,9 +65,10 @@ class Runner:
         """
         started, bench_started = monotonic(), self.clock.now()
         status, causes = "completed", list[str]()
-        with interrupts.raising():
+        with self.interrupts.raising():
             try:
                 self.journal.event(begin, **about)
+                self.interrupts.raise_if_requested()
                 bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal)
                 for notice in warnings:
                     self._tell("", notice)
@@ -81,14 +83,14 @@ class Runner:
                         if not go_on:
                             break
                 self._check_consistency()
-            except (interrupts.Interrupted, KeyboardInterrupt) as stop:
+            except (Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
                 causes.append(str(stop) or "interrupted")
             except Exception as error:  # noqa: BLE001  the journal itself may have failed; the way down follows all the same
                 status = "failed"
                 causes.append(message(error, self.translate))
             finally:
-                with interrupts.held_back():
+                with held_back():
                     unsafe = self._down()
                     causes += unsafe
                     if unsafe and status == "completed":
@@ -160,7 +162,7 @@ class Runner:
 
 
 def _cause(error: BaseException, translate: Translate) -> str:
-    if isinstance(error, ProcedureError | InstrumentError | interrupts.Interrupted):
+    if isinstance(error, ProcedureError | InstrumentError | Interrupted):
         return message(error, translate)
     # Anything else is a fault of the program: its kind belongs to the message, its trace is in the journal.
     return f"{type(error).__name__}: {message(error, translate)}"

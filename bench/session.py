@@ -21,6 +21,7 @@ from bench.record.run_folder import RunFolder, new_run_folder
 from bench.record.run_view import RunView, view_of
 from bench.record.waveforms import WaveformStore
 from bench.runner import Runner
+from bench.safety.interrupts import Interrupts
 from bench.surroundings import Place, place
 from procedures.text import Translate, text
 
@@ -38,6 +39,7 @@ class Wishes:
     language: str
     runs: Path
     operator: str = ""
+    person: str = ""
     answers: Path | None = None
     assignments: Sequence[str] = field(default_factory=tuple)
     seed: int = 0
@@ -62,6 +64,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
     """
     plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
     translate = translator(wishes.language)
+    interrupts = Interrupts()
     with place(
         wishes.station,
         wishes.motor,
@@ -70,6 +73,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         seed=wishes.seed,
         console=console,
         language=wishes.language,
+        interrupts=interrupts,
     ) as where:
         if list(wishes.procedures) == ["all"]:
             plan = _possible(plan, where.station, console, translate)
@@ -79,6 +83,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         previous = _previous(wishes, where.station) if wishes.resume else None
         view = view_of(previous.events) if previous else RunView()
         folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
+        where.announce(folder.path)
         journal = Journal(folder.journal, where.clock.now, previous=previous)
         journal.listen(view.apply)
         live = wishes.station == "virtual" or wishes.operator == "answers"
@@ -93,7 +98,9 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             where.prompts,
             trace=wishes.trace,
         )
-        runner = Runner(instruments, where.operator, where.clock, journal, view, wishes.motor.nameplate, translate)
+        runner = Runner(
+            instruments, where.operator, where.clock, journal, view, wishes.motor.nameplate, translate, interrupts
+        )
         about = _about(wishes, plan, where, folder)
         runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on, warnings=overdue)
         folder.write_result(view.as_dict(translate))
@@ -166,6 +173,7 @@ def _about(wishes: Wishes, plan: Sequence[Planned], where: Place, folder: RunFol
             },
         },
         "operator": wishes.operator,
+        "person": wishes.person,
         "procedures": [planned.name for planned in plan],
         "settings": list(wishes.assignments),
         "seed": wishes.seed,

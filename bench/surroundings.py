@@ -1,8 +1,8 @@
 """Where a run takes place: a real bench with a person, a replay of typed readings, or the virtual bench."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from bench.files.motor_file import MotorFile
 from bench.files.station import Station, load_station
 from bench.instruments import Prompts, system_visa
 from bench.language import catalogue, translator
+from bench.safety.interrupts import Interrupts
 from bench.truth import truth_of
 from bench.virtual_station import VIRTUAL
 from drivers import registry
@@ -22,12 +23,15 @@ if TYPE_CHECKING:
     from pyvisa import ResourceManager
     from rich.console import Console
 
-OPERATORS = ("terminal", "virtual", "answers")
+OPERATORS = ("terminal", "virtual", "answers", "panel")
 
 
 @dataclass(frozen=True)
 class Place:
-    """What a run takes place with; `truth` is empty for a real motor, `hand_time` gives the bench time of hand work (s)."""
+    """What a run takes place with; `truth` is empty for a real motor, `hand_time` gives the bench time of hand work (s).
+
+    `announce` says in the run's folder how its operator is reached, where that is needed.
+    """
 
     station: Station
     clock: Clock
@@ -36,6 +40,7 @@ class Place:
     visa: "Callable[[], ResourceManager]"
     truth: dict[str, float]
     hand_time: Callable[[], float]
+    announce: Callable[[Path], None] = lambda _: None
 
 
 @contextmanager
@@ -48,9 +53,11 @@ def place(
     seed: int,
     console: "Console",
     language: str,
+    interrupts: Interrupts,
 ) -> Iterator[Place]:
     """Give the surroundings for a run; `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one.
 
+    `interrupts` is how a panel ends the run.
     Raises UsageError where they do not go together, InputError for a bad file.
     """
     if operator and operator not in OPERATORS:
@@ -58,10 +65,10 @@ def place(
     if (answers is not None) != (operator == "answers"):
         raise UsageError("--operator answers and --answers FILE go together")
     if station == VIRTUAL:
-        if operator not in ("", "virtual"):
+        if operator not in ("", "virtual", "panel"):
             raise UsageError(f"--operator {operator}: on the virtual bench only the virtual operator has hands")
-        with _virtual(motor, seed) as made:
-            yield made
+        with _virtual(motor, seed) as made, _watched(made, operator, interrupts) as watched:
+            yield watched
         return
     read = load_station(Path(station))
     if operator == "virtual" or (read.control and not operator):
@@ -73,7 +80,45 @@ def place(
         with _served(read, seed) as made:
             yield made
         return
+    if operator == "panel":
+        with _at_panel(read, seed, interrupts) as made:
+            yield made
+        return
     yield _replayed(read, answers) if answers is not None else _by_hand(read, motor, console, language)
+
+
+@contextmanager
+def _at_panel(station: Station, seed: int, interrupts: Interrupts) -> Iterator[Place]:
+    """Give a bench with a person at a panel; a served virtual bench's hands do what the person confirms."""
+    from bench.operators.distant import DistantOperator, DistantPrompt
+
+    if station.control:
+        with _served(station, seed) as made, _watched(made, "panel", interrupts) as watched:
+            yield watched
+        return
+    with closing(DistantOperator(interrupts.request)) as person:
+        yield Place(
+            station,
+            SystemClock(),
+            person,
+            lambda role: DistantPrompt(person, role.value),
+            system_visa(station.visa_library),
+            {},
+            lambda: 0.0,
+            person.line.announce,
+        )
+
+
+@contextmanager
+def _watched(made: Place, operator: str, interrupts: Interrupts) -> Iterator[Place]:
+    """Put a person at a panel in front of virtual hands, where one is wanted."""
+    if operator != "panel":
+        yield made
+        return
+    from bench.operators.distant import DistantOperator
+
+    with closing(DistantOperator(interrupts.request, made.operator)) as person:
+        yield replace(made, operator=person, announce=person.line.announce)
 
 
 def _by_hand(station: Station, motor: MotorFile, console: "Console", language: str) -> Place:

@@ -21,6 +21,7 @@ def run(
     station: str | None = None,
     motor: str | None = None,
     operator: str = "",
+    person: str = "",
     answers: Path | None = None,
     set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
     language: str = "auto",
@@ -42,7 +43,9 @@ def run(
     motor
         A motor file, or the name of a shipped motor.
     operator
-        Who does the hand work: terminal (a person), virtual, answers (typed readings from a file).
+        Who does the hand work: terminal (a person), panel (a person at a panel), virtual, answers (typed readings from a file).
+    person
+        The name of who runs it, for the record.
     answers
         TOML file of readings for `--operator answers`.
     set_
@@ -87,6 +90,7 @@ def run(
             language=chosen,
             runs=runs,
             operator=operator,
+            person=person,
             answers=answers,
             assignments=set_,
             seed=seed or 0,

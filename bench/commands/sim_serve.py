@@ -45,7 +45,7 @@ def serve(
 
     """
     from bench.files.motor_file import load_motor
-    from bench.safety.interrupts import Interrupted, raising
+    from bench.safety.interrupts import Interrupted, Interrupts
     from bench.truth import truth_of
     from sim_instruments.paced_clock import FASTEST, SLOWEST
     from sim_instruments.served_bench import ServedBench
@@ -59,7 +59,7 @@ def serve(
     # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
     logging.getLogger().addHandler(logging.NullHandler())
     try:
-        with raising(), _opened(ServedBench, virtual, speedup, host, seed, told, read.six_step) as bench:
+        with Interrupts().raising(), _opened(ServedBench, virtual, speedup, host, seed, told, read.six_step) as bench:
             _tell(bench, told, station_file, json, seed)
             threading.Event().wait()
     except Interrupted:

@@ -1,5 +1,6 @@
-"""Ctrl-C and the signals that end a program, as one exception that takes the way down."""
+"""Ctrl-C, the signals that end a program and other parties' wish to stop, as one exception that takes the way down."""
 
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -17,23 +18,56 @@ class Interrupted(BaseException):
         super().__init__(f"interrupted by {by}")
 
 
-@contextmanager
-def raising() -> Iterator[None]:
-    """Within the block, the first Ctrl-C, SIGTERM or SIGHUP raises Interrupted in the main thread.
+class Interrupts:
+    """One run's way to be stopped: by signals, and by whoever it was handed to (a panel, an interlock, a guardian)."""
 
-    Those that follow do nothing: what the first one set going is the way down, and it is walked to its end.
-    """
-    interrupted = False
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._wish = ""
+        self._begun = False
 
-    def interrupt(number: int, _frame: FrameType | None) -> None:
-        nonlocal interrupted
-        if interrupted:
-            return
-        interrupted = True
-        raise Interrupted("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
+    def request(self, by: str) -> None:
+        """Have the run interrupted in its main thread, from any thread; the first wish counts.
 
-    with _handled(interrupt):
-        yield
+        Outside the block of `raising` it is remembered for `raise_if_requested`.
+        """
+        with self._lock:
+            if self._wish:
+                return
+            self._wish = by
+            begun = self._begun
+        if begun:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    def raise_if_requested(self) -> None:
+        """Raise Interrupted where somebody wished for it before the run could be interrupted."""
+        if self._wish:
+            raise Interrupted(self._wish)
+
+    @contextmanager
+    def raising(self) -> Iterator[None]:
+        """Within the block, the first Ctrl-C, SIGTERM, SIGHUP or `request` raises Interrupted in the main thread.
+
+        Those that follow do nothing: what the first one set going is the way down, and it is walked to its end.
+        """
+        interrupted = False
+
+        def interrupt(number: int, _frame: FrameType | None) -> None:
+            nonlocal interrupted
+            if interrupted:
+                return
+            interrupted = True
+            raise Interrupted(self._wish or ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name))
+
+        with _handled(interrupt):
+            with self._lock:
+                # In another thread than the main one no handler is in place, and a signal would end the program.
+                self._begun = threading.current_thread() is threading.main_thread()
+            try:
+                yield
+            finally:
+                with self._lock:
+                    self._begun = False
 
 
 @contextmanager

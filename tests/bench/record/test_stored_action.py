@@ -49,5 +49,5 @@ def test_an_action_comes_back_from_the_journal_as_it_was(action: Action) -> None
     ],
 )
 def test_what_is_no_action_is_refused_in_words(event: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match="the journal's action|is not a valid"):
+    with pytest.raises(ValueError, match=r"the journal's action|is not a valid"):
         restore_action(event)

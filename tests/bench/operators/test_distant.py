@@ -1,0 +1,245 @@
+import json
+import math
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.operators.distant import DistantOperator, DistantPrompt
+from bench.operators.line import FILE
+from procedures.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions
+from procedures.text import text
+
+READING = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0)
+
+
+class Panel:
+    """As much of a panel as a test needs."""
+
+    def __init__(self, folder: Path) -> None:
+        where = json.loads((folder / FILE).read_text())
+        self._socket = socket.create_connection(("127.0.0.1", where["port"]), timeout=20)
+        self._lines = self._socket.makefile("rb")
+        self.send({"token": where["token"]})
+
+    def __enter__(self) -> "Panel":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lines.close()
+        self._socket.close()
+
+    def send(self, message: dict[str, Any]) -> None:
+        self._socket.sendall(json.dumps(message).encode() + b"\n")
+
+    def read(self) -> dict[str, Any] | None:
+        line = self._lines.readline()
+        return json.loads(line) if line else None
+
+    def question(self) -> dict[str, Any]:
+        while (message := self.read()) is not None:
+            if message.get("question"):
+                return dict(message["question"])
+        raise AssertionError("the line ended without a question")
+
+    def answer(self, question: dict[str, Any], value: object = None) -> dict[str, Any]:
+        self.send({"id": question["id"], "answer": value})
+        while (message := self.read()) is not None:
+            if "heard" in message or "refused" in message:
+                return message
+        raise AssertionError("the line ended without an answer")
+
+
+@pytest.fixture
+def stops() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def operator(tmp_path: Path, stops: list[str]) -> Iterator[DistantOperator]:
+    with closing(DistantOperator(stops.append)) as made:
+        made.line.announce(tmp_path)
+        yield made
+
+
+def asked(work: Callable[[], object]) -> tuple[threading.Thread, list[object]]:
+    given: list[object] = []
+    thread = threading.Thread(target=lambda: given.append(work()))
+    thread.start()
+    return thread, given
+
+
+def test_an_action_is_asked_with_its_data_and_waits_for_its_answer(operator: DistantOperator, tmp_path: Path) -> None:
+    thread, given = asked(lambda: operator.perform(ALIGN_D))
+    with Panel(tmp_path) as panel, Panel(tmp_path) as second:
+        question = panel.question()
+        assert second.question() == question
+        assert question["action"] == "Connect"
+        assert question["details"]["terminals"] == {"A": "supply+", "B": "supply-", "C": "supply-"}
+        assert given == []
+        assert panel.answer(question) == {"heard": question["id"]}
+        thread.join(10)
+        assert given == [None]
+        assert second.answer(question) == {"refused": "this is not asked any more"}
+
+
+@pytest.mark.parametrize(
+    ("answer", "refusal"),
+    [
+        (300.0, "300 °C is outside -60 … 250 °C"),
+        ("warm", "'warm' is not a number"),
+        (True, "True is not a number"),
+        (None, "None is not a number"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_and_asked_on(
+    operator: DistantOperator, tmp_path: Path, answer: object, refusal: str
+) -> None:
+    thread, given = asked(lambda: operator.perform(READING))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        assert panel.answer(question, answer) == {"refused": refusal}
+        assert panel.answer(question, 25.5) == {"heard": question["id"]}
+        thread.join(10)
+    assert given == [25.5]
+
+
+def test_marked_angles_come_in_degrees(operator: DistantOperator, tmp_path: Path) -> None:
+    thread, given = asked(lambda: operator.perform(MarkRestPositions()))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        assert "refused" in panel.answer(question, [])
+        panel.answer(question, [0, 90.0, 180])
+        thread.join(10)
+    assert given == [pytest.approx([0.0, math.pi / 2, math.pi])]
+
+
+def test_instruments_set_by_hand_ask_the_same_person(operator: DistantOperator, tmp_path: Path) -> None:
+    prompt = DistantPrompt(operator, "supply")
+    thread, given = asked(lambda: (prompt.confirm("Set 5 V"), prompt.ask("current", "A", 0.0, 2.0, "at 5 V")))
+    with Panel(tmp_path) as panel:
+        first = panel.question()
+        assert (first["instrument"], first["sentence"]) == ("supply", "Set 5 V")
+        panel.answer(first)
+        second = panel.question()
+        assert second["unit"] == "A"
+        panel.answer(second, 1.25)
+        thread.join(10)
+    assert given == [(None, 1.25)]
+
+
+def test_virtual_hands_do_what_is_confirmed_and_read_what_is_proposed(tmp_path: Path) -> None:
+    done: list[object] = []
+
+    class Hands:
+        def perform(self, action: object) -> object:
+            done.append(action)
+            return 24.5 if isinstance(action, EnterReading) else None
+
+    with closing(DistantOperator(lambda _: None, Hands())) as operator:
+        operator.line.announce(tmp_path)
+        thread, given = asked(lambda: (operator.perform(LockRotor()), operator.perform(READING)))
+        with Panel(tmp_path) as panel:
+            question = panel.question()
+            assert done == []
+            panel.answer(question)
+            reading = panel.question()
+            assert reading["proposed"] == 24.5
+            panel.answer(reading, reading["proposed"])
+            thread.join(10)
+    assert done == [LockRotor(), READING]
+    assert given == [(None, 24.5)]
+
+
+def test_a_stranger_is_turned_away(operator: DistantOperator, tmp_path: Path) -> None:
+    port = json.loads((tmp_path / FILE).read_text())["port"]
+    for first in (b'{"token": "guess"}\n', b'{"answer": null}\n', b"GET / HTTP/1.1\r\n\r\n", b"\xff\n", b"[]\n"):
+        with socket.create_connection(("127.0.0.1", port), timeout=10) as stranger:
+            stranger.sendall(first)
+            assert "refused" in json.loads(stranger.makefile("rb").readline())
+            assert stranger.makefile("rb").readline() == b""
+
+
+def test_only_its_owner_may_read_where_the_line_is(operator: DistantOperator, tmp_path: Path) -> None:
+    assert (tmp_path / FILE).stat().st_mode & 0o777 == 0o600
+    operator.line.close()
+    assert not (tmp_path / FILE).exists()
+
+
+def test_abort_says_who(operator: DistantOperator, tmp_path: Path, stops: list[str]) -> None:
+    with Panel(tmp_path) as panel:
+        panel.send({"abort": "J. Doe"})
+        while "heard" not in (panel.read() or {"heard": None}):
+            pass
+    assert stops == ["J. Doe at the panel"]
+
+
+def test_an_empty_chair_ends_the_run(stops: list[str]) -> None:
+    with closing(DistantOperator(stops.append, patience=0.05)):
+        deadline = time.monotonic() + 10
+        while not stops and time.monotonic() < deadline:
+            threading.Event().wait(0.01)
+    assert stops
+    assert "no panel has watched" in stops[0]
+
+
+def start(runs: Path, *procedures: str) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-m", "bench", "run", *procedures, "--station", "virtual", "--motor", "lg-400w"]
+    command += ["--operator", "panel", "--person", "J. Doe", "--runs", str(runs), "--json"]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def folder_of(runs: Path) -> Path:
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline:
+        for path in runs.glob(f"*/{FILE}"):
+            return path.parent
+        threading.Event().wait(0.02)
+    raise AssertionError("no run announced itself")
+
+
+def test_a_run_is_led_from_another_process(tmp_path: Path) -> None:
+    with start(tmp_path, "stator-resistance") as process:
+        with Panel(folder_of(tmp_path)) as panel:
+            while (message := panel.read()) is not None:
+                if message.get("question"):
+                    question = message["question"]
+                    panel.send({"id": question["id"], "answer": question.get("proposed")})
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    result = json.loads(out)
+    resistance = result["parameters"]["stator_resistance"]
+    low, high = resistance["coverage_interval"]
+    assert low <= resistance["truth"] <= high
+    assert not list(tmp_path.glob(f"*/{FILE}"))
+
+
+def test_an_abort_from_another_process_takes_the_way_down(tmp_path: Path) -> None:
+    with start(tmp_path, "pole-pairs-static") as process:
+        folder = folder_of(tmp_path)
+        with Panel(folder) as panel:
+            panel.answer(panel.question())
+            panel.question()
+            panel.send({"abort": "J. Doe"})
+            out, err = process.communicate(timeout=60)
+    assert process.returncode == 1, err
+    result = json.loads(out)
+    assert result["status"] == "aborted"
+    assert "J. Doe at the panel" in result["cause"]
+    assert '"kind":"made_safe"' in (folder / "journal.jsonl").read_text()
+
+
+def test_ctrl_c_ends_a_run_that_waits_for_its_panel(tmp_path: Path) -> None:
+    with start(tmp_path, "stator-resistance") as process, Panel(folder_of(tmp_path)) as panel:
+        panel.question()
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert json.loads(out)["status"] == "aborted"
