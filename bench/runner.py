@@ -11,7 +11,7 @@ from bench.record.journal import Journal
 from bench.record.run_view import RunView, message
 from bench.record.stored_result import store, store_notice
 from bench.safety.interrupts import Interrupted, Interrupts, held_back
-from bench.safety.way_down import make_safe
+from bench.safety.way_down import WayDown, failures
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
 from procedures.consistency import check_consistency
@@ -47,6 +47,7 @@ class Runner:
     view: RunView
     nameplate: Nameplate
     translate: Translate
+    way_down: WayDown = field(default_factory=WayDown)
     interrupts: Interrupts = field(default_factory=Interrupts)
 
     def run(
@@ -139,15 +140,12 @@ class Runner:
             )
             if not isinstance(error, Exception):
                 raise
-            make_safe(self.instruments.opened(), self.journal)
+            self.way_down.walk(self.instruments.opened(), self.journal, self.clock)
             return cause
         return ""
 
     def _down(self) -> list[str]:
-        outcomes = make_safe(self.instruments.opened(), self.journal)
-        unsafe = [
-            f"{outcome.role.value} could not be made safe: {outcome.error}" for outcome in outcomes if outcome.error
-        ]
+        unsafe = failures(self.way_down.walk(self.instruments.opened(), self.journal, self.clock))
         return unsafe + list(self.instruments.close())
 
     def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:

@@ -99,7 +99,15 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             trace=wishes.trace,
         )
         runner = Runner(
-            instruments, where.operator, where.clock, journal, view, wishes.motor.nameplate, translate, interrupts
+            instruments,
+            where.operator,
+            where.clock,
+            journal,
+            view,
+            wishes.motor.nameplate,
+            translate,
+            where.station.way_down,
+            interrupts,
         )
         about = _about(wishes, plan, where, folder)
         runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on, warnings=overdue)

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from datetime import date
 from pathlib import Path
 from typing import Any, Literal
@@ -14,6 +14,8 @@ from bench.files import calibration
 from bench.files.calibration import Calibration
 from bench.files.options import read_options
 from bench.files.toml_file import Section, nearest, read, validate
+from bench.files.way_down import WayDownSection, way_down_of
+from bench.safety.way_down import WayDown
 from drivers import registry
 from procedures.bench import Role
 from procedures.result import Notice
@@ -42,6 +44,7 @@ class _Instrument(Section):
 class _File(Section):
     station: _Station
     instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
+    way_down: list[WayDownSection] = Field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class Station:
     """A station that was read: its instruments by role, the VISA library they are reached by, and what identifies it.
 
     `overdue` says what becomes of a run with an instrument whose calibration is overdue; `control` is where the hands
-    of a virtual bench in another process are to be had.
+    of a virtual bench in another process are to be had; `way_down` is how it becomes harmless.
     """
 
     source: str
@@ -72,6 +75,7 @@ class Station:
     entries: Mapping[Role, Entry]
     overdue: Literal["warn", "refuse"] = "warn"
     control: str = ""
+    way_down: WayDown = field(default_factory=WayDown)
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -108,6 +112,9 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
         entries,
         file.station.overdue,
         file.station.control,
+        way_down_of(
+            file.way_down, {role: entry.driver.name == registry.MANUAL for role, entry in entries.items()}, source
+        ),
     )
 
 
@@ -127,7 +134,7 @@ def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     calibrated, given = calibration.take_entry(
         {key: value for key, value in table.items() if key not in _COMMON}, source, prefix
     )
-    if calibration.KEY in given and calibration.KEY not in [field.name for field in fields(driver.options)]:
+    if calibration.KEY in given and calibration.KEY not in [known.name for known in fields(driver.options)]:
         raise InputError(
             f"{source}: {prefix}.{calibration.KEY}: {driver.name} takes date, due and certificate here and no accuracies; "
             "they have options of their own"

@@ -1,52 +1,147 @@
 """From whatever state to a harmless one: an ordered list, each item on its own, each outcome recorded."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from time import monotonic
+from typing import Any
 
-from drivers.interfaces import Instrument
+from bench.safety.lanes import Call, Lane
+from bench.safety.way_down_items import Item, Measured, NotReachedError, default_items, perform
+from drivers.interfaces import Clock, Instrument
 from procedures.bench import Recorder, Role
 
-#: What feeds energy goes first, what only listens last.
-ORDER: tuple[Role, ...] = (
-    Role.SUPPLY,
-    Role.INVERTER,
-    Role.DRIVE,
-    Role.DYNAMOMETER,
-    Role.LCR_METER,
-    Role.OSCILLOSCOPE,
-    Role.TACHOMETER,
-    Role.VOLTMETER,
-)
+#: How long (s) the list waits for one item before it goes on with the next, which another instrument then does meanwhile.
+PATIENCE = 1.0
+#: After this time (s) an instrument that has not answered counts as lost.
+LONGEST = 20.0
+#: How often (s) it is looked whether there is still time.
+_LOOK = 0.02
+_BY_HAND = "by hand"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one instrument on the way down; `error` is empty where it is safe."""
+    """What became of one item; `error` is empty where it was done, `found` what it measured."""
 
-    role: Role
+    item: Item
     error: str = ""
+    found: Measured | None = None
+
+    @property
+    def words(self) -> str:
+        """What was not done, for a person."""
+        return f"{self.item.role.value} could not be made safe ({self.item.do.value}): {self.error}"
 
 
-def make_safe(instruments: Mapping[Role, Instrument], recorder: Recorder) -> list[Outcome]:
-    """Bring every instrument to its harmless state; one that fails does not keep the next from being reached."""
-    outcomes = []
-    for role in ORDER:
-        instrument = instruments.get(role)
-        if instrument is None:
-            continue
-        error = ""
+@dataclass(frozen=True)
+class WayDown:
+    """The list of a station; a person does what concerns the roles in `by_hand`."""
+
+    items: tuple[Item, ...] = field(default_factory=default_items)
+    by_hand: frozenset[Role] = frozenset()
+
+    def walk(
+        self,
+        instruments: Mapping[Role, Instrument],
+        recorder: Recorder,
+        clock: Clock,
+        *,
+        hurry: threading.Event | None = None,
+        patience: float = PATIENCE,
+    ) -> list[Outcome]:
+        """Do every item whose instrument is there, in order, whatever becomes of those before; return the outcomes.
+
+        One that does not answer within `patience` (s) is left to itself while the next begin. Once `hurry` is set,
+        measurements are not repeated and nobody waits for a person.
+        """
+        return _Walk(self, instruments, recorder, clock, hurry or threading.Event(), patience).walk()
+
+
+class _Walk:
+    def __init__(
+        self,
+        way: WayDown,
+        instruments: Mapping[Role, Instrument],
+        recorder: Recorder,
+        clock: Clock,
+        hurry: threading.Event,
+        patience: float,
+    ) -> None:
+        self._items = [item for item in way.items if item.role in instruments]
+        self._by_hand = way.by_hand
+        self._instruments = instruments
+        self._recorder = recorder
+        self._clock = clock
+        self._hurry = hurry
+        self._patience = patience
+        self._lanes: dict[str, Lane] = {}
+
+    def walk(self) -> list[Outcome]:
+        late: list[tuple[Item, Call[Any]]] = []
+        outcomes = []
+        for item in self._items:
+            call: Call[Any] = Call(
+                partial(perform, item, self._instruments[item.role], self._clock, self._hurry),
+            )
+            self._lane(item.role).submit(call)
+            if self._wait(item, call, item.within + LONGEST if item.measures else self._patience):
+                outcomes.append(self._outcome(item, call))
+            else:
+                late.append((item, call))
+        for item, call in late:
+            self._wait(item, call, math.inf if item.role in self._by_hand else LONGEST)
+            outcomes.append(self._outcome(item, call))
+        for lane in self._lanes.values():
+            lane.end()
+        return outcomes
+
+    def _lane(self, role: Role) -> Lane:
+        # One person answers one question at a time.
+        name = _BY_HAND if role in self._by_hand else role.value
+        if name not in self._lanes:
+            self._lanes[name] = Lane(name)
+        return self._lanes[name]
+
+    def _wait(self, item: Item, call: Call[Any], seconds: float) -> bool:
+        # What measures waits in the bench's time, which may be another than the wall's.
+        now = self._clock.now if item.measures else monotonic
+        deadline = now() + seconds
+        while not call.done.wait(_LOOK):
+            if now() >= deadline or (self._hurry.is_set() and item.role in self._by_hand):
+                return call.done.is_set()
+        return True
+
+    def _outcome(self, item: Item, call: Call[Any]) -> Outcome:
+        found, error = call.value, ""
+        if not call.done.is_set():
+            error = "no answer in time"
+        elif isinstance(call.error, NotReachedError):
+            found, error = call.error.found, str(call.error)
+        elif call.error is not None:
+            error = f"{type(call.error).__name__}: {call.error}"
+        outcome = Outcome(item, error, found)
+        self._record(outcome)
+        return outcome
+
+    def _record(self, outcome: Outcome) -> None:
+        found = {} if outcome.found is None else {"value": outcome.found.value, "unit": outcome.found.unit}
         try:
-            instrument.make_safe()
-        except BaseException as failure:  # noqa: BLE001  not even an interrupt may keep the next instrument on
-            error = f"{type(failure).__name__}: {failure}"
-        outcomes.append(Outcome(role, error))
-        _record(recorder, role, error)
-    return outcomes
+            self._recorder.event(
+                "made_safe",
+                instrument=outcome.item.role.value,
+                item=outcome.item.do.value,
+                outcome="failed" if outcome.error else "safe",
+                error=outcome.error,
+                **found,
+            )
+        except OSError:
+            # A full disk must not keep the next instrument on; the outcome is still returned to the caller.
+            return
 
 
-def _record(recorder: Recorder, role: Role, error: str) -> None:
-    try:
-        recorder.event("made_safe", instrument=role.value, outcome="failed" if error else "safe", error=error)
-    except OSError:
-        # A full disk must not keep the next instrument on; the outcome is still returned to the caller.
-        return
+def failures(outcomes: Sequence[Outcome]) -> list[str]:
+    """Return what was not done, for a person."""
+    return [outcome.words for outcome in outcomes if outcome.error]

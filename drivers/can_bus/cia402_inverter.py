@@ -131,6 +131,16 @@ class Cia402Inverter:
         )
         return Reading(self._current(), "A", accuracy, self._clock.now())
 
+    def command_zero(self) -> None:
+        """Command no torque and no velocity, whatever the drive does now; it stays enabled if it was.
+
+        Raises ReportedError for an SDO abort, CommunicationError where the drive does not answer.
+        """
+        try:
+            self._objects.write(TARGET_TORQUE, 0, 0, 2, signed=True)
+        finally:
+            self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
+
     def make_safe(self) -> None:
         """Go to Switch on disabled and make sure of it; raises ReportedError naming a fault that was found."""
         self._node.disable()

@@ -47,6 +47,9 @@ class Dynamometer(Instrument, Protocol):
     def driving_torque(self, torque: float) -> AbstractContextManager[None]:
         """Put a constant torque (N·m) on the shaft for the length of the block; it then coasts."""
 
+    def command_zero(self) -> None:
+        """Command no torque and no speed, whatever the drive does now; it stays enabled if it was."""
+
     def measure(self) -> DynamometerReading:
         """Return one reading of speed, torque and power."""
 

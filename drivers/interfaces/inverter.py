@@ -29,6 +29,9 @@ class Inverter(Instrument, Protocol):
     def set_current(self, current: float) -> None:
         """Change the q-axis current (A, peak) inside a `driving_current` block and wait until it has settled."""
 
+    def command_zero(self) -> None:
+        """Command no speed and no current, whatever the drive does now; it stays enabled if it was."""
+
     def measure_frequency(self) -> Reading:
         """Return the electrical frequency (Hz) the drive puts out."""
 

@@ -64,6 +64,10 @@ class ManualDynamometer:
             self._questions.confirm(f"Put a constant torque of {torque:g} N·m on the shaft.")
             yield
 
+    def command_zero(self) -> None:
+        """Have speed and torque commanded to zero."""
+        self._questions.confirm("Command a speed and a torque of zero.")
+
     def measure(self) -> DynamometerReading:
         """Ask for speed and torque; the power (W) is their product.
 

@@ -60,6 +60,10 @@ class ManualInverter:
         self._check_current(current)
         self._ask_current(current)
 
+    def command_zero(self) -> None:
+        """Have current and frequency commanded to zero."""
+        self._questions.confirm("Command a current and a frequency of zero.")
+
     def measure_frequency(self) -> Reading:
         """Ask for the frequency (Hz) the inverter shows; raises MeasurementError where no accuracy is stated."""
         accuracy = self._questions.stated(self._options.frequency_accuracy, "frequency")

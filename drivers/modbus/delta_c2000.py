@@ -73,6 +73,13 @@ class DeltaC2000:
         counts = round(torque / self._rated_torque / TORQUE_STEP)
         self._write(TORQUE_COMMAND, signed_16(counts), "11-34 torque command")
 
+    def command_zero(self) -> None:
+        """Command no torque and no frequency, without a change of direction."""
+        try:
+            self.command_torque(0.0)
+        finally:
+            self._write(FREQUENCY_COMMAND, 0, "frequency command")
+
     def run(self) -> None:
         """Start, in the direction of the commanded speed."""
         self._write(COMMAND, RUN_REVERSE if self.direction < 0 else RUN_FORWARD, "run command")

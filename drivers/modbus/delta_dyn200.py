@@ -129,6 +129,17 @@ class DeltaDyn200:
             self._drive.run_forward()
             yield
 
+    def command_zero(self) -> None:
+        """Command no torque and no speed, whatever the drive does now; in speed control it brakes along its ramp.
+
+        Raises ReportedError where the drive refuses, CommunicationError where it does not answer.
+        """
+        try:
+            self._drive.command_zero()
+        except CommunicationError:
+            self._line.reopen()
+            self._drive.command_zero()
+
     def measure(self) -> DynamometerReading:
         """Return one reading: torque, speed and power from a single transaction."""
         reading = self._transducer.read()

@@ -16,7 +16,7 @@ from bench.plan import Planned, make_plan
 from bench.record.journal import Journal
 from bench.record.run_view import RunView
 from bench.runner import Runner
-from drivers.interfaces import Accuracy, Identity, Instrument, Reading, Waveform
+from drivers.interfaces import Accuracy, DynamometerReading, Identity, Instrument, Reading, Waveform
 from procedures.actions import ALIGN_D, EnterReading
 from procedures.bench import Bench, Operator, Role
 from procedures.nameplate import Connection, Nameplate
@@ -87,6 +87,25 @@ class FakeInstrument:
     def make_safe(self) -> None:
         self._do("make_safe")
         self.on = False
+
+    def output_off(self) -> None:
+        self._do("output_off")
+        self.on = False
+
+    def command_zero(self) -> None:
+        self._do("command_zero")
+
+    def measure_voltage(self) -> Reading:
+        self._do("measure_voltage")
+        return Reading(0.2, "V", Accuracy(), 0.5)
+
+    def measure_frequency(self) -> Reading:
+        self._do("measure_frequency")
+        return Reading(0.0, "Hz", Accuracy(), 0.5)
+
+    def measure(self) -> DynamometerReading:
+        self._do("measure")
+        return DynamometerReading(0.5, -0.1, 0.0, 0.0, Accuracy(), Accuracy())
 
     def close(self) -> None:
         self._do("close")

@@ -9,12 +9,25 @@ from bench.plan import Planned
 from bench.record.journal import Journal, read_journal
 from bench.record.run_view import view_of
 from bench.runner import Runner
-from bench.safety.way_down import ORDER, make_safe
+from bench.safety.way_down_items import default_items
 from drivers.interfaces import CommunicationError
 from procedures.actions import Action
 from procedures.bench import Role
 
 MakeRunner = Callable[..., Runner]
+
+#: What each item of the usual list does to its instrument, and the items as the journal has them.
+CALLS = {
+    "command_zero": "command_zero",
+    "output_off": "output_off",
+    "voltage_decayed": "measure_voltage",
+    "speed_zero": "measure",
+}
+USUAL = [(item.role.value, item.do.value) for item in default_items()]
+DONE = [
+    f"{role}.{'measure_frequency' if (role, do) == ('drive', 'speed_zero') else CALLS.get(do, 'make_safe')}"
+    for role, do in USUAL
+]
 
 
 def test_a_run_completes(make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], tmp_path: Path) -> None:
@@ -49,28 +62,28 @@ def test_every_failure_takes_the_way_down(
     view = make_runner().run(plan, "run_started", about)
     assert view.status == ("aborted" if isinstance(error, KeyboardInterrupt) else "failed")
     assert not any(fake.on for fake in fakes.values())
-    safe = [entry for entry in trace if entry.endswith("make_safe")]
-    assert safe[-len(ORDER) :] == [f"{role.value}.make_safe" for role in ORDER]
+    closing = next(place for place, entry in enumerate(trace) if entry.endswith("close"))
+    assert trace[closing - len(DONE) : closing] == DONE
     assert {entry for entry in trace if entry.endswith("close")} == {f"{role.value}.close" for role in Role}
     assert "other" not in view.procedures
     events = read_journal(tmp_path / "journal.jsonl").events
     assert events[-1].kind == "run_finished"
-    assert [e.data["instrument"] for e in events if e.kind == "made_safe"][-len(ORDER) :] == [
-        role.value for role in ORDER
-    ]
+    safe = [(e.data["instrument"], e.data["item"]) for e in events if e.kind == "made_safe"]
+    assert safe[-len(USUAL) :] == USUAL
     assert view.as_dict()["procedures"]["tiny"]["status"] == "failed"
 
 
 def test_one_that_cannot_be_made_safe_does_not_keep_the_next(
     fakes: dict[Role, Any], trace: list[str], make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any]
 ) -> None:
-    fakes[Role.SUPPLY].failing["make_safe"] = CommunicationError("supply", "no reply")
+    fakes[Role.SUPPLY].failing["output_off"] = CommunicationError("supply", "no reply")
     fakes[Role.INVERTER].failing["make_safe"] = KeyboardInterrupt()
     fakes[Role.TACHOMETER].failing["close"] = OSError("gone")
     view = make_runner().run(plan, "run_started", about)
-    assert [entry for entry in trace if entry.endswith("make_safe")] == [f"{role.value}.make_safe" for role in ORDER]
+    assert [entry for entry in trace if entry in DONE][-len(DONE) :] == DONE
     assert view.status == "failed"
-    assert "supply could not be made safe: CommunicationError: supply: no reply" in view.cause
+    assert "supply could not be made safe (output_off): CommunicationError: supply: no reply" in view.cause
+    assert "inverter could not be made safe (disable): KeyboardInterrupt" in view.cause
     assert "tachometer: gone" in view.cause
 
 
@@ -87,20 +100,20 @@ def test_signals_abort_safely(
     view = make_runner(operator=Hands()).run(plan, "run_started", about)
     assert view.status == "aborted"
     assert ("Ctrl-C" if number == signal.SIGINT else number.name) in view.cause
-    assert trace[0] == "supply.make_safe"
+    assert trace[: len(DONE)] == DONE
     assert signal.getsignal(number) == before
 
 
 def test_a_signal_on_the_way_down_waits(
     make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], fakes: dict[Role, Any], trace: list[str]
 ) -> None:
-    make_safe_once = fakes[Role.SUPPLY].make_safe
+    off = fakes[Role.SUPPLY].output_off
 
     def impatient() -> None:
         signal.raise_signal(signal.SIGTERM)
-        make_safe_once()
+        off()
 
-    fakes[Role.SUPPLY].make_safe = impatient
+    fakes[Role.SUPPLY].output_off = impatient
     view = make_runner().run(plan, "run_started", about)
     assert view.status == "completed"
     assert trace[-len(fakes) :] == [f"{role.value}.close" for role in fakes]
@@ -164,16 +177,4 @@ def test_a_full_disk_still_leaves_everything_off(
     view = runner.run(plan, "run_started", about)
     assert view.status == "failed"
     assert "No space left" in view.cause
-    assert [entry for entry in trace if entry.endswith("make_safe")][: len(ORDER)] == [
-        f"{role.value}.make_safe" for role in ORDER
-    ]
-
-
-def test_the_way_down_knows_every_role() -> None:
-    assert sorted(ORDER, key=lambda role: role.value) == sorted(Role, key=lambda role: role.value)
-
-
-def test_nothing_opened_nothing_to_make_safe(tmp_path: Path) -> None:
-    journal = Journal(tmp_path / "j.jsonl", lambda: 0.0)
-    assert make_safe({}, journal) == []
-    journal.close()
+    assert [entry for entry in trace if entry in DONE][: len(DONE)] == DONE

@@ -160,3 +160,41 @@ def test_clocks_count() -> None:
     system.sleep(0.0)
     system.sleep(1e-4)
     assert system.now() >= before + 1e-4
+
+
+DOWN = """
+[[way_down]]
+do = "voltage_decayed"
+role = "supply"
+below = 2.5
+[[way_down]]
+do = "output_off"
+role = "supply"
+"""
+
+
+def test_a_station_has_its_way_down(tmp_path: Path) -> None:
+    usual = read(tmp_path / "usual.toml", GOOD).way_down
+    assert usual.by_hand == {Role.TACHOMETER}
+    assert Role.TACHOMETER in {item.role for item in usual.items}
+    own = read(tmp_path / "own.toml", GOOD + DOWN).way_down
+    assert next((item.do.value, item.role, item.below, item.within) for item in own.items) == (
+        "voltage_decayed", Role.SUPPLY, 2.5, 5.0,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ('do = "output_off"', 'do = "output_of"', ["way_down[1].do = 'output_of'", "'output_off'"]),
+        ('do = "output_off"', 'do = "disable"', ["way_down[1]: disable cannot be done to supply", "inverter, drive"]),
+        ('[[way_down]]\ndo = "output_off"\nrole = "supply"', "", ["leaves [instruments.supply] energised"]),
+        ("below = 2.5", "below = -1", ["way_down[0].below = -1", "above 0"]),
+        ("below = 2.5", "belw = 1", ["way_down[0].belw", "did you mean below"]),
+        ('role = "supply"\nbelow = 2.5', 'role = "voltmeter"', ["way_down[0].role", "no [instruments.voltmeter]"]),
+    ],
+)
+def test_each_fault_of_a_way_down_is_named(tmp_path: Path, old: str, new: str, parts: list[str]) -> None:
+    with pytest.raises(InputError) as refused:
+        read(tmp_path / "station.toml", (GOOD + DOWN).replace(old, new))
+    assert all(part in str(refused.value) for part in parts), str(refused.value)

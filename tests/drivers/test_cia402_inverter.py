@@ -291,6 +291,13 @@ def test_make_safe(inverter: Cia402Inverter, drive: Drive) -> None:
     assert drive.state is PowerState.SWITCH_ON_DISABLED
 
 
+def test_command_zero_leaves_no_target(inverter: Cia402Inverter, drive: Drive) -> None:
+    with inverter.driving_current(2.0):
+        inverter.command_zero()
+        assert (drive.values[0x6071], drive.values[0x60FF]) == (0, 0)
+        assert drive.state is PowerState.OPERATION_ENABLED
+
+
 def test_another_node_is_refused(drive: Drive, clock: Any) -> None:
     drive.values[0x1000] = 0x00020191
     with pytest.raises(IdentityError, match="device type is 0x00020191, expected profile 402"):

@@ -280,6 +280,18 @@ def test_make_safe(dynamometer: DeltaDyn200, units: Units) -> None:
     assert units.registers[1, 0x0016] == 1
 
 
+def test_command_zero_in_the_midst_of_anything(dynamometer: DeltaDyn200, units: Units, server: TcpServer) -> None:
+    with dynamometer.driving_torque(2.0):
+        before = len(server.requests)
+        server.hang_up_on = 1
+        dynamometer.command_zero()
+        assert (units.registers[1, 0x0B22], units.registers[1, 0x2001]) == (0, 0)
+        assert [request[18:] for request in server.requests[before + 1 :]] == [
+            "01 06 0b 22 00 00",
+            "01 06 20 01 00 00",
+        ]
+
+
 @pytest.mark.parametrize("broken", [1, 2])
 def test_make_safe_outlives_broken_connections(
     dynamometer: DeltaDyn200, units: Units, server: TcpServer, clock: Any, broken: int

@@ -204,6 +204,7 @@ def test_a_dynamometer_is_run_and_read(clock: Any) -> None:
         made.set_speed(1200 * RPM)
         reading = made.measure()
     made.zero_torque()
+    made.command_zero()
     made.stop()
     assert reading.speed == pytest.approx(1500 * RPM)
     assert reading.power == pytest.approx(-0.8 * 1500 * RPM)
@@ -212,6 +213,7 @@ def test_a_dynamometer_is_run_and_read(clock: Any) -> None:
         "Drive the shaft at 1200 rpm and wait until the speed is steady.",
         "Switch the dynamometer off and let the shaft coast.",
         "With the shaft at rest, zero the torque display.",
+        "Command a speed and a torque of zero.",
         "Brake the shaft to a standstill and switch the dynamometer off.",
     ]
     with pytest.raises(RuntimeError), made.driving_torque(1.0):
@@ -239,6 +241,7 @@ def test_an_inverter_is_run_and_read(clock: Any) -> None:
     with made.driving_current(2.0):
         made.set_current(-1.0)
         assert made.measure_current().value == 2.0
+    made.command_zero()
     assert person.told == [
         "Start the inverter at 53.76 Hz with 2 A peak and wait until the ramp has ended.",
         "Switch the inverter off.",
@@ -247,6 +250,7 @@ def test_an_inverter_is_run_and_read(clock: Any) -> None:
         "Set the inverter to regulate a torque-producing current of 2 A peak.",
         "Set the inverter to regulate a torque-producing current of -1 A peak.",
         "Switch the inverter off.",
+        "Command a current and a frequency of zero.",
     ]
     for refused in (lambda: made.driving_frequency(401.0, 1.0), lambda: made.driving_current(11.0)):
         with pytest.raises(InstrumentError, match="is outside"):

@@ -11,7 +11,7 @@ from pyvisa import ResourceManager
 from bench.instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
 from bench.plan import Planned, make_plan
-from bench.safety.way_down import make_safe
+from bench.safety.way_down import WayDown
 from bench.truth import truth_of
 from bench.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError, Waveform
@@ -113,10 +113,10 @@ def _measured(
                 results.append(planned.procedure(bench, plate, planned.settings, known).run())
             except (ProcedureError, EstimationError, InstrumentError) as reason:
                 refused.append((planned.name, _kind(reason)))
-                make_safe(instruments.opened(), nothing)
+                WayDown().walk(instruments.opened(), nothing, virtual.clock)
             except Exception as fault:  # noqa: BLE001  it is counted, and the study goes on
                 failed.append((planned.name, f"{type(fault).__name__}: {_kind(fault)}"))
-                make_safe(instruments.opened(), nothing)
+                WayDown().walk(instruments.opened(), nothing, virtual.clock)
     finally:
         failed += [("close", fault) for fault in instruments.close()]
     figures = [_figure(p, truth) for result in results for p in result.parameters if p.name in truth]

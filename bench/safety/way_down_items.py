@@ -1,0 +1,163 @@
+"""The way down as data: what is done to which instrument, in which order, and how each item is done."""
+
+import math
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from drivers.interfaces import Clock
+from procedures.bench import Role
+
+
+class Do(StrEnum):
+    """What an item does, as a station file writes it."""
+
+    COMMAND_ZERO = "command_zero"
+    DISABLE = "disable"
+    OUTPUT_OFF = "output_off"
+    BRAKE = "brake"
+    SILENCE = "silence"
+    VOLTAGE_DECAYED = "voltage_decayed"
+    SPEED_ZERO = "speed_zero"
+
+
+#: Roles that each item can be done to.
+ROLES_OF: Mapping[Do, tuple[Role, ...]] = {
+    Do.COMMAND_ZERO: (Role.INVERTER, Role.DYNAMOMETER),
+    Do.DISABLE: (Role.INVERTER, Role.DRIVE, Role.DYNAMOMETER),
+    Do.OUTPUT_OFF: (Role.SUPPLY,),
+    Do.BRAKE: (Role.DYNAMOMETER,),
+    Do.SILENCE: (Role.LCR_METER, Role.OSCILLOSCOPE, Role.TACHOMETER, Role.VOLTMETER),
+    Do.VOLTAGE_DECAYED: (Role.SUPPLY, Role.VOLTMETER),
+    Do.SPEED_ZERO: (Role.DYNAMOMETER, Role.DRIVE, Role.INVERTER, Role.TACHOMETER),
+}
+#: What takes the energy away from each role that can feed some.
+OFF_BY: Mapping[Role, Do] = {
+    Role.INVERTER: Do.DISABLE,
+    Role.DRIVE: Do.DISABLE,
+    Role.DYNAMOMETER: Do.DISABLE,
+    Role.SUPPLY: Do.OUTPUT_OFF,
+}
+#: What the measuring items ask for unless the station says otherwise: below (V; rad/s) and within (s).
+BELOW: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 1.0, Do.SPEED_ZERO: 1.0}
+WITHIN: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 5.0, Do.SPEED_ZERO: 60.0}
+#: How often (s) a measuring item looks.
+_LOOK = 0.05
+
+
+@dataclass(frozen=True)
+class Item:
+    """One item; `below` (V; rad/s, electrical where a drive measures it) and `within` (s) are for those that measure."""
+
+    do: Do
+    role: Role
+    below: float = math.nan
+    within: float = math.nan
+
+    @property
+    def measures(self) -> bool:
+        """Whether it waits for a measurement instead of commanding."""
+        return self.do in BELOW
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a measuring item found in the end."""
+
+    value: float
+    unit: str
+
+
+class NotReachedError(Exception):
+    """What was to be measured did not come about in time."""
+
+    def __init__(self, found: Measured, message: str) -> None:
+        self.found = found
+        super().__init__(message)
+
+
+def item(do: Do, role: Role, below: float | None = None, within: float | None = None) -> Item:
+    """Return an item with what is not given filled in. Raises ValueError where the role cannot do it."""
+    if role not in ROLES_OF[do]:
+        allowed = ", ".join(one.value for one in ROLES_OF[do])
+        raise ValueError(f"{do.value} cannot be done to {role.value}; allowed is {allowed}")
+    if do not in BELOW:
+        if below is not None or within is not None:
+            raise ValueError(f"{do.value} measures nothing; leave below and within out")
+        return Item(do, role)
+    return Item(do, role, BELOW[do] if below is None else below, WITHIN[do] if within is None else within)
+
+
+def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
+    """Return the list of a station that gives none; a person (`by_hand`) is asked for one thing an instrument."""
+    manual = set(by_hand)
+    commands = [item(Do.COMMAND_ZERO, role) for role in (Role.INVERTER, Role.DYNAMOMETER) if role not in manual]
+    off = [item(Do.DISABLE, role) for role in (Role.INVERTER, Role.DRIVE, Role.DYNAMOMETER)]
+    quiet = [item(Do.SILENCE, role) for role in ROLES_OF[Do.SILENCE]]
+    measured = [
+        item(do, role)
+        for do, role in (
+            (Do.VOLTAGE_DECAYED, Role.SUPPLY),
+            (Do.SPEED_ZERO, Role.DYNAMOMETER),
+            (Do.SPEED_ZERO, Role.DRIVE),
+        )
+        if role not in manual
+    ]
+    return (*commands, *off, item(Do.OUTPUT_OFF, Role.SUPPLY), *quiet, *measured)
+
+
+def perform(one: Item, instrument: Any, clock: Clock, hurry: threading.Event) -> Measured | None:
+    """Do an item to its instrument; return what was measured, if it measures.
+
+    With `hurry` set, a measuring item looks once. Raises what the driver raises, NotReachedError for a value that is
+    still too large.
+    """
+    if one.measures:
+        return _await(one, _measurement(one, instrument), clock, hurry)
+    _command(one, instrument)()
+    return None
+
+
+def _command(one: Item, instrument: Any) -> Callable[[], object]:
+    match one.do:
+        case Do.COMMAND_ZERO:
+            command = instrument.command_zero
+        case Do.OUTPUT_OFF:
+            command = instrument.output_off
+        case Do.BRAKE:
+            command = instrument.stop
+        case _:
+            command = instrument.make_safe
+    return command  # type: ignore[no-any-return]
+
+
+def _measurement(one: Item, instrument: Any) -> Callable[[], Measured]:
+    def voltage() -> Measured:
+        if one.role is Role.VOLTMETER:
+            # Its range is whatever the last measurement needed, millivolts perhaps.
+            instrument.configure(max(100.0, one.below))
+        return Measured(abs(instrument.measure_voltage().value), "V")
+
+    def speed() -> Measured:
+        if one.role is Role.DYNAMOMETER:
+            return Measured(abs(instrument.measure().speed), "rad/s")
+        if one.role is Role.TACHOMETER:
+            return Measured(abs(instrument.measure_speed().value), "rad/s")
+        return Measured(abs(instrument.measure_frequency().value) * 2.0 * math.pi, "rad/s")
+
+    return voltage if one.do is Do.VOLTAGE_DECAYED else speed
+
+
+def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: threading.Event) -> Measured:
+    deadline = clock.now() + one.within
+    while not (found := measure()).value <= one.below:
+        if hurry.is_set() or clock.now() >= deadline:
+            waited = "not waited for" if hurry.is_set() else f"after {one.within:g} s"
+            what = "the voltage" if one.do is Do.VOLTAGE_DECAYED else "the speed"
+            raise NotReachedError(
+                found, f"{what} is {found.value:.4g} {found.unit} {waited}; at most {one.below:g} {found.unit} is safe"
+            )
+        clock.sleep(_LOOK)
+    return found

@@ -1,0 +1,222 @@
+"""The way down: every item on its own, in order, measured, and never longer than it must be."""
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from bench.safety.way_down import WayDown, failures
+from bench.safety.way_down_items import OFF_BY, ROLES_OF, Do, Item, default_items, item
+from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, Reading
+from procedures.bench import Role
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += seconds
+
+
+class Journal:
+    def __init__(self) -> None:
+        self.events: list[dict[str, Any]] = []
+
+    def event(self, kind: str, **data: Any) -> None:
+        assert kind == "made_safe"
+        self.events.append(data)
+
+
+class Instrument:
+    """Does what every item asks; the call named `failing` raises, the one named `hanging` waits for `release`."""
+
+    def __init__(self, name: str, calls: list[str], release: threading.Event) -> None:
+        self.name = name
+        self.calls = calls
+        self.release = release
+        self.failing = self.hanging = ""
+        self.values: Iterator[float] = iter([])
+
+    def _do(self, what: str) -> None:
+        self.calls.append(f"{self.name}.{what}")
+        if what == self.hanging:
+            self.release.wait(20.0)
+        if what == self.failing:
+            raise CommunicationError(self.name, "no reply")
+
+    def make_safe(self) -> None:
+        self._do("make_safe")
+
+    def output_off(self) -> None:
+        self._do("output_off")
+
+    def command_zero(self) -> None:
+        self._do("command_zero")
+
+    def stop(self) -> None:
+        self._do("stop")
+
+    def configure(self, full_scale: float) -> None:
+        self._do("configure")
+
+    def _reading(self) -> Reading:
+        self._do("measured")
+        return Reading(next(self.values, 0.0), "", Accuracy(), 0.0)
+
+    measure_voltage = measure_speed = measure_frequency = _reading
+
+    def measure(self) -> DynamometerReading:
+        return DynamometerReading(0.0, self._reading().value, 0.0, 0.0, Accuracy(), Accuracy())
+
+
+@pytest.fixture
+def calls() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def release() -> Iterator[threading.Event]:
+    event = threading.Event()
+    yield event
+    event.set()
+
+
+@pytest.fixture
+def instruments(calls: list[str], release: threading.Event) -> dict[Role, Any]:
+    return {role: Instrument(role.value, calls, release) for role in Role}
+
+
+USUAL = default_items()
+
+
+def test_the_usual_list_reaches_every_role_and_every_source_of_energy() -> None:
+    assert {one.role for one in USUAL} == set(Role)
+    assert {(off, role) for role, off in OFF_BY.items()} <= {(one.do, one.role) for one in USUAL}
+    order = [one.do for one in USUAL]
+    assert order == sorted(order, key=[Do.COMMAND_ZERO, Do.DISABLE, Do.OUTPUT_OFF, Do.SILENCE, Do.VOLTAGE_DECAYED,
+                                       Do.SPEED_ZERO].index)  # fmt: skip
+
+
+def test_a_person_is_asked_once_an_instrument() -> None:
+    manual = default_items(Role)
+    assert len(manual) == len(Role)
+    assert {one.role for one in manual} == set(Role)
+
+
+@pytest.mark.parametrize("failing", range(len(USUAL)))
+def test_one_item_that_fails_does_not_stop_the_next(
+    instruments: dict[Role, Any], calls: list[str], failing: int
+) -> None:
+    one = USUAL[failing]
+    for what in ("command_zero", "make_safe", "output_off", "measured"):
+        wanted = {Do.COMMAND_ZERO: "command_zero", Do.OUTPUT_OFF: "output_off"}.get(one.do, "make_safe")
+        if what == ("measured" if one.measures else wanted):
+            instruments[one.role].failing = what
+    journal = Journal()
+    outcomes = WayDown().walk(instruments, journal, Clock())
+    assert [outcome.item for outcome in outcomes] == list(USUAL)
+    assert len(calls) == len(USUAL)
+    failed = [outcome.item for outcome in outcomes if outcome.error]
+    assert one in failed
+    assert {bad.role for bad in failed} == {one.role}
+    assert failures(outcomes)[0].startswith(f"{one.role.value} could not be made safe (")
+    assert "no reply" in failures(outcomes)[0]
+    assert [(e["instrument"], e["item"], e["outcome"] == "failed") for e in journal.events] == [
+        (outcome.item.role.value, outcome.item.do.value, bool(outcome.error)) for outcome in outcomes
+    ]
+
+
+def test_what_is_measured_is_waited_for_and_stands_in_the_journal(instruments: dict[Role, Any]) -> None:
+    instruments[Role.DYNAMOMETER].values = iter([-30.0, -8.0, -0.5])
+    instruments[Role.SUPPLY].values = iter([12.0, 3.0, 0.9])
+    clock, journal = Clock(), Journal()
+    assert not failures(WayDown().walk(instruments, journal, clock))
+    assert clock.time == pytest.approx(0.2)
+    found = {(e["instrument"], e["item"]): (e["value"], e["unit"]) for e in journal.events if "value" in e}
+    assert found == {
+        ("supply", "voltage_decayed"): (0.9, "V"),
+        ("dynamometer", "speed_zero"): (0.5, "rad/s"),
+        ("drive", "speed_zero"): (0.0, "rad/s"),
+    }
+
+
+@pytest.mark.parametrize(("do", "role", "unit"), [
+    (Do.VOLTAGE_DECAYED, Role.SUPPLY, "V"),
+    (Do.VOLTAGE_DECAYED, Role.VOLTMETER, "V"),
+    (Do.SPEED_ZERO, Role.DYNAMOMETER, "rad/s"),
+    (Do.SPEED_ZERO, Role.TACHOMETER, "rad/s"),
+])  # fmt: skip
+def test_what_does_not_come_about_is_a_failure_with_its_value(
+    instruments: dict[Role, Any], do: Do, role: Role, unit: str
+) -> None:
+    instruments[role].values = iter([40.0] * 1000)
+    clock = Clock()
+    (outcome,) = WayDown((item(do, role, 2.0, 1.5),)).walk(instruments, Journal(), clock)
+    assert f"is 40 {unit} after 1.5 s; at most 2 {unit} is safe" in outcome.error
+    assert outcome.found is not None
+    assert (outcome.found.value, outcome.found.unit) == (40.0, unit)
+    assert clock.time == pytest.approx(1.5, abs=0.1)
+
+
+def test_nan_is_not_safe(instruments: dict[Role, Any]) -> None:
+    instruments[Role.SUPPLY].values = iter([float("nan")] * 1000)
+    (outcome,) = WayDown((item(Do.VOLTAGE_DECAYED, Role.SUPPLY, 2.0, 0.2),)).walk(instruments, Journal(), Clock())
+    assert "the voltage is nan" in outcome.error
+
+
+def test_an_instrument_that_hangs_does_not_hold_up_the_others(
+    instruments: dict[Role, Any], calls: list[str], release: threading.Event
+) -> None:
+    instruments[Role.INVERTER].hanging = "command_zero"
+    instruments[Role.TACHOMETER].make_safe = release.set
+    outcomes = WayDown().walk(instruments, Journal(), Clock(), patience=0.05)
+    assert not failures(outcomes)
+    assert calls.index("supply.output_off") < calls.index("inverter.make_safe")
+    assert calls.index("inverter.command_zero") < calls.index("inverter.make_safe")
+
+
+def test_whoever_is_in_a_hurry_waits_for_no_person_and_no_coasting_shaft(
+    instruments: dict[Role, Any], release: threading.Event
+) -> None:
+    way = WayDown((item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.SPEED_ZERO, Role.DYNAMOMETER)), frozenset({Role.SUPPLY}))
+    instruments[Role.SUPPLY].hanging = "output_off"
+    instruments[Role.DYNAMOMETER].values = iter([40.0] * 1000)
+    hurry, clock = threading.Event(), Clock()
+    hurry.set()
+    speed, supply = sorted(way.walk(instruments, Journal(), clock, hurry=hurry), key=lambda one: one.item.role.value)
+    assert supply.error == "no answer in time"
+    assert "not waited for" in speed.error
+    assert clock.time == 0.0
+
+
+def test_a_full_disk_does_not_keep_the_next_instrument_on(instruments: dict[Role, Any], calls: list[str]) -> None:
+    class Full:
+        def event(self, kind: str, **data: Any) -> None:
+            raise OSError(28, "No space left on device")
+
+    assert len(WayDown().walk(instruments, Full(), Clock())) == len(USUAL) == len(calls)
+
+
+def test_nothing_opened_nothing_to_make_safe() -> None:
+    assert WayDown().walk({}, Journal(), Clock()) == []
+
+
+@pytest.mark.parametrize("do", Do)
+def test_an_item_is_for_its_roles(do: Do) -> None:
+    for role in Role:
+        if role in ROLES_OF[do]:
+            assert item(do, role).role is role
+        else:
+            with pytest.raises(ValueError, match=f"{do.value} cannot be done to {role.value}"):
+                item(do, role)
+
+
+def test_what_measures_nothing_has_no_threshold() -> None:
+    with pytest.raises(ValueError, match="measures nothing"):
+        item(Do.DISABLE, Role.DRIVE, below=1.0)
+    assert isinstance(item(Do.BRAKE, Role.DYNAMOMETER), Item)
