@@ -1,0 +1,103 @@
+"""The panel's end of a run's line: hears the question that is open, answers it, watches, aborts."""
+
+import asyncio
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from bench.operators.line import FILE
+
+#: How often (s) a run is told that somebody watches; it waits much longer before it ends for want of it.
+_BEAT = 2.0
+_ANSWER_TIME = 10.0
+
+
+class RunLine:
+    """A connection to a run that is going on.
+
+    `question` is what it waits for now, or None. `alive` is false once the run has ended or was never reached.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.question: Mapping[str, Any] | None = None
+        self.alive = False
+        self.changes = 0
+        self._replies: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
+        self._speaking = asyncio.Lock()
+        self._writer: asyncio.StreamWriter | None = None
+        self._tasks: list[asyncio.Task[None]] = []
+        #: Whether somebody looks at the run at present.
+        self.watched = False
+
+    async def connect(self) -> bool:
+        """Connect where the run's folder says, and return whether somebody is there."""
+        try:
+            where = json.loads((self.folder / FILE).read_text(encoding="utf-8"))
+            reader, self._writer = await asyncio.open_connection("127.0.0.1", where["port"])
+        except (OSError, ValueError, KeyError):
+            # A run that was killed leaves its announcement behind; nobody answers there.
+            return False
+        self._send({"token": where["token"]})
+        self.alive = True
+        self._tasks = [asyncio.create_task(self._listen(reader)), asyncio.create_task(self._watch())]
+        return True
+
+    async def answer(self, number: int, value: object) -> str:
+        """Answer a question; return why it was refused, or nothing."""
+        return await self._say({"id": number, "answer": value})
+
+    async def abort(self, person: str) -> str:
+        """Have the run take the way down; return why not, or nothing."""
+        return await self._say({"abort": person})
+
+    async def close(self) -> None:
+        """Hang up; the run goes on, and ends itself where nobody else watches."""
+        for task in self._tasks:
+            task.cancel()
+        if self._writer is not None:
+            self._writer.close()
+            with suppress(OSError):
+                await self._writer.wait_closed()
+
+    async def _say(self, message: Mapping[str, Any]) -> str:
+        if not self.alive:
+            return "the run has ended"
+        async with self._speaking:
+            while not self._replies.empty():
+                self._replies.get_nowait()
+            self._send(message)
+            try:
+                async with asyncio.timeout(_ANSWER_TIME):
+                    reply = await self._replies.get()
+            except TimeoutError:
+                return "the run does not answer" if self.alive else "the run has ended"
+        return str(reply.get("refused", ""))
+
+    def _send(self, message: Mapping[str, Any]) -> None:
+        if self._writer is not None:
+            self._writer.write(json.dumps(message).encode() + b"\n")
+
+    async def _listen(self, reader: asyncio.StreamReader) -> None:
+        try:
+            while line := await reader.readline():
+                message = json.loads(line)
+                if "question" in message:
+                    self.question = message["question"]
+                    self.changes += 1
+                elif message.get("heard", "") != "watching":
+                    self._replies.put_nowait(message)
+        except (OSError, ValueError):
+            return
+        finally:
+            self.alive, self.question = False, None
+            self.changes += 1
+            self._replies.put_nowait({"refused": "the run has ended"})
+
+    async def _watch(self) -> None:
+        while self.alive:
+            if self.watched:
+                self._send({"watching": True, "id": "watching"})
+            await asyncio.sleep(_BEAT)

@@ -1,0 +1,43 @@
+"""A journal that is still being written, read as it grows."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+from bench.record.journal import Event
+
+#: Read at most this much (bytes) at once: a long journal must not hold up who waits for its end.
+_PIECE = 1 << 20
+
+
+class JournalTail:
+    """Reads a journal's whole lines once each; the hashes are proved elsewhere (`motorbench results verify`)."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._offset = 0
+        self._begun = b""
+
+    def read_new(self) -> Iterator[Event]:
+        """Give the events written since the last call; a line still being written waits for the next call.
+
+        A journal that is not there yet gives none.
+        """
+        try:
+            with self._path.open("rb") as file:
+                file.seek(self._offset)
+                while piece := file.read(_PIECE):
+                    self._offset += len(piece)
+                    *whole, self._begun = (self._begun + piece).split(b"\n")
+                    yield from filter(None, map(_event, whole))
+        except FileNotFoundError:
+            return
+
+
+def _event(line: bytes) -> Event | None:
+    try:
+        raw = json.loads(line)
+        return Event(raw["n"], raw["wall"], raw["time"], raw["kind"], raw["data"])
+    except (ValueError, KeyError, TypeError):
+        # A torn line in the middle is where a killed run was resumed.
+        return None
