@@ -2,6 +2,8 @@
 
 import asyncio
 import json
+import os
+import signal
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -44,7 +46,7 @@ class Launcher:
 
     def __init__(self, runs: Path) -> None:
         self._runs = runs
-        self._reaping: set[asyncio.Task[int]] = set()
+        self._children: set[int] = set()
 
     async def start(self, order: Order) -> Path:
         """Start a run and return its folder once it can be talked to. Raises InputError with what it said instead."""
@@ -56,34 +58,30 @@ class Launcher:
         return await self._launch(said)
 
     async def _launch(self, arguments: Sequence[str]) -> Path:
+        self._reap()
         with tempfile.TemporaryFile() as said:
-            # A session of its own: Ctrl-C at the server's terminal is not meant for the motor.
-            process = await asyncio.create_subprocess_exec(
-                sys.executable,
-                "-m",
-                "bench",
-                *arguments,
-                stdin=asyncio.subprocess.DEVNULL,
-                stdout=asyncio.subprocess.DEVNULL,
-                stderr=said,
-                start_new_session=True,
-            )
-            ended = asyncio.create_task(process.wait())
-            self._reaping.add(ended)
-            ended.add_done_callback(self._reaping.discard)
+            pid = _spawn([sys.executable, "-m", "bench", *arguments], said.fileno())
+            self._children.add(pid)
             try:
                 async with asyncio.timeout(_START_TIME):
-                    while not ended.done():
-                        folder = self._announced(process.pid)
+                    while pid in self._children:
+                        folder = self._announced(pid)
                         if folder is not None:
                             return folder
                         await asyncio.sleep(_LOOK)
+                        self._reap()
             except TimeoutError:
-                process.terminate()
+                os.kill(pid, signal.SIGTERM)
                 raise InputError(f"the run did not begin within {_START_TIME:g} s; it was ended") from None
             said.seek(0)
             words = said.read().decode("utf-8", "replace").strip()
-            raise InputError(words.removeprefix("motorbench: ") or f"the run ended at once, with {process.returncode}")
+            raise InputError(words.removeprefix("motorbench: ") or "the run ended at once and said nothing")
+
+    def _reap(self) -> None:
+        """Let go of runs that have ended."""
+        for pid in list(self._children):
+            if os.waitpid(pid, os.WNOHANG)[0] == pid:
+                self._children.discard(pid)
 
     def _announced(self, pid: int) -> Path | None:
         for path in self._runs.glob(f"*/{FILE}"):
@@ -91,3 +89,13 @@ class Launcher:
                 if json.loads(path.read_text(encoding="utf-8")).get("pid") == pid:
                     return path.parent
         return None
+
+
+def _spawn(command: list[str], said: int) -> int:
+    """Start a process that hears no Ctrl-C of the server's terminal; what it says on standard error goes to `said`."""
+    actions = [
+        (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0),
+        (os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0),
+        (os.POSIX_SPAWN_DUP2, said, 2),
+    ]
+    return os.posix_spawn(command[0], command, os.environ, file_actions=actions, setsid=True)
