@@ -218,15 +218,20 @@ class TurnToRest(_Sentence):
 
 @dataclass(frozen=True)
 class MarkRestPositions(_Sentence):
-    """Turn the energised shaft through whole turns and mark each stable angle; gives the angles in rad."""
+    """Turn the energised shaft through whole turns and mark each stable angle; gives the angles in rad.
+
+    The last mark is the first position come round again, `turns` full turns beyond its first mark.
+    """
 
     turns: int = 1
 
     def sentence(self) -> Text:
         """Say what to do."""
         return text(
-            "Turn the shaft by hand through {turns} full turn and mark every position where it snaps in",
+            "Turn the shaft slowly by hand through {turns} full turn and mark every position where it snaps in, at last the first "
+            "one come round again, {degrees}° beyond its first mark",
             turns=self.turns,
+            degrees=360 * self.turns,
         )
 
 

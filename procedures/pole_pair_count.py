@@ -9,8 +9,14 @@ from drivers.interfaces import Reading
 from drivers.interfaces.oscilloscope import ScreenReadings
 from procedures.bench import Bench, ProcedureError
 from procedures.estimation import pole_pairs
+from procedures.estimation.pole_pairs import FrequencyRatio
 from procedures.procedure import Procedure
 from procedures.text import text
+
+#: rpm in a rad/s.
+_RPM = 30.0 / math.pi
+#: A ratio further than this from a whole number is a slip, whatever the instruments state.
+_ASIDE = 0.25
 
 
 def frequency_reading(bench: Bench, channel: int) -> Reading | None:
@@ -19,12 +25,12 @@ def frequency_reading(bench: Bench, channel: int) -> Reading | None:
     return None if scope.gives_waveforms else cast("ScreenReadings", scope).measure_frequency(channel)
 
 
-def count(procedure: Procedure[Any], frequency: float, uncertainty: float, speed: Reading, *, section: str) -> None:
-    """Report pole pairs from electrical frequency (Hz, with its uncertainty) and the tachometer's reading (rad/s).
+def ratio(frequency: float, uncertainty: float, speed: Reading) -> FrequencyRatio:
+    """Return 60·f/n from electrical frequency (Hz, with its uncertainty) and the tachometer's reading (rad/s).
 
-    Raises ProcedureError where the shaft stands, or the two figures allow more than one whole number.
+    Raises ProcedureError where the shaft stands.
     """
-    speed_rpm = speed.value * 30.0 / math.pi
+    speed_rpm = speed.value * _RPM
     if speed_rpm < 1.0:
         raise ProcedureError(
             text(
@@ -33,23 +39,37 @@ def count(procedure: Procedure[Any], frequency: float, uncertainty: float, speed
                 frequency=frequency,
             )
         )
-    half_width = (
-        (speed.accuracy.gain * speed.value + speed.accuracy.offset + speed.accuracy.resolution) * 30.0 / math.pi
-    )
-    found = pole_pairs.from_frequency(frequency, speed_rpm, uncertainty, half_width)
+    half_width = (speed.accuracy.gain * speed.value + speed.accuracy.offset + speed.accuracy.resolution) * _RPM
+    return pole_pairs.from_frequency(frequency, speed_rpm, uncertainty, half_width)
+
+
+def is_clear(found: FrequencyRatio) -> bool:
+    """Tell whether the ratio stands for one whole number and no other."""
+    return found.certain and abs(found.ratio - found.pole_pairs) <= _ASIDE
+
+
+def count(procedure: Procedure[Any], frequency: float, uncertainty: float, speed: Reading, *, section: str) -> None:
+    """Report pole pairs from electrical frequency (Hz, with its uncertainty) and the tachometer's reading (rad/s).
+
+    Raises ProcedureError where the shaft stands, or the two figures allow no whole number or more than one.
+    """
+    found = ratio(frequency, uncertainty, speed)
+    speed_rpm = speed.value * _RPM
     procedure.findings |= {
         "frequency": frequency,
         "speed_rpm": speed_rpm,
         "ratio": found.ratio,
         "certain": found.certain,
     }
-    if not found.certain or abs(found.ratio - found.pole_pairs) > 0.25:
-        procedure.notice(
-            "uncertain-count",
+    if not is_clear(found):
+        raise ProcedureError(
             text(
-                "60·f/n = {ratio:.3f} is not clearly one whole number; turn faster, or check that the speed is the motor's",
+                "60·f/n = {ratio:.3f} at {frequency:.4g} Hz and {speed:.4g} rpm, each as uncertain as it is, is not clearly one whole "
+                "number; turn faster, read the speed more finely, or check that it is the motor's and not a gear's",
                 ratio=found.ratio,
-            ),
+                frequency=frequency,
+                speed=speed_rpm,
+            )
         )
     procedure.report(
         "pole_pairs",

@@ -11,7 +11,7 @@ from drivers.interfaces import ProbeKind, Reading
 from procedures.actions import INVERTER, ConnectProbes, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer
 from procedures.bench import ProcedureError, Role
 from procedures.estimation.back_emf import fit_back_emf
-from procedures.pole_pair_count import count, frequency_reading
+from procedures.pole_pair_count import count, frequency_reading, is_clear, ratio
 from procedures.procedure import Procedure, Settings
 from procedures.recording import ranged_record
 from procedures.steps import step
@@ -19,6 +19,8 @@ from procedures.text import text
 
 _RECORD_PERIODS = 10
 _POINTS = 20_000
+#: The motor is turned once more where it can be turned this much faster.
+_FASTER = 1.5
 
 
 class PolePairsInverterSettings(Settings):
@@ -54,22 +56,26 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
 
     def measure(self) -> None:
         """Turn the motor by the inverter, read frequency and speed, divide."""
-        with ExitStack() as turning:
-            self.turn(turning)
-            current = self.read_frequency()
-            speed = self.read_speed()
+        frequency = self._frequency()
+        current, speed = self._look(frequency, wire=True)
+        found = ratio(current.frequency, current.uncertainty, speed)
+        if self.settings.frequency is None and not is_clear(found):
+            # The frequency was chosen for too few pole pairs, so the shaft turned too slowly to count by.
+            faster = self._frequency(found.pole_pairs)
+            if faster > _FASTER * frequency:
+                current, speed = self._look(faster, wire=False)
         self.conclude(current, speed)
 
+    def _look(self, frequency: float, *, wire: bool) -> tuple[PhaseCurrent, Reading]:
+        with ExitStack() as turning:
+            self.turn(turning, frequency, wire)
+            return self.read_frequency(), self.read_speed()
+
     @step("3.1.2.2-1/1", "The inverter turns the motor at a fixed frequency, as fast as possible", by_hand=True)
-    def turn(self, turning: ExitStack) -> None:
-        """Leave the motor turning until the stack is closed."""
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(INVERTER)
-        channel = self.bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
-        self.bench.perform(ConnectProbes((CurrentProbe(channel, Terminal.A),)))
-        frequency = min(self._frequency(), self.bench.inverter.maximum_frequency)
+    def turn(self, turning: ExitStack, frequency: float, wire: bool) -> None:
+        """Leave the motor turning at an electrical frequency (Hz) until the stack is closed; `wire` has it connected before."""
+        if wire:
+            self._wire()
         wanted = self.settings.current_share * self.nameplate.rated_current
         current = min(wanted, self.bench.inverter.maximum_current, self.nameplate.current_bound)
         turning.enter_context(self.bench.inverter.driving_frequency(frequency, current))
@@ -117,14 +123,24 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
         """Report the count where frequency and speed are known well enough for one whole number only."""
         count(self, current.frequency, current.uncertainty, speed, section="3.1.2.2")
 
-    def _frequency(self) -> float:
-        if self.settings.frequency is not None:
-            return self.settings.frequency
-        if self.nameplate.rated_speed_rpm is None:
-            raise ProcedureError(
-                text(
-                    "the motor file gives no rated_speed_rpm, so no frequency can be chosen; set it with --set frequency=…"
+    def _wire(self) -> None:
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(INVERTER)
+        channel = self.bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
+        self.bench.perform(ConnectProbes((CurrentProbe(channel, Terminal.A),)))
+
+    def _frequency(self, pairs: float | None = None) -> float:
+        """Return the electrical frequency (Hz) to turn at: as set, or the speed aimed at with so many pole pairs."""
+        wanted = self.settings.frequency
+        if wanted is None:
+            if self.nameplate.rated_speed_rpm is None:
+                raise ProcedureError(
+                    text(
+                        "the motor file gives no rated_speed_rpm, so no frequency can be chosen; set it with --set frequency=…"
+                    )
                 )
-            )
-        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or 1
-        return self.settings.speed_share * self.nameplate.rated_speed_rpm / 60.0 * pairs
+            pairs = pairs or self.known_value("pole_pairs") or self.nameplate.pole_pairs or 1
+            wanted = self.settings.speed_share * self.nameplate.rated_speed_rpm / 60.0 * pairs
+        return min(wanted, self.bench.inverter.maximum_frequency)

@@ -1,5 +1,6 @@
 """Pole pairs of a motor with few of them: count the stable positions of one turn (§3.1.2.1)."""
 
+import math
 from contextlib import ExitStack
 from typing import ClassVar
 
@@ -13,6 +14,13 @@ from procedures.estimation import pole_pairs
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
 from procedures.text import text
+
+#: A mark so near (rad) to the first one come round again is that one.
+_CLOSE = math.radians(5.0)
+#: Fewer positions than this have no spare: one that was missed changes the count.
+_FEW = 3
+#: Marks of one position lie within this (rad) of each other.
+_SAME_PLACE = math.radians(10.0)
 
 
 class PolePairsStaticSettings(Settings):
@@ -73,9 +81,19 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
             raise ProcedureError(
                 text("no stable position was marked; is the supply on, and does the shaft turn freely?")
             )
-        pairs, concentration = pole_pairs.from_angles(angles)
-        counted = len(angles) / self.settings.turns
-        self.findings |= {"marked_angles": angles, "concentration": concentration, "counted": counted}
+        turns, span = self.settings.turns, max(angles) - min(angles)
+        # Where the first position is marked once more at the end, it does not count again.
+        closed = len(angles) > 1 and abs(abs(angles[-1] - angles[0]) - 2.0 * math.pi * turns) < _CLOSE
+        marks = angles[:-1] if closed else angles
+        pairs, concentration = pole_pairs.from_angles(marks)
+        counted = len(marks) / turns
+        self.findings |= {
+            "marked_angles": marks,
+            "closed": closed,
+            "concentration": concentration,
+            "counted": counted,
+        }
+        self._check_round(marks, pairs, span)
         if counted != pairs:
             self.notice(
                 "marks",
@@ -94,3 +112,38 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
             note_value=counted,
             convention="pole pairs, half the number of poles",
         )
+
+    def _check_round(self, marks: list[float], pairs: int, span: float) -> None:
+        """Refuse marks that do not go round the turns: a shaft that never got on looks like few pole pairs."""
+        advice = text(
+            "turn the shaft on by hand until it snaps into the next position, with more current (current_share) where friction "
+            "holds it, and mark until the first position has come round again, one turn beyond its first mark (10 190 370)"
+        )
+        if pairs == 1 and span < 2.0 * math.pi - _CLOSE:
+            raise ProcedureError(
+                text(
+                    "the marks ({marks}) lie within {span:.0f}°: that may be one pole pair, or a shaft that did not get on; {advice}",
+                    marks=len(marks),
+                    span=math.degrees(span),
+                    advice=advice,
+                )
+            )
+        found = pole_pairs.places(marks, pairs, self.settings.turns)
+        spare = 0 if pairs < _FEW else max(1, pairs // 8)
+        if (
+            pairs - found.taken > spare
+            or found.repeated > max(1, spare) * self.settings.turns
+            or found.spread > _SAME_PLACE
+        ):
+            raise ProcedureError(
+                text(
+                    "the marks ({marks}) take {taken} of {pairs} evenly spaced places, {repeated} of them more than once, and leave "
+                    "{gap:.0f}° without any: not one mark for each stable position; {advice}",
+                    marks=len(marks),
+                    taken=found.taken,
+                    pairs=pairs,
+                    repeated=found.repeated,
+                    gap=math.degrees(found.gap),
+                    advice=advice,
+                )
+            )

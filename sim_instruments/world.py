@@ -184,8 +184,8 @@ class World:
     def nudge_to_next_rest(self, direction: int = 1) -> float:
         """Pull the shaft by hand over to where the next stable position draws it, then let go; return the pull's length (s).
 
-        The pull takes bench time, and the shaft settles after it: let `returned + 1.5` s pass before reading. Where
-        nothing draws the shaft it is turned on by a random twentieth to tenth of a turn and stays there.
+        The pull takes bench time, slowly where joined terminals brake the rotor, and the shaft settles after it: wait until
+        it stands. Where nothing draws the shaft it is turned on by a random twentieth to tenth of a turn and stays there.
         Raises RuntimeError where the rotor is locked or driven by the dynamometer, ValueError for a direction other than ±1.
         """
         if direction not in (1, -1):
@@ -193,14 +193,13 @@ class World:
         with self._timeline.changing() as settings:
             self._check_hand()
             state = self._timeline.state
-            distance = hand.distance_to_next(self._timeline.parts, settings, state, direction)
-            if distance is None:
-                distance = float(self._random.uniform(0.05, 0.1)) * 2.0 * math.pi
-            duration = distance / (0.5 * math.pi)
+            pull = hand.pull_to_next(self._timeline.parts, settings, state, direction)
+            if pull is None:
+                pull = hand.Pull(float(self._random.uniform(0.05, 0.1)) * 2.0 * math.pi, hand.BRISK)
             settings.shaft.holder = "pulling"
-            settings.shaft.pull_speed = direction * 0.5 * math.pi
-            settings.shaft.pull_until = self._timeline.now + duration
-            return duration
+            settings.shaft.pull_speed = direction * pull.speed
+            settings.shaft.pull_until = self._timeline.now + pull.duration
+            return pull.duration
 
     def dial_angle(self) -> float:
         """Return the shaft's true mechanical angle (rad, unbounded)."""

@@ -37,10 +37,12 @@ _WOBBLE = 0.1
 #: A shaft slower than this (rad/s) may be stopped by hand.
 _SLOW = 5.0
 _SETTLE = 0.5
-#: A shaft slower than this (rad/s) stands for the eye, which looks this often, four times a second.
-_STILL, _PATIENCE = 0.01, 400
+#: A shaft stands for the eye that sees it move less than this (rad) in this time (s); it looks at most this often.
+_STILL, _LOOK, _PATIENCE = 5.0e-4, 0.25, 400
 _CHANNELS = range(1, 9)
 _MOST_MARKS = 500
+#: A shaft that has not got this far (rad) is still at the same position; the hand tries again this often.
+_SAME, _TRIES = math.radians(3.0), 3
 
 
 class HandsOn(Protocol):
@@ -165,10 +167,15 @@ class VirtualOperator:
 
     def _wait_for_rest(self) -> None:
         """Look until a rotor that rings about its position stands; nobody locks a swinging shaft."""
+        # Two looks in a row: at its turning points a swinging shaft stands as well.
+        before, quiet = self._world.dial_angle(), 0
         for _ in range(_PATIENCE):
-            if abs(self._world.truth()["shaft_speed"]) < _STILL:
+            self._take(_LOOK)
+            here = self._world.dial_angle()
+            quiet = quiet + 1 if abs(here - before) < _STILL else 0
+            if quiet == 2:
                 return
-            self._take(0.25)
+            before = here
 
     def _take(self, seconds: float) -> None:
         self._world.clock.sleep(seconds)
@@ -186,21 +193,25 @@ class VirtualOperator:
 
     def _next_rest(self) -> float:
         self._take(self._world.nudge_to_next_rest() + _SETTLE)
+        self._wait_for_rest()
         return self._world.dial_angle()
 
     def _mark(self, turns: int) -> list[float]:
         start = here = self._world.dial_angle()
         marks = [start + self._dial_error()]
         while len(marks) < _MOST_MARKS:
-            before, here = here, self._next_rest()
-            spacing = here - before
-            if spacing <= 0.0:
-                break
-            # The mark made first comes round again: the turn is complete.
-            if here - start > 2.0 * math.pi * turns - 0.5 * spacing:
+            before = here
+            for _ in range(_TRIES):
+                here = self._next_rest()
+                if here - before > _SAME:
+                    break
+            else:
                 break
             self._take(_READING)
             marks.append(here + self._dial_error())
+            # The mark made first has come round again: the turn is complete.
+            if here - start > 2.0 * math.pi * turns - 0.5 * (here - before):
+                break
         return marks
 
     def _dial_error(self) -> float:

@@ -2,6 +2,7 @@ import io
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -164,10 +165,39 @@ def test_the_virtual_operator_marks_every_rest_position(world: World) -> None:
     hands.perform(TurnToRest())
     marks = hands.perform(MarkRestPositions())
     assert isinstance(marks, list)
-    assert len(marks) == 4
+    # The fifth is the first one come round again.
+    assert len(marks) == 5
     spacings = [math.degrees(b - a) for a, b in itertools.pairwise(marks)]
-    assert spacings == pytest.approx([90.0] * 3, abs=4.0)
+    assert spacings == pytest.approx([90.0] * 4, abs=4.0)
     assert hands.hand_time > 15.0
+
+
+def test_one_pole_pair_comes_round_once_a_turn() -> None:
+    motor = load_motor("lg-400w").virtual_motor()
+    world = World(
+        replace(motor, pole_pairs=1, flux_linkage=4.0 * motor.flux_linkage, cogging_torque=0.0), VirtualClock(), seed=3
+    )
+    hands = VirtualOperator(world, seed=3)
+    hands.perform(ALIGN_D)
+    world.supply.set_voltage(5.0)
+    world.supply.set_current_limit(2.9)
+    world.supply.switch(True)
+    hands.perform(TurnToRest())
+    first, last = hands.perform(MarkRestPositions())
+    assert math.degrees(last - first) == pytest.approx(360.0, abs=4.0)
+
+
+def test_nobody_locks_a_shaft_that_still_swings(world: World) -> None:
+    hands = VirtualOperator(world)
+    hands.perform(ALIGN_D)
+    world.supply.set_voltage(5.0)
+    world.supply.set_current_limit(2.9)
+    world.supply.switch(True)
+    hands.perform(LockRotor())
+    locked = world.dial_angle()
+    hands.perform(ReleaseRotor())
+    world.clock.sleep(5.0)
+    assert world.dial_angle() == pytest.approx(locked, abs=1e-3)
 
 
 def test_the_virtual_operator_wires_locks_and_couples(world: World) -> None:

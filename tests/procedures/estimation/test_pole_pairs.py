@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.estimation.fit import EstimationError
-from procedures.estimation.pole_pairs import from_angles, from_frequency
+from procedures.estimation.pole_pairs import from_angles, from_frequency, places
 
 
 @given(st.integers(1, 24), st.floats(0, 6.28), st.integers(0, 2**32 - 1))
@@ -18,6 +18,21 @@ def test_one_missed_and_one_double_mark_do_not_matter(p: int, missed: int, doubl
     marks = 2 * np.pi * np.arange(p) / p
     assert from_angles(np.delete(marks, missed % p)).pole_pairs == p
     assert from_angles(np.append(marks, marks[double % p] + 0.1 / p)).pole_pairs == p
+
+
+@given(st.integers(1, 24), st.integers(1, 3), st.floats(0, 6.28))
+def test_marks_round_all_turns_take_every_place_once_a_turn(p: int, turns: int, start: float) -> None:
+    found = places(start + 2 * np.pi * np.arange(p * turns) / p, p, turns)
+    assert (found.taken, found.repeated) == (p, 0)
+    assert found.spread == pytest.approx(0.0, abs=1e-6)
+    assert found.gap == pytest.approx(2 * np.pi / p)
+
+
+def test_marks_of_a_part_of_the_turn_leave_places_empty() -> None:
+    found = places(2 * np.pi * np.array([0, 1, 2, 2.1, 3]) / 12, 12)
+    assert (found.taken, found.repeated) == (4, 1)
+    assert found.spread == pytest.approx(2 * np.pi * 0.1 / 12)
+    assert found.gap == pytest.approx(2 * np.pi * 9 / 12)
 
 
 def test_concentration_tells_how_even_the_marks_are() -> None:
