@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from bench.files.station import Entry, Station
 from bench.record.recording import Recording, WaveformSink
-from bench.safety.motor_limits import with_motor_limits
+from bench.safety.guards import PolePairs, guarded
+from bench.safety.limits import Observer, limits_of, nobody
 from drivers.can_bus.buses import CanBuses
 from drivers.interfaces import Clock, Instrument, InstrumentError, Traffic
 from drivers.manual.prompt import Prompt
@@ -24,7 +25,8 @@ class StationInstruments:
     """Opens, hands out and closes the instruments of a station.
 
     `visa` makes the VISA resource manager when the first VISA instrument is opened. With `trace`, every exchange of the
-    drivers is an event too.
+    drivers is an event too. Nobody gets an instrument without the motor's and the station's limits in front of it;
+    `pole_pairs` gives what is known of them, `observe` hears every set point.
     """
 
     def __init__(
@@ -38,6 +40,8 @@ class StationInstruments:
         prompts: Prompts,
         *,
         trace: bool = False,
+        pole_pairs: PolePairs | None = None,
+        observe: Observer = nobody,
     ) -> None:
         self._station = station
         self._nameplate = nameplate
@@ -47,31 +51,32 @@ class StationInstruments:
         self._make_visa = visa
         self._prompts = prompts
         self._trace = trace
+        self._pole_pairs = pole_pairs or (lambda: nameplate.pole_pairs)
+        self._observe = observe
         self._visa: ResourceManager | None = None
         self._can_buses = CanBuses()
         self._opened: dict[Role, Instrument] = {}
+        self._guarded = {role: self._guard(role) for role in station.entries}
 
     def available(self) -> Mapping[Role, Instrument]:
-        """Return one instrument for every role, behind the motor's limits, recorded, and opened at its first use."""
-        handed: dict[Role, Instrument] = {}
-        for role in self._station.entries:
-            limited = with_motor_limits(role, _Lazy(self, role), self._nameplate)
-            handed[role] = Recording(limited, role.value, self._recorder, self._waveforms)
-        return handed
+        """Return one instrument for every role, behind the limits, recorded, and opened at its first use."""
+        return {
+            role: Recording(instrument, role.value, self._recorder, self._waveforms)
+            for role, instrument in self._guarded.items()
+        }
 
     def open(self, role: Role) -> None:
         """Open the instrument of a role now; does nothing where the station has none. Raises InstrumentError."""
         if role in self._station.entries:
-            self.get(role)
+            self._bare(role)
 
     def get(self, role: Role) -> Instrument:
-        """Return the instrument of a role, opened."""
-        if role not in self._opened:
-            self._opened[role] = self._open(self._station.entries[role])
-        return self._opened[role]
+        """Return the instrument of a role, opened, behind the limits."""
+        self._bare(role)
+        return self._guarded[role]
 
     def opened(self) -> Mapping[Role, Instrument]:
-        """Return those that are open."""
+        """Return those that are open, with nothing in front: on the way down no reading may be refused."""
         return dict(self._opened)
 
     def close(self) -> Sequence[str]:
@@ -84,6 +89,17 @@ class StationInstruments:
             faults += _attempt("VISA library", self._visa.close)
             self._visa = None
         return faults
+
+    def _guard(self, role: Role) -> Instrument:
+        entry = self._station.entries[role]
+        limits = limits_of(role, self._nameplate, entry.limits)
+        lazy = _Lazy(lambda: self._bare(role))
+        return guarded(role, lazy, entry.name, limits, pole_pairs=self._pole_pairs, observe=self._observe)
+
+    def _bare(self, role: Role) -> Instrument:
+        if role not in self._opened:
+            self._opened[role] = self._open(self._station.entries[role])
+        return self._opened[role]
 
     def _open(self, entry: Entry) -> Instrument:
         said: dict[str, Any] = {"instrument": entry.role.value, "driver": entry.driver.name, "address": entry.address}
@@ -123,12 +139,11 @@ class StationInstruments:
 class _Lazy:
     """Stands for an instrument until it is first used."""
 
-    def __init__(self, instruments: StationInstruments, role: Role) -> None:
-        self._instruments = instruments
-        self._role = role
+    def __init__(self, opened: Callable[[], Instrument]) -> None:
+        self._opened = opened
 
     def __getattr__(self, attribute: str) -> Any:
-        return getattr(self._instruments.get(self._role), attribute)
+        return getattr(self._opened(), attribute)
 
 
 def system_visa(library: str) -> "Callable[[], ResourceManager]":

@@ -22,6 +22,7 @@ from bench.record.run_view import RunView, view_of
 from bench.record.waveforms import WaveformStore
 from bench.runner import Runner
 from bench.safety.interrupts import Interrupts
+from bench.safety.limits import known_pole_pairs
 from bench.surroundings import Place, place
 from procedures.text import Translate, text
 
@@ -97,6 +98,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             where.visa,
             where.prompts,
             trace=wishes.trace,
+            pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
         )
         runner = Runner(
             instruments,

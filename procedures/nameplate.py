@@ -32,12 +32,18 @@ class Nameplate:
     maximum_winding_temperature: float | None = None
     wire_colours: Mapping[str, str] = field(default_factory=dict)
     serial_number: str = ""
+    maximum_voltage: float | None = None
     expected: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def current_bound(self) -> float:
         """Largest current (A, peak) that any procedure may ask for: the data sheet's maximum, else the rated one."""
         return self.maximum_current if self.maximum_current is not None else self.rated_current
+
+    @property
+    def voltage_bound(self) -> float | None:
+        """Largest voltage (V) between two terminals that anything may be set to, or None where the plate names none."""
+        return self.maximum_voltage if self.maximum_voltage is not None else self.rated_voltage
 
     @property
     def speed_bound_rpm(self) -> float | None:

@@ -196,7 +196,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     @step("3.2.1/1", "Refer the resistance to 25 °C, and to {working_temperature:g} °C")
     def refer_to_temperature(self, lines: LineReadings, winding: UncertainReal, y_equivalent: UncertainReal) -> None:
         """Report the cold value at 25 °C with the winding's temperature in its budget."""
-        measured_at = winding_temperature(self.bench, self.settings.winding_temperature)
+        measured_at = winding_temperature(self.bench, self.nameplate, self.settings.winding_temperature)
         temperature = self.bench.uncertainties.limit(
             "winding temperature", measured_at, self.settings.temperature_uncertainty
         )

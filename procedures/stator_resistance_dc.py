@@ -23,7 +23,7 @@ from procedures.estimation import resistance
 from procedures.estimation.linear import least_squares
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
-from procedures.temperature import COLD, copper_factor, winding_temperature
+from procedures.temperature import COLD, check_temperature, copper_factor, warmed, winding_temperature
 from procedures.text import text
 
 Pair = tuple[Terminal, Terminal]
@@ -74,8 +74,11 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
 
     def measure(self) -> None:
         """Take the slope between all three pairs of terminals."""
-        temperature = self.prepare()
-        slopes = {pair: self.slope(pair) for pair in LINE_PAIRS}
+        temperature = hottest = self.prepare()
+        slopes = {}
+        for pair in LINE_PAIRS:
+            slopes[pair] = self.slope(pair)
+            hottest = self._check_warming(hottest, slopes[pair].rise)
         self.conclude(slopes, temperature)
 
     @step("E9/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
@@ -84,7 +87,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(LockRotor())
-        return winding_temperature(self.bench, self.settings.winding_temperature)
+        return winding_temperature(self.bench, self.nameplate, self.settings.winding_temperature)
 
     @step("E9/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
     def slope(self, pair: Pair) -> LineSlope:
@@ -186,6 +189,14 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
                 bench.voltmeter.configure(bench.supply.measure_voltage().value, self.settings.power_line_cycles)
             voltage = bench.voltmeter.measure_voltage()
         return current.value, voltage.value, (current.accuracy, voltage.accuracy)
+
+    def _check_warming(self, before: float, rise: float) -> float:
+        """Return how warm (°C) the winding may be after a pair; raises ProcedureError where that is above the motor's limit.
+
+        What each pair adds is summed up as if nothing cooled meanwhile.
+        """
+        after = warmed(before, max(rise, 0.0), self.settings.coefficient, self.settings.reference_temperature)
+        return check_temperature(self.nameplate, after)
 
     def _watch_heating(self, rise: float) -> None:
         warmer = rise / self.settings.coefficient

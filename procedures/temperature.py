@@ -3,18 +3,46 @@
 from GTC.lib import UncertainReal
 
 from procedures.actions import EnterReading
-from procedures.bench import Bench
+from procedures.bench import Bench, ProcedureError
+from procedures.nameplate import Nameplate
 from procedures.text import text
 
 #: Where every resistance and flux linkage is referred to (°C).
 COLD = 25.0
 
 
-def winding_temperature(bench: Bench, given: float | None) -> float:
-    """Return the winding's temperature (°C): as set, else as a person reads it."""
-    if given is not None:
-        return given
-    return bench.reading(EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0))
+def winding_temperature(bench: Bench, nameplate: Nameplate, given: float | None) -> float:
+    """Return the winding's temperature (°C): as set, else as a person reads it.
+
+    Raises ProcedureError where it is above the motor's.
+    """
+    if given is None:
+        asked = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0)
+        given = bench.reading(asked)
+    return check_temperature(nameplate, given)
+
+
+def check_temperature(nameplate: Nameplate, temperature: float) -> float:
+    """Return a winding's temperature (°C). Raises ProcedureError where it is above the motor's."""
+    limit = nameplate.maximum_winding_temperature
+    if limit is not None and temperature > limit:
+        raise ProcedureError(
+            text(
+                "winding temperature = {temperature:.4g} °C is above {limit:.4g} °C, the limit of the motor "
+                "(nameplate.maximum_winding_temperature); let it cool",
+                temperature=temperature,
+                limit=limit,
+            )
+        )
+    return temperature
+
+
+def warmed(temperature: float, rise: float, coefficient: float, reference: float) -> float:
+    """Return the temperature (°C) of copper whose resistance rose by `rise` (relative) from what it was at `temperature`.
+
+    `coefficient` (1/K) holds at `reference` (°C).
+    """
+    return temperature + rise * (1.0 / coefficient + temperature - reference)
 
 
 def copper_factor(

@@ -94,7 +94,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         bench.perform(ReleaseRotor())
         bench.perform(INVERTER)
         bench.perform(CoupleDynamometer())
-        measured_at = winding_temperature(bench, self.settings.winding_temperature)
+        measured_at = winding_temperature(bench, self.nameplate, self.settings.winding_temperature)
         temperature = bench.uncertainties.limit(
             "magnet temperature", measured_at, self.settings.temperature_uncertainty
         )

@@ -48,6 +48,7 @@ class NameplateSection(Section):
     maximum_current: float | None = number("A", None, above=0.0, up_to=1e4, description="phase, peak")
     rated_speed_rpm: float | None = number("rpm", None, above=0.0, up_to=1e6)
     rated_voltage: float | None = number("V", None, above=0.0, up_to=1e4)
+    maximum_voltage: float | None = number("V", None, above=0.0, up_to=1e4)
     pole_pairs: int | None = number("", None, at_least=1, up_to=200)
     maximum_speed_rpm: float | None = number("rpm", None, above=0.0, up_to=1e6)
     maximum_winding_temperature: float | None = number("°C", None, at_least=-40.0, up_to=300.0)
@@ -66,6 +67,10 @@ class NameplateSection(Section):
         ):
             raise ValueError(
                 f"maximum_speed_rpm = {self.maximum_speed_rpm:g} is below rated_speed_rpm = {self.rated_speed_rpm:g}"
+            )
+        if self.maximum_voltage is not None and self.maximum_voltage < (self.rated_voltage or 0.0):
+            raise ValueError(
+                f"maximum_voltage = {self.maximum_voltage:g} V is below rated_voltage = {self.rated_voltage:g} V"
             )
         return self
 

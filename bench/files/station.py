@@ -12,6 +12,7 @@ from pydantic import Field
 from bench.errors import InputError
 from bench.files import calibration
 from bench.files.calibration import Calibration
+from bench.files.limits import take_limits
 from bench.files.options import read_options
 from bench.files.toml_file import Section, nearest, read, validate
 from bench.files.way_down import WayDownSection, way_down_of
@@ -49,7 +50,7 @@ class _File(Section):
 
 @dataclass(frozen=True)
 class Entry:
-    """One instrument of a station: `name` stands for it in messages."""
+    """One instrument of a station: `name` stands for it in messages, `limits` are the station's, by key (SI units)."""
 
     role: Role
     driver: registry.Driver
@@ -57,6 +58,7 @@ class Entry:
     options: object
     name: str
     calibration: Calibration | None = None
+    limits: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -131,13 +133,12 @@ def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     driver = registry.find(common.driver, kind)
     if driver.needs_address and not common.address:
         raise InputError(f"{source}: {prefix}.address is missing; {driver.name} needs the address it answers at")
-    calibrated, given = calibration.take_entry(
-        {key: value for key, value in table.items() if key not in _COMMON}, source, prefix
-    )
-    if calibration.KEY in given and calibration.KEY not in [known.name for known in fields(driver.options)]:
+    limits, own = take_limits(role, {key: table[key] for key in table if key not in _COMMON}, source, prefix)
+    calibrated, given = calibration.take_entry(own, source, prefix)
+    if calibration.KEY in given and calibration.KEY not in [option.name for option in fields(driver.options)]:
         raise InputError(
             f"{source}: {prefix}.{calibration.KEY}: {driver.name} takes date, due and certificate here and no accuracies; "
             "they have options of their own"
         )
     options = read_options(driver.options, given, source, prefix)
-    return Entry(role, driver, common.address, options, common.name or role.value, calibrated)
+    return Entry(role, driver, common.address, options, common.name or role.value, calibrated, limits)

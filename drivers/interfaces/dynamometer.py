@@ -44,8 +44,11 @@ class Dynamometer(Instrument, Protocol):
     def set_speed(self, speed: float) -> None:
         """Change the commanded speed (rad/s) inside a `driving_speed` block and wait until it has settled."""
 
-    def driving_torque(self, torque: float) -> AbstractContextManager[None]:
-        """Put a constant torque (N·m) on the shaft for the length of the block; it then coasts."""
+    def driving_torque(self, torque: float, speed_limit: float | None = None) -> AbstractContextManager[None]:
+        """Put a constant torque (N·m) on the shaft for the length of the block; it then coasts.
+
+        The drive keeps the speed (rad/s) below `speed_limit` by itself, its largest speed when not given.
+        """
 
     def command_zero(self) -> None:
         """Command no torque and no speed, whatever the drive does now; it stays enabled if it was."""

@@ -53,3 +53,14 @@ class SetpointError(InstrumentError):
             instrument,
             f"{parameter} = {value:g} {unit} is outside {low:g} … {high:g} {unit}, the limit of {whose}; nothing was sent",
         )
+
+
+class LimitError(InstrumentError):
+    """A reading beyond a limit: what is energised is to go off."""
+
+    def __init__(self, instrument: str, parameter: str, value: float, unit: str, limit: float, whose: str) -> None:
+        self.parameter = parameter
+        self.value = value
+        self.limit = limit
+        self.whose = whose
+        super().__init__(instrument, f"{parameter} = {value:g} {unit} is beyond {limit:g} {unit}, the limit of {whose}")

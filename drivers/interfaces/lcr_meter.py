@@ -46,8 +46,12 @@ class LcrMeter(Instrument, Protocol):
     def read_by_hand(self) -> bool:
         """Whether a person types the readings in, so that a series of them is not to be had."""
 
+    @property
+    def source_impedance(self) -> float:
+        """Impedance (Ω) behind which the test signal stands: level over it is the most that flows."""
+
     def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
-        """Set the series L–R function, test frequency (Hz), level (V rms, open circuit) and measurement time."""
+        """Set the series L–R function, test frequency (Hz), level (V rms, open circuit) and measurement time; no bias."""
 
     def correct_short(self) -> None:
         """Measure the shorted leads at the present settings and subtract them from now on."""

@@ -57,11 +57,15 @@ class ManualDynamometer:
         self._ask_speed(speed)
 
     @contextmanager
-    def driving_torque(self, torque: float) -> Iterator[None]:
-        """Have a constant torque (N·m) put on the shaft for the length of the block, then taken off."""
+    def driving_torque(self, torque: float, speed_limit: float | None = None) -> Iterator[None]:
+        """Have a constant torque (N·m) put on the shaft below a speed (rad/s) for the length of the block, then taken off."""
+        highest = self.maximum_speed if speed_limit is None else speed_limit
+        check_setpoint(self._name, "speed limit", highest, "rad/s", 0.0, self.maximum_speed, "the station")
         check_setpoint(self._name, "torque", torque, "N·m", -self.maximum_torque, self.maximum_torque, "the station")
         with always(self._let_coast):
-            self._questions.confirm(f"Put a constant torque of {torque:g} N·m on the shaft.")
+            self._questions.confirm(
+                f"Set the dynamometer's speed limit to {highest / RPM:g} rpm. Put a constant torque of {torque:g} N·m on the shaft."
+            )
             yield
 
     def command_zero(self) -> None:

@@ -35,6 +35,11 @@ class ManualLcrMeter:
         return Identity("", self._options.model)
 
     @property
+    def source_impedance(self) -> float:
+        """Impedance (Ω) of the signal source, as the station file states it."""
+        return self._options.source_impedance
+
+    @property
     def read_by_hand(self) -> bool:
         """Always so."""
         return True

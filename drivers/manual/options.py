@@ -25,7 +25,8 @@ class ManualLcrMeterOptions:
     """Ranges and accuracies of an LCR meter that a person reads.
 
     `frequencies` (Hz) are those it offers, any when empty; `direct_current` is for a meter that gives a DC
-    resistance only. `maximum_level` is in V rms, resistance in Ω, inductance in H.
+    resistance only. `maximum_level` is in V rms, resistance in Ω, inductance in H; `source_impedance` (Ω) is what its
+    test signal stands behind.
     """
 
     model: str = "LCR meter read by hand"
@@ -34,6 +35,7 @@ class ManualLcrMeterOptions:
     maximum_level: float = 10.0
     maximum_resistance: float = 200e6
     maximum_inductance: float = 20.0
+    source_impedance: float = 100.0
     resistance_accuracy: Accuracy | None = None
     inductance_accuracy: Accuracy | None = None
 

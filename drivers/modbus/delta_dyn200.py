@@ -112,19 +112,21 @@ class DeltaDyn200:
         self._settle(speed)
 
     @contextmanager
-    def driving_torque(self, torque: float) -> Iterator[None]:
+    def driving_torque(self, torque: float, speed_limit: float | None = None) -> Iterator[None]:
         """Put a constant torque (N·m) on the shaft for the length of the block; the drive is disabled at its end.
 
-        The largest speed stands as the drive's speed limit. Raises SetpointError before anything is sent,
-        ReportedError where the drive is in fault or does not switch off.
+        `speed_limit` (rad/s), the largest speed when not given, stands as the drive's own. Raises SetpointError before
+        anything is sent, ReportedError where the drive is in fault or does not switch off.
         """
+        highest = self._maximum_speed if speed_limit is None else speed_limit
+        check_setpoint(self._name, "speed limit", highest, "rad/s", 0.0, self._maximum_speed, self._speed_owner)
         check_setpoint(
             self._name, "torque", torque, "N·m", -self._maximum_torque, self._maximum_torque, self._torque_owner
         )
         self._prepare(ControlMode.TORQUE)
         with always(self._end_torque):
             # In torque control the frequency command limits the speed (parameter 11-36).
-            self._drive.command_speed(self._maximum_speed)
+            self._drive.command_speed(highest)
             self._drive.command_torque(torque)
             self._drive.run_forward()
             yield

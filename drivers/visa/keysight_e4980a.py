@@ -58,6 +58,8 @@ class KeysightE4980A:
         self._maximum_level, self._level_owner = lesser(data.MAXIMUM_LEVEL, options.maximum_level)
         self._frequency, self._level, self._aperture = 1000.0, 1.0, Aperture.MEDIUM
         self._configured = False
+        # The E4980AL has no DC bias (data sheet, "DC bias signal"); what the front panel left on must not reach a motor.
+        self._without_bias = () if self._is_al() else ("BIAS:STAT OFF",)
         session.check_errors()
 
     @property
@@ -71,7 +73,7 @@ class KeysightE4980A:
         return self._maximum_frequency
 
     def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
-        """Set series L and R, frequency (Hz), level (V rms) and measurement time, triggered over the bus.
+        """Set series L and R, frequency (Hz), level (V rms) and measurement time, triggered over the bus, without DC bias.
 
         Raises SetpointError before anything is sent, ReportedError where the instrument refuses.
         """
@@ -86,6 +88,7 @@ class KeysightE4980A:
         )
         check_setpoint(self._name, "level", level, "V rms", 5e-3, self._maximum_level, self._level_owner)
         for command in (
+            *self._without_bias,
             "FUNC:IMP LSRS",
             "FUNC:IMP:RANG:AUTO ON",
             f"FREQ {frequency:.9g}",
@@ -108,6 +111,11 @@ class KeysightE4980A:
         self._session.write("CORR:SHOR:STAT ON")
         if self._session.query_number("CORR:SHOR:STAT?") != 1:
             raise ReportedError(self._name, "short correction is still off", command="CORR:SHOR:STAT ON")
+
+    @property
+    def source_impedance(self) -> float:
+        """Impedance (Ω) of the signal source."""
+        return data.SOURCE_IMPEDANCE
 
     @property
     def read_by_hand(self) -> bool:
@@ -175,8 +183,11 @@ class KeysightE4980A:
         """Close the connection."""
         self._session.close()
 
+    def _is_al(self) -> bool:
+        return self._identity.model.upper().startswith("E4980AL")
+
     def _model_frequency(self) -> float:
-        if not self._identity.model.upper().startswith("E4980AL"):
+        if not self._is_al():
             return data.E4980A_MAXIMUM_FREQUENCY
         # The model field may carry the option itself, else *OPT? lists it.
         said = f"{self._identity.model},{self._session.query('*OPT?')}"

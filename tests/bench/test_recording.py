@@ -5,10 +5,8 @@ import pytest
 
 from bench.record.journal import Journal, read_journal
 from bench.record.recording import Recording
-from bench.safety.motor_limits import with_motor_limits
-from drivers.interfaces import CommunicationError, SetpointError, Waveform
+from drivers.interfaces import CommunicationError, Waveform
 from procedures.bench import Role
-from procedures.nameplate import Nameplate
 
 
 class Sink:
@@ -78,19 +76,3 @@ def test_what_belongs_to_the_instrument_passes(recorded: Any) -> None:
     assert recorded[Role.SUPPLY].identity.model == "supply"
     with pytest.raises(AttributeError, match="wavelength"):
         recorded[Role.SUPPLY].wavelength()
-
-
-def test_the_motor_limits_every_set_point(fakes: dict[Role, Any], nameplate: Nameplate, trace: list[str]) -> None:
-    supply: Any = with_motor_limits(Role.SUPPLY, fakes[Role.SUPPLY], nameplate)
-    assert supply.maximum_current == 8.0
-    assert supply.maximum_voltage == 10.0
-    for refused in (lambda: supply.configure(1.0, 8.5), lambda: supply.energised(1.0, 8.5)):
-        with pytest.raises(SetpointError, match=r"current limit = 8\.5 A .* the motor \(nameplate\.maximum_current\)"):
-            refused()
-    dynamometer: Any = with_motor_limits(Role.DYNAMOMETER, fakes[Role.DYNAMOMETER], nameplate)
-    assert dynamometer.maximum_speed == pytest.approx(314.159, abs=1e-3)
-    with pytest.raises(SetpointError, match=r"speed = -320 rad/s .* nothing was sent"):
-        dynamometer.driving_speed(-320.0)
-    assert trace == []
-    scope = fakes[Role.OSCILLOSCOPE]
-    assert with_motor_limits(Role.OSCILLOSCOPE, scope, nameplate) is scope

@@ -55,6 +55,14 @@ def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
     meter.close()
 
 
+def test_a_bias_that_the_front_panel_left_on_is_switched_off_first(bench: Any) -> None:
+    meter, wire, _ = bench
+    wire.sent.clear()
+    meter.configure(1000.0)
+    assert wire.sent[0] == "BIAS:STAT OFF"
+    assert meter.source_impedance == 100.0
+
+
 def test_one_reading_is_one_trigger_and_one_fetch(bench: Any) -> None:
     meter, wire, _ = bench
     meter.configure(1000.0)
