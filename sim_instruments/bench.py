@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from sim_instruments.clock import BenchClock, VirtualClock
+from sim_instruments.connection import Connection, Line
 from sim_instruments.endpoints.can_buses import fresh_channel
 from sim_instruments.endpoints.can_node import CanNode
 from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
@@ -16,6 +17,7 @@ from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.endpoints.pty import SerialStream
 from sim_instruments.endpoints.visa import InProcessVisaLibrary
 from sim_instruments.faults import Faults
+from sim_instruments.injection.injector import Injector
 from sim_instruments.instruments.cia402 import Cia402Inverter
 from sim_instruments.instruments.cia402_power import ObjectServer
 from sim_instruments.instruments.cia402_six_step import Cia402SixStep
@@ -171,23 +173,35 @@ class VirtualBench:
 
     def faults(self, role: str) -> Faults:
         """Return the faults of a role's line. Raises ValueError for an unknown role."""
+        return self._line(role).faults
+
+    def connection(self, role: str) -> Connection:
+        """Return the cable of a role's instrument. Raises ValueError for an unknown role."""
+        return self._line(role).connection
+
+    @cached_property
+    def injector(self) -> Injector:
+        """What brings described faults onto this bench."""
+        return Injector(self)
+
+    def _line(self, role: str) -> Line:
         match role:
             case "supply":
-                return self.supply.faults
+                return self.supply
             case "lcr_meter":
-                return self.lcr_meter.faults
+                return self.lcr_meter
             case "oscilloscope":
-                return self.oscilloscope.faults
+                return self.oscilloscope
             case "dynamometer":
-                return self.dynamometer.faults
+                return self.dynamometer
             case "tachometer":
-                return self.tachometer.faults
+                return self.tachometer
             case "inverter":
-                return self._inverter_node.faults
+                return self._inverter_node
             case "drive" if role in self.roles:
-                return self._drive_node.faults
+                return self._drive_node
             case "voltmeter":
-                return self.voltmeter.faults
+                return self.voltmeter
         raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(self.roles)}")
 
     # endpoints

@@ -20,6 +20,9 @@ class BenchClock(Protocol):
     def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
         """Have `callback` run with the new time as time goes on; the function returned undoes it."""
 
+    def call_at(self, time: float, callback: Callable[[], None]) -> Callable[[], None]:
+        """Have `callback` run when the bench time (s) comes; the function returned undoes it."""
+
 
 class VirtualClock:
     """A clock whose time jumps to the earliest wake-up as soon as every participant sleeps.
@@ -40,6 +43,7 @@ class VirtualClock:
         self._advancing = False
         self._advancer: int | None = None
         self._callbacks: list[Callable[[float], None]] = []
+        self._alarms: list[tuple[float, int, Callable[[], None]]] = []
 
     @property
     def participants(self) -> int:
@@ -87,6 +91,23 @@ class VirtualClock:
 
         return remove
 
+    def call_at(self, time: float, callback: Callable[[], None]) -> Callable[[], None]:
+        """Have time stop at `time` (s) on its way and `callback` run there; the function returned undoes it.
+
+        It runs like those of `on_advance`, after them. A time that has passed is the next one that comes.
+        """
+        with self._condition:
+            alarm = (time, next(self._order), callback)
+            heapq.heappush(self._alarms, alarm)
+
+        def cancel() -> None:
+            with self._condition:
+                if alarm in self._alarms:
+                    self._alarms.remove(alarm)
+                    heapq.heapify(self._alarms)
+
+        return cancel
+
     def sleep(self, seconds: float) -> None:
         """Let `seconds` of virtual time pass. Raises ValueError for a negative or non-finite time."""
         if not 0.0 <= seconds < float("inf"):
@@ -110,11 +131,19 @@ class VirtualClock:
                     heapq.heapify(self._sleepers)
 
     def _advance(self) -> None:
-        """Jump to the earliest wake-up where everybody sleeps."""
+        """Jump to the earliest wake-up where everybody sleeps, by way of the alarms before it."""
+        while self._jump():
+            continue
+
+    def _jump(self) -> bool:
+        """Jump once; return whether an alarm was why, so that time has still to go on."""
         with self._condition:
             if self._advancing or not self._sleepers or len(self._sleepers) < self._participants:
-                return
-            self._time = max(self._time, self._sleepers[0][0])
+                return False
+            alarm = None
+            if self._alarms and self._alarms[0][0] <= self._sleepers[0][0]:
+                alarm = heapq.heappop(self._alarms)
+            self._time = max(self._time, alarm[0] if alarm else self._sleepers[0][0])
             self._advancing = True
             self._advancer = threading.get_ident()
             time, callbacks = self._time, list(self._callbacks)
@@ -122,11 +151,14 @@ class VirtualClock:
         try:
             for callback in callbacks:
                 callback(time)
+            if alarm is not None:
+                alarm[2]()
         finally:
             with self._condition:
                 # Those due leave the queue here, not when their thread gets to run: they no longer count as asleep.
-                while self._sleepers and self._sleepers[0][0] <= self._time:
+                while alarm is None and self._sleepers and self._sleepers[0][0] <= self._time:
                     heapq.heappop(self._sleepers)
                 self._advancing = False
                 self._advancer = None
                 self._condition.notify_all()
+        return alarm is not None

@@ -1,10 +1,12 @@
 """The dynamometer's machine as its drive and its torque transducer see it."""
 
+import math
 from typing import Literal
 
 from sim_instruments.clock import BenchClock
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
+from sim_instruments.sticky import Sticky
 from sim_instruments.timeline import Timeline
 
 #: What hangs on the machine's coupling when the motor is off it: nothing that matters.
@@ -28,6 +30,7 @@ class DynamometerShaft:
     def __init__(self, timeline: Timeline, machine: DynamometerMachine, clock: BenchClock) -> None:
         self._shared = timeline
         self.machine = machine
+        self.sticky = Sticky()
         self._alone = Timeline(
             _NO_LOAD,
             clock,
@@ -44,7 +47,7 @@ class DynamometerShaft:
     def enable(self, on: bool) -> None:
         """Switch the drive on or off; off, the shaft coasts."""
         with self._timeline.changing() as settings:
-            settings.dynamometer.enabled = on
+            settings.dynamometer.enabled = self.sticky.follows(on, settings.dynamometer.enabled)
 
     def set_mode(self, mode: Literal["speed", "torque"]) -> None:
         """Choose what is regulated; the command becomes zero where the mode changes."""
@@ -61,6 +64,13 @@ class DynamometerShaft:
             speed_mode = settings.dynamometer.mode == "speed"
             limit = self.machine.maximum_speed if speed_mode else self.machine.maximum_torque
             settings.dynamometer.command = min(max(float(value), -limit), limit)
+            if value:
+                settings.dynamometer.way = math.copysign(1.0, value)
+
+    @property
+    def alone(self) -> Timeline:
+        """The timeline of the machine's own rotor, for when it is uncoupled."""
+        return self._alone
 
     @property
     def enabled(self) -> bool:
@@ -99,6 +109,7 @@ class DynamometerShaft:
             new.dynamometer.enabled = old.dynamometer.enabled
             new.dynamometer.mode = old.dynamometer.mode
             new.dynamometer.command = old.dynamometer.command
+            new.dynamometer.way = old.dynamometer.way
             old.dynamometer.enabled = False
 
     @property

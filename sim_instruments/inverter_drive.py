@@ -73,7 +73,7 @@ def _synchronous(made: Plan) -> Synchronous:
 
 def _field(made: Plan, state: FieldState, direction: int) -> tuple[Ramp, float]:
     """Return the field's rotation (electrical, in the motor's coordinates) and the end of its ramp (s)."""
-    target = 2.0 * math.pi * made.settings.inverter.frequency * direction
+    target = 2.0 * math.pi * made.settings.field_frequency * direction
     rate = 2.0 * math.pi * made.parts.inverter.frequency_ramp
     change = target - state.speed
     if abs(change) <= 1e-9 * max(abs(target), 1.0):
@@ -105,7 +105,7 @@ def _rotating_field(made: Plan, torque: float, law: DynamometerLaw, direction: i
     electrical = state.speed * motor.pole_pairs
     field_state = state.field or FieldState(0.0, electrical, True)
     if field_state.in_step:
-        target = 2.0 * math.pi * made.settings.inverter.frequency * direction
+        target = 2.0 * math.pi * made.settings.field_frequency * direction
         lead = synchronous.load_angle(_load(made, torque, target, 0.0))
         start = FieldState(made.electrical_angle - windings.phase_shift + lead, electrical, True)
         field, end = _field(made, start, direction)
@@ -160,6 +160,15 @@ def _lost_at(segment: Segment, lost: float) -> Segment:
 # Regulated q-axis current
 
 
+def _wanted_current(made: Plan) -> float:
+    """Return the q-axis current (A, signed) that the drive regulates to, three times the command where it runs away."""
+    current = made.settings.inverter.q_current
+    if made.settings.faults.inverter_runaway is None:
+        return current
+    most = made.parts.inverter.maximum_current
+    return min(max(3.0 * current, -most), most)
+
+
 def _limits(made: Plan) -> tuple[float, float, float, float]:
     motor, windings = made.parts.motor, made.windings
     return (
@@ -173,7 +182,7 @@ def _limits(made: Plan) -> tuple[float, float, float, float]:
 def _q_current(made: Plan, motion: Motion, direction: int) -> Callable[[FloatArray], FloatArray]:
     """Return the commanded q-axis current as far as the DC link drives it at the present speed."""
     voltage, resistance, inductance, flux = _limits(made)
-    wanted, p = direction * made.settings.inverter.q_current, made.windings.pole_pairs
+    wanted, p = direction * _wanted_current(made), made.windings.pole_pairs
 
     def current(times: FloatArray) -> FloatArray:
         return q_current_within(
@@ -201,7 +210,7 @@ def _voltage_limited_speed(made: Plan, current: float) -> float:
 def _regulated(made: Plan, torque: float, law: DynamometerLaw, direction: int) -> Segment:
     """Constant torque up to the speed where the voltage runs out; the drive then holds that speed."""
     constant = 1.5 * made.windings.pole_pairs * made.windings.flux_linkage_y
-    wanted = direction * made.settings.inverter.q_current
+    wanted = direction * _wanted_current(made)
     speed, shaft = made.state.speed, made.parts.shaft(made.settings)
     limit = _voltage_limited_speed(made, wanted)
     motoring = wanted * speed > 0.0

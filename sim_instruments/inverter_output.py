@@ -1,8 +1,10 @@
 """The inverter as its field bus sees it."""
 
+import math
 from typing import Literal
 
 from sim_instruments.stages import InverterStage
+from sim_instruments.sticky import Sticky
 from sim_instruments.timeline import Timeline
 
 
@@ -12,13 +14,14 @@ class InverterOutput:
     def __init__(self, timeline: Timeline, stage: InverterStage) -> None:
         self._timeline = timeline
         self.stage = stage
+        self.sticky = Sticky()
 
     def enable(self, on: bool) -> None:
         """Switch the bridge on or off; off, the rotor coasts. Switching on clears a fault."""
         with self._timeline.changing() as settings:
             if on and not settings.inverter.enabled:
                 settings.inverter.fault = None
-            settings.inverter.enabled = on
+            settings.inverter.enabled = self.sticky.follows(on, settings.inverter.enabled)
 
     def set_mode(self, mode: Literal["frequency", "current"]) -> None:
         """Choose between the open-loop rotating field and the regulated q-axis current."""
@@ -32,6 +35,8 @@ class InverterOutput:
         limit = self.stage.maximum_frequency
         with self._timeline.changing() as settings:
             settings.inverter.frequency = min(max(float(frequency), -limit), limit)
+            if frequency:
+                settings.inverter.way = math.copysign(1.0, frequency)
 
     def command_amplitude(self, current: float) -> None:
         """Set the rotating field's phase current (A, peak); the stage's maximum clamps it."""

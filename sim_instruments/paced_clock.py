@@ -1,5 +1,7 @@
 """Bench time that goes with the wall's, for clients in other processes."""
 
+import heapq
+import itertools
 import math
 import threading
 import time
@@ -23,6 +25,9 @@ class PacedClock:
         self._wall = wall
         self._start = wall()
         self._callbacks: list[Callable[[float], None]] = []
+        self._alarms: list[tuple[float, int, Callable[[], None]]] = []
+        self._order = itertools.count()
+        self._lock = threading.Lock()
         self._closed = threading.Event()
 
     def now(self) -> float:
@@ -48,11 +53,31 @@ class PacedClock:
 
         return remove
 
+    def call_at(self, time: float, callback: Callable[[], None]) -> Callable[[], None]:
+        """Have `callback` run at the first pulse from `time` (s) on; the function returned undoes it."""
+        alarm = (time, next(self._order), callback)
+        with self._lock:
+            heapq.heappush(self._alarms, alarm)
+
+        def cancel() -> None:
+            with self._lock:
+                if alarm in self._alarms:
+                    self._alarms.remove(alarm)
+                    heapq.heapify(self._alarms)
+
+        return cancel
+
     def pulse(self) -> None:
-        """Tell those who follow the time what it is."""
+        """Tell those who follow the time what it is, and run what is due."""
         now = self.now()
+        while (alarm := self._due(now)) is not None:
+            alarm()
         for callback in list(self._callbacks):
             callback(now)
+
+    def _due(self, now: float) -> Callable[[], None] | None:
+        with self._lock:
+            return heapq.heappop(self._alarms)[2] if self._alarms and self._alarms[0][0] <= now else None
 
     def close(self) -> None:
         """Wake up whoever sleeps, for the end."""

@@ -110,12 +110,12 @@ class Plan:
         """Return the supply's source for a shaft turned from outside: its steady state, voltage or current."""
         if self.output is None or not self.settings.supply.on:
             return absent(self.time)
-        supply, network = self.settings.supply, self.network
+        supply, limit, network = self.settings.supply, self.settings.supply_limit, self.network
         if not network.drives_current:
             return VoltageSource(self.time, supply.voltage)
         loops = np.linalg.solve(network.damping, network.drive * supply.voltage)
-        if float(network.drive @ loops) > supply.current_limit:
-            return CurrentSource(supply.current_limit)
+        if float(network.drive @ loops) > limit:
+            return CurrentSource(limit)
         return VoltageSource(self.time, supply.voltage)
 
 
@@ -124,7 +124,7 @@ def dynamometer_ramp(made: Plan) -> tuple[Motion, float]:
 
     The ramp is the drive's, or what its largest torque allows.
     """
-    machine, state, target = made.parts.dynamometer, made.state, made.settings.dynamometer.command
+    machine, state, target = made.parts.dynamometer, made.state, made.settings.dynamometer_target
     change = target - state.speed
     if abs(change) <= 1e-9 * max(abs(target), 1.0) or _about(state.speed, target, machine.speed_ripple):
         if target == 0.0:

@@ -33,7 +33,7 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
         settings.inverter.enabled, settings.inverter.fault = False, "output phase missing"
     windings = Windings(parts.motor, state.temperature)
     supplied = parts.network(windings, settings, supplied=True)
-    output = regime(settings.supply, parts.supply, state, supplied, time)
+    output = regime(settings.supply, settings.supply_limit, parts.supply, state, supplied, time)
     if not settings.supply.on and _turned_from_outside(settings):
         # What turns the shaft outlasts the output's fall by far.
         output = None
@@ -45,19 +45,19 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
         settings.six_step.enabled, settings.six_step.fault = False, trip.fault
         segment = _with_shaft(made, direction)
     segment = _with_over_current(parts, settings, state, segment)
-    return next_update(parts.motor, settings.ambient_temperature, state.temperature, segment)
+    return next_update(parts.motor, settings.ambient_temperature, settings.faults.heating, state.temperature, segment)
 
 
 def _with_shaft(made: Plan, direction: int) -> Segment:
     """Choose the law of the shaft, and with it that of the circuit."""
     settings, state, time = made.settings, made.state, made.time
     driven = settings.shaft.coupled and settings.dynamometer.enabled
-    speed_mode = driven and settings.dynamometer.mode == "speed"
+    speed_mode = driven and settings.dynamometer_mode == "speed"
     if settings.rotor_held:
         law = DynamometerLaw()
         if driven:
             limit = made.parts.dynamometer.maximum_torque
-            command = settings.dynamometer.command
+            command = settings.dynamometer_target
             law = DynamometerLaw("constant", math.copysign(limit, command) if speed_mode and command else 0.0)
             if not speed_mode:
                 law = DynamometerLaw("constant", command)
@@ -85,7 +85,7 @@ def _with_shaft(made: Plan, direction: int) -> Segment:
         if isinstance(motion, Rest):
             return resting(made, DynamometerLaw("balance"))
         return turning(made, motion, end, DynamometerLaw("balance"))
-    torque = settings.dynamometer.command if driven else 0.0
+    torque = settings.dynamometer_target if driven else 0.0
     law = DynamometerLaw("constant", torque) if driven else DynamometerLaw()
     if settings.inverter.enabled:
         return inverter_drive.free(made, torque, law, direction)
@@ -115,7 +115,7 @@ def turning(made: Plan, motion: Motion, end: float, law: DynamometerLaw) -> Segm
 
 def _turned_from_outside(settings: Settings) -> bool:
     drive = settings.dynamometer
-    by_drive = settings.shaft.coupled and drive.enabled and drive.mode == "speed"
+    by_drive = settings.shaft.coupled and drive.enabled and settings.dynamometer_mode == "speed"
     fed = settings.inverter.enabled or settings.six_step.enabled
     return fed or by_drive or settings.shaft.holder in ("turning", "pulling")
 

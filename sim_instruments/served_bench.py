@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sim_instruments.bench import Address, VirtualBench
+from sim_instruments.connection import Connection
 from sim_instruments.control.http import JsonService
 from sim_instruments.control.routes import control_routes
 from sim_instruments.endpoints.conversation import Conversation
@@ -106,8 +107,8 @@ class ServedBench:
             generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
             return Conversation(ClientSession(instrument, generator), self.clock)
 
-        socket = await self._listen(loop, ScpiSocket(converse).serve, self.host)
-        hislip = await self._listen(loop, HislipServer(converse).serve, self.host)
+        socket = await self._listen(loop, ScpiSocket(converse).serve, self.host, instrument.connection)
+        hislip = await self._listen(loop, HislipServer(converse).serve, self.host, instrument.connection)
         return {
             "hislip": f"TCPIP0::{self.host}::hislip0,{hislip.port}::INSTR",
             "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
@@ -115,13 +116,15 @@ class ServedBench:
 
     async def _serve_modbus(self, loop: LoopThread) -> dict[str, Address]:
         line = self.bench.dynamometer
-        tcp = await self._listen(loop, ModbusTcpServer(line, self.clock).serve, self.host)
+        tcp = await self._listen(loop, ModbusTcpServer(line, self.clock).serve, self.host, line.connection)
         rtu = ModbusRtuEndpoint(line)
         self._open.callback(rtu.close)
         return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
 
-    async def _listen(self, loop: LoopThread, serve: Serve, host: str) -> TcpService:
-        service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS)
+    async def _listen(
+        self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None
+    ) -> TcpService:
+        service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS, connection=connection)
         await service.start()
         self._open.callback(lambda: loop.run(service.stop()))
         return service

@@ -31,6 +31,32 @@ SOCKETS: tuple[Socket, ...] = (
 )
 
 
+@dataclass(frozen=True)
+class Heating:
+    """A winding that overheats by itself: it tends to `temperature` (°C) with `time_constant` (s), whatever flows."""
+
+    temperature: float = 200.0
+    time_constant: float = 30.0
+
+
+@dataclass
+class BenchFaults:
+    """What is broken on the bench, instruments' lines apart.
+
+    `unplugged`: all the motor's wires are open. `supply_current` (A) is all that the supply gives, whatever its limit.
+    `dynamometer_runaway` (rad/s) and `inverter_runaway` (Hz, electrical) are where those go while they are switched on.
+    """
+
+    open_phase: Terminal | None = None
+    swapped: tuple[Terminal, Terminal] | None = None
+    stuck_rotor: bool = False
+    unplugged: bool = False
+    supply_current: float | None = None
+    dynamometer_runaway: float | None = None
+    inverter_runaway: float | None = None
+    heating: Heating | None = None
+
+
 @dataclass
 class SupplySettings:
     """Set points of the supply's output; `over_voltage` None is protection off."""
@@ -45,22 +71,24 @@ class SupplySettings:
 
 @dataclass
 class DynamometerSettings:
-    """Set points of the dynamometer: `command` in rad/s or N·m after the mode."""
+    """Set points of the dynamometer: `command` in rad/s or N·m after the mode, `way` +1 or -1 as it was last."""
 
     enabled: bool = False
     mode: Literal["speed", "torque"] = "speed"
     command: float = 0.0
+    way: float = 1.0
 
 
 @dataclass
 class InverterSettings:
-    """Set points of the inverter: electrical Hz, A peak."""
+    """Set points of the inverter: electrical Hz, A peak; `way` is +1 or -1 as the field's direction was last."""
 
     enabled: bool = False
     mode: Literal["frequency", "current"] = "frequency"
     frequency: float = 0.0
     amplitude: float = 0.0
     q_current: float = 0.0
+    way: float = 1.0
     fault: str | None = None
 
 
@@ -99,19 +127,41 @@ class Settings:
     shaft: ShaftSettings = field(default_factory=ShaftSettings)
     ambient_temperature: float = 25.0
     leads_shorted: bool = False
-    open_phase: Terminal | None = None
-    swapped: tuple[Terminal, Terminal] | None = None
-    stuck_rotor: bool = False
+    faults: BenchFaults = field(default_factory=BenchFaults)
 
     @property
     def rotor_held(self) -> bool:
         """Whether the lock, a hand or a jam holds the rotor."""
-        return self.stuck_rotor or self.shaft.holder in ("locked", "hand")
+        return self.faults.stuck_rotor or self.shaft.holder in ("locked", "hand")
+
+    @property
+    def supply_limit(self) -> float:
+        """The current (A) that the supply's output really goes up to."""
+        limit, broken = self.supply.current_limit, self.faults.supply_current
+        return limit if broken is None else min(limit, broken)
+
+    @property
+    def dynamometer_mode(self) -> Literal["speed", "torque"]:
+        """What the dynamometer really regulates: one that runs away goes for its speed."""
+        return self.dynamometer.mode if self.faults.dynamometer_runaway is None else "speed"
+
+    @property
+    def dynamometer_target(self) -> float:
+        """Where the dynamometer really goes: rad/s or N·m, after the mode."""
+        command, runaway = self.dynamometer.command, self.faults.dynamometer_runaway
+        return command if runaway is None else runaway * self.dynamometer.way
+
+    @property
+    def field_frequency(self) -> float:
+        """The electrical frequency (Hz, signed) that the inverter's field really goes to."""
+        frequency, runaway = self.inverter.frequency, self.faults.inverter_runaway
+        return frequency if runaway is None else runaway * self.inverter.way
 
     def motor_terminal(self, label: Terminal) -> Terminal:
         """Return the motor's own terminal that the wire with this label goes to."""
-        if self.swapped is not None and label in self.swapped:
-            first, second = self.swapped
+        swapped = self.faults.swapped
+        if swapped is not None and label in swapped:
+            first, second = swapped
             return second if label == first else first
         return label
 
@@ -120,5 +170,6 @@ class Settings:
         real: dict[Terminal, Socket] = {}
         for label in TERMINALS:
             terminal = self.motor_terminal(label)
-            real[terminal] = "open" if terminal == self.open_phase else self.wiring[label]
+            broken = self.faults.unplugged or terminal == self.faults.open_phase
+            real[terminal] = "open" if broken else self.wiring[label]
         return real["A"], real["B"], real["C"]

@@ -7,6 +7,7 @@ import numpy as np
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.settings import SixStepFault
 from sim_instruments.six_step_stage import STATE_ANGLE, SixStepStage
+from sim_instruments.sticky import Sticky
 from sim_instruments.timeline import Timeline
 
 #: The speed is told from the last electrical turn, or what of it fits in here (s).
@@ -19,13 +20,14 @@ class SixStepOutput:
     def __init__(self, timeline: Timeline, stage: SixStepStage) -> None:
         self._timeline = timeline
         self.stage = stage
+        self.sticky = Sticky()
 
     def enable(self, on: bool) -> None:
         """Switch the bridge on, at full voltage, or off; off, the rotor coasts. Switching on clears a fault."""
         with self._timeline.changing() as settings:
             if on and not settings.six_step.enabled:
                 settings.six_step.fault = None
-            settings.six_step.enabled = on
+            settings.six_step.enabled = self.sticky.follows(on, settings.six_step.enabled)
 
     @property
     def enabled(self) -> bool:

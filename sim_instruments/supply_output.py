@@ -3,6 +3,7 @@
 from typing import Literal
 
 from sim_instruments.stages import SupplyStage
+from sim_instruments.sticky import Sticky
 from sim_instruments.timeline import Timeline
 
 SupplyMode = Literal["off", "cv", "cc", "unregulated", "tripped"]
@@ -14,6 +15,7 @@ class SupplyOutput:
     def __init__(self, timeline: Timeline, stage: SupplyStage) -> None:
         self._timeline = timeline
         self.stage = stage
+        self.sticky = Sticky()
 
     def set_voltage(self, voltage: float) -> None:
         """Set the voltage level (V). Raises ValueError outside 0 … the stage's maximum."""
@@ -30,7 +32,8 @@ class SupplyOutput:
     def switch(self, on: bool) -> None:
         """Switch the output on or off; a tripped output stays off until its trip is cleared."""
         with self._timeline.changing() as settings:
-            settings.supply.on = on and settings.supply.tripped is None
+            follows = self.sticky.follows(on, settings.supply.on)
+            settings.supply.on = follows and settings.supply.tripped is None
 
     def set_over_voltage(self, voltage: float | None) -> None:
         """Set the over-voltage protection (V), None for off."""

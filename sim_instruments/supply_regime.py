@@ -35,15 +35,16 @@ def over_voltage(supply: SupplySettings, source_voltage: float) -> bool:
     return supply.on and limit is not None and source_voltage > limit * (1.0 + 1e-9)
 
 
-def regime(supply: SupplySettings, stage: SupplyStage, state: State, network: Network, time: float) -> Regime | None:
-    """Return what the output does from `time` (s) on, or None where it is off and open."""
+def regime(
+    supply: SupplySettings, limit: float, stage: SupplyStage, state: State, network: Network, time: float
+) -> Regime | None:
+    """Return what the output does from `time` (s) on up to a current (A), or None where it is off and open."""
     current = float(network.source_current(state.winding_currents[:, np.newaxis])[0])
     voltage = state.source_voltage
     if not supply.on:
         if voltage <= 1e-12 and current <= OPENING_CURRENT * (1.0 + 1e-6):
             return None
         return _falling(stage, time, voltage, OPENING_CURRENT, "off", opens=True)
-    limit = supply.current_limit
     if network.drives_current:
         tolerance = 1e-9 * max(limit, 1e-3)
         if current > limit + tolerance:

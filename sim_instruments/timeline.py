@@ -222,7 +222,12 @@ class Timeline:
             winding_currents=currents,
             source_voltage=float(circuit.source_voltage(at)[0]),
             temperature=temperature_after(
-                self.parts.motor, self.settings.ambient_temperature, before.temperature, segment, time
+                self.parts.motor,
+                self.settings.ambient_temperature,
+                self.settings.faults.heating,
+                before.temperature,
+                segment,
+                time,
             ),
             constant_current_since=since,
             breaking_away=outcome == "breakaway",

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from sim_instruments import hand, impedance
 from sim_instruments.clock import BenchClock
+from sim_instruments.damage import Damage, Switched
 from sim_instruments.dynamometer_shaft import DynamometerShaft
 from sim_instruments.inverter_output import InverterOutput
 from sim_instruments.physics.motor import VirtualMotor
@@ -70,6 +72,15 @@ class World:
         self.inverter = InverterOutput(self._timeline, self._timeline.parts.inverter)
         #: None on a bench without such a drive.
         self.six_step = None if stage is None else SixStepOutput(self._timeline, stage)
+        outputs = {
+            "supply": Switched(self.supply.sticky, self.supply.switch),
+            "inverter": Switched(self.inverter.sticky, self.inverter.enable),
+            "dynamometer": Switched(self.dynamometer.sticky, self.dynamometer.enable),
+        }
+        if self.six_step is not None:
+            outputs["drive"] = Switched(self.six_step.sticky, self.six_step.enable)
+        #: What breaks besides the wires.
+        self.damage = Damage((self._timeline, self.dynamometer.alone), outputs)
         self._probes: dict[int, Probe] = {}
         self._sense: tuple[Terminal, Terminal] | None = None
 
@@ -288,7 +299,7 @@ class World:
                 "energised": settings.supply.on
                 or settings.inverter.enabled
                 or settings.six_step.enabled
-                or settings.dynamometer.enabled,
+                or self.dynamometer.enabled,
                 "shaft_angle": timeline.state.angle,
                 "shaft_speed": timeline.state.speed,
                 "shaft_holder": settings.shaft.holder,
@@ -300,9 +311,10 @@ class World:
                 "wiring": dict(settings.wiring),
                 "leads_shorted": settings.leads_shorted,
                 "dynamometer_coupled": settings.shaft.coupled,
-                "dynamometer_enabled": settings.dynamometer.enabled,
+                "dynamometer_enabled": self.dynamometer.enabled,
                 "dynamometer_mode": settings.dynamometer.mode,
                 "dynamometer_command": settings.dynamometer.command,
+                "dynamometer_speed": self.dynamometer.own_speed,
                 "inverter_enabled": settings.inverter.enabled,
                 "inverter_fault": settings.inverter.fault,
                 "inverter_in_step": timeline.present.in_step,
@@ -311,9 +323,8 @@ class World:
                 "winding_temperature": timeline.winding_temperature(),
                 "ambient_temperature": settings.ambient_temperature,
                 "faults": {
-                    "open_phase": settings.open_phase,
-                    "swapped": settings.swapped,
-                    "stuck_rotor": settings.stuck_rotor,
+                    **asdict(settings.faults),
+                    "stuck_output": self.damage.stuck_outputs,
                 },
             }
 
@@ -334,7 +345,7 @@ class World:
         if terminal is not None:
             self._check_terminal(terminal)
         with self._timeline.changing() as settings:
-            settings.open_phase = terminal
+            settings.faults.open_phase = terminal
 
     def set_swapped(self, pair: tuple[Terminal, Terminal] | None) -> None:
         """Have two wires of the motor carry each other's label, or none. Raises ValueError for an impossible pair."""
@@ -344,12 +355,12 @@ class World:
             if pair[0] == pair[1]:
                 raise ValueError(f"swapped wires must be two different ones, not {pair[0]} twice")
         with self._timeline.changing() as settings:
-            settings.swapped = pair
+            settings.faults.swapped = pair
 
     def set_stuck_rotor(self, stuck: bool) -> None:
         """Jam the rotor in its bearings, whatever drives it, or free it again."""
         with self._timeline.changing() as settings:
-            settings.stuck_rotor = stuck
+            settings.faults.stuck_rotor = stuck
 
     # Helpers
 

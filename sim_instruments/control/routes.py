@@ -27,10 +27,6 @@ def control_routes(
         result = checked(ACTION, given).perform(bench.world)
         return {"result": result, "time": clock.now()}
 
-    def inject(given: Any) -> dict[str, Any]:
-        checked(faults.FAULT, given).inject(bench)
-        return faults.listed(bench)
-
     def clear(_: Any) -> dict[str, Any]:
         faults.clear(bench)
         return faults.listed(bench)
@@ -38,7 +34,8 @@ def control_routes(
     return {
         "/actions": {"POST": act},
         "/truth": {"GET": lambda _: bench.world.truth()},
-        "/faults": {"GET": lambda _: faults.listed(bench), "POST": inject, "DELETE": clear},
+        "/faults": {"GET": lambda _: faults.listed(bench), "POST": partial(faults.inject, bench), "DELETE": clear},
+        "/steps": {"POST": partial(faults.step_started, bench)},
         "/addresses": {"GET": lambda _: addresses},
         "/clock": {"GET": time},
         **{path: {"GET": partial(_unchanged, page)} for path, page in pages.items()},

@@ -6,6 +6,7 @@ import canopen
 import numpy as np
 from canopen import objectdictionary
 
+from sim_instruments.connection import Connection
 from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
 from sim_instruments.faults import FaultKind, Faults
 from sim_instruments.instruments.cia402_power import Entry, ObjectServer, SdoError
@@ -47,6 +48,7 @@ class CanNode:
         channel: str | None = None,
     ) -> None:
         self.faults = Faults()
+        self.connection = Connection()
         self._device = device
         self._clock = clock
         self._random = generator

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sim_instruments.connection import Connection
 from sim_instruments.faults import Fault, FaultKind, Faults
 from sim_instruments.instruments.registers import RegisterDevice
 from sim_instruments.scpi.exchange import Clock
@@ -23,6 +24,7 @@ class ModbusLine:
         self.clock = clock
         self.generator = generator
         self.faults = Faults()
+        self.connection = Connection()
         self.lock = threading.Lock()
 
     def strike(self, verb: str, unit: int, address: int, count: int) -> Fault | None:

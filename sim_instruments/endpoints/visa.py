@@ -14,6 +14,7 @@ from pyvisa.highlevel import VisaLibraryBase
 from pyvisa.typing import VISAEventContext, VISARMSession, VISASession
 from pyvisa.util import LibraryPath
 
+from sim_instruments.connection import Connection
 from sim_instruments.scpi.exchange import NoReplyError, ReadEnd
 
 _STATUS = {
@@ -26,6 +27,10 @@ _DEFAULT_TIMEOUT = 2000
 
 class MessageDevice(Protocol):
     """What a face offers to a message-based transport."""
+
+    @property
+    def connection(self) -> Connection:
+        """Return its cable."""
 
     def write(self, data: bytes, end: bool = True) -> None:
         """Take bytes of a message."""
@@ -46,6 +51,7 @@ class MessageDevice(Protocol):
 @dataclass(slots=True)
 class _Session:
     device: MessageDevice
+    pulled: int
     attributes: dict[int, Any] = field(default_factory=dict)
     timeout: float | None = _DEFAULT_TIMEOUT / 1000.0
     termination: int | None = None
@@ -85,6 +91,13 @@ class InProcessVisaLibrary(VisaLibraryBase):
         except KeyError:
             raise VisaIOError(StatusCode.error_invalid_object) from None
 
+    def _connected(self, session: int) -> _Session:
+        entry = self._session(session)
+        connection = entry.device.connection
+        if not connection.up or connection.pulled != entry.pulled:
+            raise VisaIOError(StatusCode.error_connection_lost)
+        return entry
+
     # what PyVISA calls
 
     def open_default_resource_manager(self) -> tuple[VISARMSession, StatusCode]:
@@ -105,14 +118,14 @@ class InProcessVisaLibrary(VisaLibraryBase):
         access_mode: constants.AccessModes = constants.AccessModes.no_lock,
         open_timeout: int = constants.VI_TMO_IMMEDIATE,
     ) -> tuple[VISASession, StatusCode]:
-        """Open a session to a face. Raises VisaIOError for a name that is not there."""
+        """Open a session to a face. Raises VisaIOError for a name that is not there, or whose cable is out."""
         name = _canonical(resource_name)
         device = self._devices.get(name)
-        if device is None:
+        if device is None or not device.connection.up:
             self.handle_return_value(None, StatusCode.error_resource_not_found)
             raise VisaIOError(StatusCode.error_resource_not_found)
         handle = VISASession(next(self._handles))
-        self._sessions[handle] = _Session(device, _initial_attributes(name))
+        self._sessions[handle] = _Session(device, device.connection.pulled, _initial_attributes(name))
         self._last_status_in_session[handle] = StatusCode.success
         return handle, StatusCode.success
 
@@ -124,14 +137,14 @@ class InProcessVisaLibrary(VisaLibraryBase):
 
     def write(self, session: VISASession, data: bytes) -> tuple[int, StatusCode]:
         """Send bytes to the face."""
-        entry = self._session(session)
+        entry = self._connected(session)
         entry.device.write(data, entry.end)
         self._last_status_in_session[session] = StatusCode.success
         return len(data), StatusCode.success
 
     def read(self, session: VISASession, count: int) -> tuple[bytes, StatusCode]:
         """Read up to `count` bytes. Raises VisaIOError when nothing comes within the time-out, which passes virtually."""
-        entry = self._session(session)
+        entry = self._connected(session)
         try:
             data, reason = entry.device.read(count, entry.timeout, entry.termination)
         except NoReplyError:
@@ -143,16 +156,16 @@ class InProcessVisaLibrary(VisaLibraryBase):
 
     def read_stb(self, session: VISASession) -> tuple[int, StatusCode]:
         """Return the status byte, as a serial poll would."""
-        return self._session(session).device.status_byte(), StatusCode.success
+        return self._connected(session).device.status_byte(), StatusCode.success
 
     def assert_trigger(self, session: VISASession, protocol: constants.TriggerProtocol) -> StatusCode:
         """Trigger the face."""
-        self._session(session).device.bus_trigger()
+        self._connected(session).device.bus_trigger()
         return StatusCode.success
 
     def clear(self, session: VISASession) -> StatusCode:
         """Device clear."""
-        self._session(session).device.clear()
+        self._connected(session).device.clear()
         return StatusCode.success
 
     def flush(self, session: VISASession, mask: constants.BufferOperation) -> StatusCode:

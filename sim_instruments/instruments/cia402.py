@@ -140,7 +140,9 @@ class Cia402Inverter:
             self._powered = False
 
     def _status(self) -> int:
-        word, power = self._power.status, self._power
+        word, power, inverter = self._power.status, self._power, self._world.inverter
+        if inverter.sticky.shown(False, inverter.enabled) and power.state is not State.FAULT:
+            word = word & ~power.state | State.OPERATION_ENABLED
         if power.state is State.OPERATION_ENABLED and power.mode == PROFILE_VELOCITY and self._velocity:
             actual = velocity_steps(self._world.inverter.output_frequency())
             if abs(actual - self._velocity) <= 1:

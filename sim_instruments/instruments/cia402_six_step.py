@@ -57,7 +57,7 @@ class Cia402SixStep:
             ERROR_REGISTER: lambda: int(power.state is State.FAULT),
             ERROR_CODE: lambda: power.error,
             CONTROL_WORD: lambda: power.control,
-            STATUS_WORD: lambda: power.status,
+            STATUS_WORD: self._status,
             MODE: lambda: power.mode,
             MODE_DISPLAY: lambda: power.mode,
             ACTUAL_VELOCITY: self._velocity,
@@ -109,6 +109,11 @@ class Cia402SixStep:
         elif not wanted and self._powered:
             self._output.enable(False)
             self._powered = False
+
+    def _status(self) -> int:
+        output, power = self._output, self._power
+        shown = output.sticky.shown(False, output.enabled) and power.state is not State.FAULT
+        return power.status & ~power.state | State.OPERATION_ENABLED if shown else power.status
 
     def _velocity(self) -> int:
         return velocity_steps(self._output.electrical_frequency() * (1.0 + self._errors.frequency_gain))

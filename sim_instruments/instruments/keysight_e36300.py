@@ -64,6 +64,8 @@ class _Output:
 class KeysightE36313A(ScpiInstrument):
     """Face of the supply; output 1 is wired to the bench, outputs 2 and 3 feed nothing."""
 
+    channels = len(RATINGS)
+
     def __init__(
         self,
         world: "World",
@@ -188,7 +190,10 @@ class KeysightE36313A(ScpiInstrument):
     def _flag(self, channel: int, name: str) -> bool:
         if name == "on" and channel == 1 and self._world.supply.tripped is not None:
             self._outputs[1].on = False
-        return bool(getattr(self._outputs[channel], name))
+        told = bool(getattr(self._outputs[channel], name))
+        if name == "on" and channel == 1:
+            return self._world.supply.sticky.shown(told, self._world.supply.is_on)
+        return told
 
     def _channels(self, arguments: tuple[Argument, ...]) -> tuple[int, ...]:
         if not arguments:
@@ -208,7 +213,7 @@ class KeysightE36313A(ScpiInstrument):
             supply.set_current_limit(min(max(current, 0.0), stage.maximum_current))
             supply.set_over_voltage(output.over_voltage)
             supply.set_over_current(output.over_current)
-            if supply.is_on != output.on:
+            if output.on != supply.is_on or output.on != supply.sticky.wanted:
                 supply.switch(output.on)
 
     def _set_delay(self, call: Call) -> None:
@@ -277,6 +282,8 @@ class KeysightE36313A(ScpiInstrument):
         """Return the condition of one output: 0 off or unregulated, 1 CC, 2 CV, 3 fault."""
         if channel != 1:
             return _CONSTANT_VOLTAGE if self._outputs[channel].on else 0
+        if not self._flag(1, "on") and self._world.supply.tripped is None:
+            return 0
         return {"cc": _CONSTANT_CURRENT, "cv": _CONSTANT_VOLTAGE, "tripped": _FAULT}.get(self._world.supply.mode(), 0)
 
     def _instruments(self) -> int:

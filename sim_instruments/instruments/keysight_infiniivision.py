@@ -41,6 +41,8 @@ _HYSTERESIS_DIVISIONS = 0.1
 class KeysightInfiniiVision(ScpiInstrument):
     """Face of the oscilloscope; `bits` is its converter's resolution outside the high-resolution mode."""
 
+    channels = CHANNELS
+
     def __init__(
         self,
         world: "World",

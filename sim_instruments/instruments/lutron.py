@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sim_instruments.connection import Connection
 from sim_instruments.faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.instruments.errors import TachometerErrors
 
@@ -42,6 +43,7 @@ class LutronTachometer:
         annunciator: str = "22",
     ) -> None:
         self.faults = Faults()
+        self.connection = Connection()
         self._world = world
         self._random = generator
         self._errors = errors or TachometerErrors()

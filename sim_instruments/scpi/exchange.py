@@ -8,9 +8,11 @@ from typing import Protocol, cast
 
 import numpy as np
 
+from sim_instruments.connection import Connection
 from sim_instruments.faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
+from sim_instruments.scpi.mistaken import other_channel, unreadable
 from sim_instruments.scpi.tree import Call, CommandTree, Handler, Handling, Reply
 
 _CACHED_MESSAGES = 512
@@ -47,13 +49,16 @@ class MessageExchange:
     """Takes program messages apart, has their units handled in order and keeps the one response message.
 
     Handlers that take virtual time run as generators: a write returns at once, and the reader waits. Errors of the
-    messages go to `report`, never to the caller.
+    messages go to `report`, never to the caller. `channels` is how many the instrument has, for one that mistakes them.
     """
+
+    channels = 1
 
     def __init__(self, clock: Clock, generator: np.random.Generator) -> None:
         self.clock = clock
         self.tree = CommandTree()
         self.faults = Faults()
+        self.connection = Connection()
         self._generator = generator
         self._plans: dict[bytes, tuple[Message, ...]] = {}
         self._partial = b""
@@ -61,6 +66,8 @@ class MessageExchange:
         self._running: Generator[float, None, None] | None = None
         self._wake = 0.0
         self._fault: Fault | None = None
+        self._text = ""
+        self._held: bytes | None = None
         self._output: bytes | None = None
         self._position = 0
         self._ended = True
@@ -129,6 +136,7 @@ class MessageExchange:
         self._backlog.clear()
         self._partial = b""
         self._output, self._position, self._ready, self._mute = None, 0, 0.0, False
+        self._held = None
 
     @property
     def message_available(self) -> bool:
@@ -218,7 +226,12 @@ class MessageExchange:
         if self._output is not None:
             self._output, self._position, self._ready = None, 0, 0.0
             self.report(ScpiError(-410))
-        self._fault = self.faults.strike(text) if self.faults else None
+        if self.faults and (fault := self.faults.strike(text)) is not None:
+            self._fault, self._text = fault, text
+            if fault.kind is FaultKind.WRONG_CHANNEL:
+                steps = tuple(self._steps(other_channel(text, self.channels)))
+        else:
+            self._fault = None
         if len(steps) == 1:
             handler, call = steps[0]
             try:
@@ -260,14 +273,29 @@ class MessageExchange:
         self._ended = True
         if (fault := self._fault) is not None:
             self._fault = None
-            output = spoil(fault, output, self._generator)
-            self._ended = fault.kind not in (FaultKind.HALF, FaultKind.SILENCE)
-            self._mute = fault.kind is FaultKind.SILENCE
-            self._ready = self.clock.now() + fault.delay if fault.kind is FaultKind.LATE else 0.0
-            if not output:
-                self._mute = True
-                return
-        self._output = output
+            output = self._faulty(fault, output)
+        if self._held is not None and output:
+            output, self._held = self._held, output
+        if output:
+            self._output = output
+        else:
+            self._mute = True
+
+    def _faulty(self, fault: Fault, output: bytes) -> bytes:
+        """Return what comes of a reply that a fault strikes, possibly nothing."""
+        match fault.kind:
+            case FaultKind.STALE if self._held is None:
+                self._held = output
+                return b""
+            case FaultKind.FROZEN:
+                return fault.remembered(self._text, output)
+            case FaultKind.NOT_A_NUMBER | FaultKind.OVERFLOW:
+                return unreadable(output, fault.kind)
+            case FaultKind.LATE:
+                self._ready = self.clock.now() + fault.delay
+            case FaultKind.HALF | FaultKind.SILENCE:
+                self._ended = False
+        return spoil(fault, output, self._generator)
 
 
 def _raising(error: ScpiError) -> Handler:

@@ -21,6 +21,8 @@ class ClientSession(MessageExchange):
         super().__init__(instrument.clock, generator)
         self.tree = instrument.tree
         self.faults = instrument.faults
+        self.connection = instrument.connection
+        self.channels = instrument.channels
         self._instrument = instrument
 
     def report(self, error: ScpiError) -> None:

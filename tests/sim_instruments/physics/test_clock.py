@@ -115,3 +115,43 @@ def test_participating_joins_for_a_block() -> None:
     with clock.participating():
         assert clock.participants == 2
     assert clock.participants == 1
+
+
+def test_time_stops_where_it_was_told_to_on_its_way() -> None:
+    clock = VirtualClock()
+    seen: list[tuple[str, float]] = []
+    clock.on_advance(lambda time: seen.append(("advance", time)))
+    clock.call_at(2.0, lambda: seen.append(("second", clock.now())))
+    clock.call_at(1.0, lambda: seen.append(("first", clock.now())))
+    cancel = clock.call_at(1.5, lambda: seen.append(("never", clock.now())))
+    cancel()
+    cancel()
+    clock.call_at(3.0, lambda: seen.append(("at the end", clock.now())))
+    clock.sleep(3.0)
+    assert seen == [
+        ("advance", 1.0),
+        ("first", 1.0),
+        ("advance", 2.0),
+        ("second", 2.0),
+        ("advance", 3.0),
+        ("at the end", 3.0),
+        ("advance", 3.0),
+    ]
+    # Nobody waits for what nobody sleeps for.
+    clock.call_at(10.0, lambda: seen.append(("later", clock.now())))
+    clock.sleep(1.0)
+    assert clock.now() == 4.0
+
+
+def test_an_alarm_may_set_the_next_one() -> None:
+    clock = VirtualClock()
+    seen: list[float] = []
+
+    def again() -> None:
+        seen.append(clock.now())
+        if len(seen) < 3:
+            clock.call_at(clock.now() + 0.25, again)
+
+    clock.call_at(0.5, again)
+    clock.sleep(5.0)
+    assert seen == [0.5, 0.75, 1.0]

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from sim_instruments.control.faults import clear
 from sim_instruments.served_bench import ServedBench
 
 JSON = {"Content-Type": "application/json"}
@@ -13,12 +14,8 @@ JSON = {"Content-Type": "application/json"}
 @pytest.fixture(autouse=True)
 def at_rest(bench: ServedBench) -> Iterator[None]:
     yield
-    for role in bench.bench.roles:
-        bench.bench.faults(role).clear()
+    clear(bench.bench)
     world = bench.bench.world
-    world.set_open_phase(None)
-    world.set_swapped(None)
-    world.set_stuck_rotor(False)
     world.release_rotor()
     world.let_go()
     world.hold_shaft()
@@ -116,10 +113,12 @@ def test_faults_of_motor_and_wiring(bench: ServedBench, wires: ModuleType) -> No
     ):
         status, answer = wires.ask(bench, "POST", "/faults", fault)
         assert status == 200
-    assert answer["world"] == {"open_phase": "B", "swapped": ["A", "C"], "stuck_rotor": True}
+    given = {"open_phase": "B", "swapped": ["A", "C"], "stuck_rotor": True}
+    assert {name: answer["world"][name] for name in given} == given
     wires.ask(bench, "POST", "/faults", {"fault": "open_phase", "terminal": None})
     wires.ask(bench, "POST", "/faults", {"fault": "stuck_rotor", "stuck": False})
-    assert truth(bench, wires)["faults"] == {"open_phase": None, "swapped": ["A", "C"], "stuck_rotor": False}
+    left = {name: fault for name, fault in truth(bench, wires)["faults"].items() if fault}
+    assert left == {"swapped": ["A", "C"]}
     assert wires.ask(bench, "DELETE", "/faults")[1]["world"]["swapped"] is None
 
 

@@ -193,7 +193,9 @@ def test_two_benches_do_not_meet_and_leave_nothing_behind(served_motor: VirtualM
         other.bench.faults("inverter").add(Fault.on("replace", "6041H", reply=b"\x43\x41\x60\0\xff\xff\xff\xff"))
         assert upload(channels[0], 0x6041) != b"\xff\xff\xff\xff"
         assert wires.ask(one, "GET", "/faults")[1]["instruments"] == {}
-    assert (threading.active_count(), descriptors()) == (threads, files)
+    # What an earlier test hung up on may still be closing when this one begins to count.
+    assert threading.active_count() <= threads
+    assert descriptors() <= files
     one.close()
 
 
@@ -201,4 +203,6 @@ def test_a_port_that_cannot_be_had_is_an_error_and_all_is_closed(served_motor: V
     threads, files = threading.active_count(), descriptors()
     with pytest.raises(OSError, match=r"192\.0\.2\.1"):
         ServedBench(served_motor, host="192.0.2.1")
-    assert (threading.active_count(), descriptors()) == (threads, files)
+    # What an earlier test hung up on may still be closing when this one begins to count.
+    assert threading.active_count() <= threads
+    assert descriptors() <= files

@@ -1,0 +1,94 @@
+"""What every described fault has: when it begins, and when it mends."""
+
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+if TYPE_CHECKING:
+    from sim_instruments.bench import VirtualBench
+
+Mend = Callable[[], None]
+#: A time (s) as long as anybody waits for.
+Seconds = Annotated[float, Field(ge=0.0, le=1e6)]
+Count = Annotated[int, Field(ge=1, le=1_000_000)]
+
+
+def pattern_checked(pattern: str | None) -> str | None:
+    """Return a regular expression as it is. Raises ValueError for one that is none."""
+    try:
+        re.compile(pattern or "")
+    except re.error as error:
+        raise ValueError(f"{pattern!r} is no regular expression: {error}") from error
+    return pattern
+
+
+class Strict(BaseModel):
+    """Base of what is described: unknown keys, wrong types and NaN are refused."""
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Message(Strict):
+    """A message to an instrument: the `count`-th from now on, or the first in which `pattern` is found."""
+
+    role: str
+    pattern: str | None = None
+    count: Count | None = None
+
+    @field_validator("pattern")
+    @classmethod
+    def _compiles(cls, pattern: str | None) -> str | None:
+        return pattern_checked(pattern)
+
+    @model_validator(mode="after")
+    def _one(self) -> "Message":
+        if (self.pattern is None) == (self.count is None):
+            raise ValueError("give either pattern or count of the message, one of the two")
+        return self
+
+
+class Description(Strict):
+    """A fault and when it is there.
+
+    It begins `after` s from now, or from a bench time `at` (s), from the `occurrence`-th start of a `step` (of a
+    `procedure`, where several have it), or from a `message`; it mends after `duration` s, or never.
+    """
+
+    fault: str
+    at: Annotated[Seconds | None, Field(description="bench time, s")] = None
+    step: Annotated[str | None, Field(min_length=1, description="a step's identifier like '3.2.2/3'")] = None
+    procedure: Annotated[str | None, Field(min_length=1, description="a procedure's name")] = None
+    occurrence: Count = 1
+    message: Message | None = None
+    after: Seconds = 0.0
+    duration: Seconds | None = None
+
+    @model_validator(mode="after")
+    def _begins(self) -> "Description":
+        given = [name for name in ("at", "step", "message") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)} are both given: a fault begins by one of at, step, message")
+        for name in ("procedure", "occurrence"):
+            if name in self.model_fields_set and self.step is None:
+                raise ValueError(f"{name} belongs to step, which is not given")
+        return self
+
+    @property
+    def timed(self) -> bool:
+        """Whether something says when it begins or ends."""
+        return bool(self.model_fields_set & {"at", "step", "message", "after", "duration"})
+
+    def check(self, bench: "VirtualBench") -> None:
+        """Raise ValueError where this bench cannot have the fault."""
+        if self.message is not None:
+            bench.faults(self.message.role)
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Bring it onto the bench and return what mends it."""
+        raise NotImplementedError
+
+    def told(self) -> dict[str, Any]:
+        """Return it as it was given."""
+        return self.model_dump(exclude_unset=True)
