@@ -27,6 +27,7 @@ def make_app() -> App:
         ("run", "Run procedures on a station, or on the virtual bench."),
         ("procedures", "List the procedures with their steps and settings."),
         ("results", "Show a run, whole or cut off."),
+        ("export", "Write a run's parameters as a motor controller's file."),
         ("doctor", "Check the installation: libraries, VISA backends, permissions."),
     )
     for name, words in commands:

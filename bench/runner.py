@@ -70,7 +70,7 @@ class Runner:
             try:
                 self.journal.event(begin, **about)
                 self.interrupts.raise_if_requested()
-                bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal)
+                bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
                 for notice in warnings:
                     self._tell("", notice)
                 left = [planned for planned in plan if planned.name not in self.view.finished]

@@ -59,7 +59,10 @@ class ProcedureError(Exception):
 
 
 class Bench:
-    """The instruments of a station by role, the operator, the clock, the journal, and the run's uncertainty inputs."""
+    """The instruments of a station by role, the operator, the clock, the journal, and the run's uncertainty inputs.
+
+    `session` counts a run's beginnings: 1, and one more each time it is resumed.
+    """
 
     def __init__(
         self,
@@ -67,12 +70,13 @@ class Bench:
         operator: Operator,
         clock: Clock,
         recorder: Recorder,
+        session: int = 1,
     ) -> None:
         self._instruments = dict(instruments)
         self._operator = operator
         self.clock = clock
         self.recorder = recorder
-        self.uncertainties = Uncertainties()
+        self.uncertainties = Uncertainties(session)
         self._dynamometer_coupled: bool | None = None
 
     def has(self, role: Role) -> bool:

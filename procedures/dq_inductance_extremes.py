@@ -146,7 +146,6 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 "smallest and largest reading, by the note's rule",
             )
             return
-        lines = rotor_sweep.axis_inductances(fit)
         significant, p_value = rotor_sweep.saliency_significant(fit)
         mean, amplitude = fit.value("mean"), fit.value("amplitude") if significant else 0.0
         self.findings |= {
@@ -173,12 +172,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                     amplitude=1e6 * amplitude,
                 ),
             )
-        found = {
-            axis: self.bench.uncertainties.statistical(
-                f"sweep fit of L_{axis}", lines.value(name), lines.uncertainty(name), lines.degrees_of_freedom
-            )
-            for name, axis in _NAMES
-        }
+        found = self._fitted(fit, significant=significant)
         # A reading is a mean over some part of the time to the next, while the shaft turns on: less of the amplitude is seen.
         advance = 2.0 * math.pi * fit.periods / (sweep.inductance.size - 1)
         half = advance**2 / 48.0
@@ -186,6 +180,20 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         found["d"] = found["d"] - amplitude * lost
         found["q"] = found["q"] + amplitude * lost
         self._report(sweep, motor_class, found, "fit of mean and second harmonic to the whole sweep")
+
+    def _fitted(self, fit: rotor_sweep.SweepFit, *, significant: bool) -> dict[str, UncertainReal]:
+        """Return the fitted line values (H), one mean and one amplitude behind both: their difference is known better than they."""
+        unc, freedom = self.bench.uncertainties, fit.degrees_of_freedom
+        mean = unc.statistical("sweep fit: mean", fit.value("mean"), fit.uncertainty("mean"), freedom)
+        if not significant:
+            return {"d": mean, "q": mean}
+        # What the two share goes with the mean, the rest is the amplitude's own.
+        shared = fit.correlation("mean", "amplitude")
+        lean = shared * fit.uncertainty("amplitude") / fit.uncertainty("mean") if shared else 0.0
+        own = fit.uncertainty("amplitude") * math.sqrt(1.0 - shared**2)
+        amplitude = unc.statistical("sweep fit: amplitude", fit.value("amplitude"), own, freedom)
+        amplitude = amplitude + lean * (mean - float(mean.x))
+        return {"d": mean - amplitude, "q": mean + amplitude}
 
     def _turned(self, speed: float, readings: int) -> Sweep:
         """Take so many readings while the shaft is turned at this speed (rad/s)."""

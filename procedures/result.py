@@ -12,7 +12,8 @@ class Contribution:
     """One row of an uncertainty budget.
 
     `value` is the input's estimate, `standard_uncertainty` its own, `sensitivity` the derivative, `contribution`
-    their product in the parameter's unit, `kind` "A" (statistics) or "B" (specification, calibration).
+    the size of their product in the parameter's unit, `kind` "A" (statistics) or "B" (specification, calibration).
+    Rows of two parameters with one `identity` are the same input; a row without has none in common.
     """
 
     source: str
@@ -21,6 +22,7 @@ class Contribution:
     sensitivity: float
     contribution: float
     kind: str
+    identity: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,15 @@ class Parameter:
     winding: float | None = None
     source: str = "measured"
     budget: tuple[Contribution, ...] = ()
+
+    def covariance(self, other: "Parameter") -> float:
+        """Return the covariance with another parameter of the same run, in both units: from the inputs they share (GUM F.1.2)."""
+        mine = {row.identity: row.sensitivity * row.standard_uncertainty for row in self.budget if row.identity}
+        return sum(
+            mine.get(row.identity, 0.0) * row.sensitivity * row.standard_uncertainty
+            for row in other.budget
+            if row.identity
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as it stands in `result.json`."""

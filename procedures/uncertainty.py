@@ -20,6 +20,7 @@ class _Input:
     source: str
     kind: str
     quantity: UncertainReal
+    identity: str
     rectangular: bool = False
 
 
@@ -27,10 +28,12 @@ class Uncertainties:
     """The inputs of one run.
 
     An instrument's gain and offset errors are one input each for all its readings in one range, so they correlate
-    whatever is computed from them; resolution and statistics are inputs of their own every time.
+    whatever is computed from them; resolution and statistics are inputs of their own every time. `session` tells the inputs
+    of a resumed run from those before it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, session: int = 1) -> None:
+        self._session = session
         self._inputs: list[_Input] = []
         self._common: dict[tuple[str, str], UncertainReal] = {}
         self._reported: dict[tuple[str, str, str], UncertainReal] = {}
@@ -135,11 +138,16 @@ class Uncertainties:
     def _shared(self, name: str, what: str) -> UncertainReal:
         key = (name, what)
         if key not in self._common:
-            self._common[key] = self._remember(f"{name}: {what}", "B", ureal(0.0, _RECTANGULAR), rectangular=True)
+            source = f"{name}: {what}"
+            # The instrument is the same after a resumption, and so is its error.
+            self._common[key] = self._remember(source, "B", ureal(0.0, _RECTANGULAR), rectangular=True, identity=source)
         return self._common[key]
 
-    def _remember(self, source: str, kind: str, quantity: UncertainReal, *, rectangular: bool = False) -> UncertainReal:
-        self._inputs.append(_Input(source, kind, quantity, rectangular))
+    def _remember(
+        self, source: str, kind: str, quantity: UncertainReal, *, rectangular: bool = False, identity: str = ""
+    ) -> UncertainReal:
+        own = f"{self._session}.{len(self._inputs) + 1}"
+        self._inputs.append(_Input(source, kind, quantity, identity or own, rectangular))
         return quantity
 
 
@@ -159,6 +167,7 @@ def _rows(reached: Sequence[tuple[_Input, float]]) -> list[Contribution]:
             sensitivity=contribution / float(entry.quantity.u),
             contribution=abs(contribution),
             kind=entry.kind,
+            identity=entry.identity,
         )
         for entry, contribution in reached
     ]

@@ -13,7 +13,7 @@ from bench.errors import InputError
 from bench.files.motor_sections import ExpectedSection, NameplateSection, number
 from bench.files.shipped_motors import motor_content
 from bench.files.six_step_file import drive_file_of, holds_drive
-from bench.files.toml_file import Section, validate
+from bench.files.toml_file import Section, parse, validate
 from procedures.nameplate import Connection, Nameplate
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
@@ -123,6 +123,12 @@ def load_motor(reference: str) -> MotorFile:
     """
     source, content, data = motor_content(reference)
     return _motor(content, data, source)
+
+
+def recorded_motor(content: str, source: str) -> MotorFile:
+    """Return the motor of a file's text as a run's journal keeps it. Raises InputError where it is not right."""
+    raw = content.encode("utf-8")
+    return _motor(raw, parse(raw, source), source)
 
 
 def _motor(content: bytes, data: Mapping[str, Any], source: str) -> MotorFile:

@@ -33,6 +33,7 @@ class RunView:
         self.cause = ""
         self.bench_time = 0.0
         self.wall_time = 0.0
+        self.sessions = 0
         self._before: list[tuple[str, Notice]] = []
         self._together: list[Notice] = []
         self._here: ProcedureView | None = None
@@ -95,11 +96,13 @@ class RunView:
 
     def _run_started(self, data: Mapping[str, Any]) -> None:
         self.start = data
+        self.sessions = 1
         self.planned = tuple(data["procedures"])
         self.settings = data["settings"]
 
     def _run_resumed(self, data: Mapping[str, Any]) -> None:
         self.status, self.cause = "interrupted", ""
+        self.sessions += 1
 
     def _known_before(self, data: Mapping[str, Any]) -> None:
         found = (data["procedure"], restore_notice(data["warning"]))

@@ -1,0 +1,27 @@
+"""moteus: configuration lines for `moteus_tool --restore-config`."""
+
+from reports.exports import quantities as q
+from reports.exports.comments import ASCII_HASH, head
+from reports.exports.target import Field, Sheet, Target
+
+
+def write(sheet: Sheet) -> str:
+    """Return one `name value` a line; the tool cuts comments off at the hash."""
+    lines = list(head(sheet, ASCII_HASH, "moteus: moteus_tool --restore-config FILE, firmware ABI 0x010a or later"))
+    lines += [f"{line.name} {line.text}  {ASCII_HASH.comment(line.comment)}" for line in sheet.lines]
+    return "\n".join([*lines, ""])
+
+
+TARGET = Target(
+    "moteus",
+    "moteus",
+    ".cfg",
+    (
+        Field("motor.poles", q.POLES),
+        Field("motor.resistance_ohm", q.RESISTANCE),
+        Field("motor.inductance_d_H", q.D_INDUCTANCE),
+        Field("motor.inductance_q_H", q.Q_INDUCTANCE),
+        Field("motor.Kv", q.KV),
+    ),
+    write,
+)

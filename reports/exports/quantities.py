@@ -1,0 +1,183 @@
+"""The one place where measured parameters become what controllers ask for: formula, unit and convention side by side.
+
+λ: peak flux linkage of a phase to neutral of the Y-equivalent, Wb. p: pole pairs. R, L: per phase of the Y-equivalent.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from GTC import set_correlation, ureal
+from GTC.lib import UncertainReal
+
+from procedures.result import Parameter
+from procedures.temperature import COLD
+from reports.exports.subject import Datasheet
+
+#: Parameters by name, as uncertain numbers.
+Given = Mapping[str, UncertainReal]
+#: Electrical (and mechanical) speed of 1000 rpm of one pole pair (rad/s).
+_KRPM = 2.0 * math.pi * 1000.0 / 60.0
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A figure that a controller asks for: from which parameters, by which formula, in which unit, by which convention.
+
+    `whole` figures are counts. Convention and unit stand in the files, and so are plain ASCII.
+    """
+
+    unit: str
+    convention: str
+    needs: tuple[str, ...]
+    formula: Callable[[Given], UncertainReal]
+    whole: bool = False
+
+
+@dataclass(frozen=True)
+class FromPlate:
+    """A figure that only the data sheet knows; `value` is None where it says nothing, and `key` is what the motor file lacks."""
+
+    unit: str
+    convention: str
+    key: str
+    value: Callable[[Datasheet], float | None]
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A figure that follows from how this project reports: no uncertainty."""
+
+    unit: str
+    convention: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A quantity's value in its unit, with standard uncertainty and 95 % coverage interval; `exact` ones have none."""
+
+    value: float
+    standard_uncertainty: float = 0.0
+    coverage_interval: tuple[float, float] = (math.nan, math.nan)
+    exact: bool = False
+
+
+POLE_PAIRS = Quantity("", "pole pairs", ("pole_pairs",), lambda g: g["pole_pairs"], whole=True)
+POLES = Quantity("", "poles, twice the pole pairs", ("pole_pairs",), lambda g: 2.0 * g["pole_pairs"], whole=True)
+RESISTANCE = Quantity(
+    "Ohm",
+    "phase to neutral of the Y-equivalent (half of what two terminals measure), at 25 degC",
+    ("stator_resistance",),
+    lambda g: g["stator_resistance"],
+)
+D_INDUCTANCE = Quantity(
+    "H", "d axis, per phase of the Y-equivalent", ("d_axis_inductance",), lambda g: g["d_axis_inductance"]
+)
+Q_INDUCTANCE = Quantity(
+    "H", "q axis, per phase of the Y-equivalent", ("q_axis_inductance",), lambda g: g["q_axis_inductance"]
+)
+MEAN_INDUCTANCE = Quantity(
+    "H",
+    "mean of Ld and Lq, per phase of the Y-equivalent",
+    ("d_axis_inductance", "q_axis_inductance"),
+    lambda g: 0.5 * (g["d_axis_inductance"] + g["q_axis_inductance"]),
+)
+INDUCTANCE_DIFFERENCE = Quantity(
+    "H",
+    "Lq - Ld, per phase of the Y-equivalent",
+    ("d_axis_inductance", "q_axis_inductance"),
+    lambda g: g["q_axis_inductance"] - g["d_axis_inductance"],
+)
+FLUX_LINKAGE = Quantity(
+    "Wb", "peak, phase to neutral of the Y-equivalent, at 25 degC", ("flux_linkage",), lambda g: g["flux_linkage"]
+)
+FLUX_PER_HERTZ = Quantity(
+    "V/Hz",
+    "peak phase-to-neutral volts per electrical hertz: 2 pi lambda",
+    ("flux_linkage",),
+    lambda g: 2.0 * math.pi * g["flux_linkage"],
+)
+TORQUE_CONSTANT = Quantity(
+    "N*m/A",
+    "per peak phase ampere (amplitude-invariant): 1.5 p lambda",
+    ("pole_pairs", "flux_linkage"),
+    lambda g: 1.5 * g["pole_pairs"] * g["flux_linkage"],
+)
+KV = Quantity(
+    "rpm/V",
+    "mechanical rpm per peak line-to-line volt: 60 / (2 pi sqrt(3) p lambda)",
+    ("pole_pairs", "flux_linkage"),
+    lambda g: 60.0 / (2.0 * math.pi * math.sqrt(3.0) * g["pole_pairs"] * g["flux_linkage"]),
+)
+EMF_PEAK_LINE = Quantity(
+    "V/krpm",
+    "peak line-to-line volts per 1000 mechanical rpm: sqrt(3) lambda p 2 pi 1000/60",
+    ("pole_pairs", "flux_linkage"),
+    lambda g: math.sqrt(3.0) * _KRPM * g["pole_pairs"] * g["flux_linkage"],
+)
+EMF_RMS_LINE = Quantity(
+    "V/krpm",
+    "rms line-to-line volts per 1000 mechanical rpm: sqrt(3/2) lambda p 2 pi 1000/60",
+    ("pole_pairs", "flux_linkage"),
+    lambda g: math.sqrt(1.5) * _KRPM * g["pole_pairs"] * g["flux_linkage"],
+)
+INERTIA = Quantity("kg*m^2", "rotor alone", ("inertia",), lambda g: g["inertia"])
+VISCOUS_FRICTION = Quantity(
+    "N*m*s/rad", "over mechanical speed, rotor alone", ("viscous_friction",), lambda g: g["viscous_friction"]
+)
+COULOMB_FRICTION = Quantity("N*m", "rotor alone", ("coulomb_friction",), lambda g: g["coulomb_friction"])
+RESISTANCE_TEMPERATURE = Fixed("degC", "winding temperature to which the resistance is referred", COLD)
+RATED_CURRENT = FromPlate("A", "rated current, phase, peak; data sheet", "rated_current", lambda s: s.rated_current)
+MAXIMUM_CURRENT = FromPlate(
+    "A", "largest current, phase, peak; data sheet", "maximum_current", lambda s: s.maximum_current
+)
+RATED_SPEED = FromPlate("rpm", "rated speed, mechanical; data sheet", "rated_speed_rpm", lambda s: s.rated_speed_rpm)
+LARGEST_SPEED = FromPlate(
+    "rpm",
+    "largest speed, mechanical (the rated one where the data sheet gives no other); data sheet",
+    "maximum_speed_rpm",
+    lambda s: s.maximum_speed_rpm if s.maximum_speed_rpm is not None else s.rated_speed_rpm,
+)
+
+Source = Quantity | FromPlate | Fixed
+
+
+def uncertain(parameters: Mapping[str, Parameter]) -> dict[str, UncertainReal]:
+    """Return the parameters as uncertain numbers, correlated by the inputs that their budgets share."""
+    made = {
+        name: ureal(p.value, p.standard_uncertainty, label=name, independent=False) for name, p in parameters.items()
+    }
+    names = [name for name, p in parameters.items() if p.standard_uncertainty > 0.0]
+    for position, first in enumerate(names):
+        for second in names[position + 1 :]:
+            coefficient = correlation(parameters[first], parameters[second])
+            if coefficient:
+                set_correlation(coefficient, made[first], made[second])
+    return made
+
+
+def correlation(first: Parameter, second: Parameter) -> float:
+    """Return the correlation coefficient of two parameters of one run; 0 where one has no uncertainty."""
+    product = first.standard_uncertainty * second.standard_uncertainty
+    return max(-1.0, min(1.0, first.covariance(second) / product)) if product > 0.0 else 0.0
+
+
+def figure(quantity: Source, parameters: Mapping[str, Parameter], datasheet: Datasheet) -> Figure:
+    """Return a quantity's value; its parameters are there. The interval is as wide in uncertainties as theirs at widest."""
+    if isinstance(quantity, Fixed):
+        return Figure(quantity.value, exact=True)
+    if isinstance(quantity, FromPlate):
+        value = quantity.value(datasheet)
+        return Figure(math.nan if value is None else value, exact=True)
+    taken = {name: parameters[name] for name in quantity.needs}
+    made = quantity.formula(uncertain(taken))
+    value, spread = float(made.x), float(made.u)
+    if not spread:
+        return Figure(value, 0.0, (value, value), exact=quantity.whole)
+    widest = max(
+        (p.coverage_interval[1] - p.value) / p.standard_uncertainty
+        for p in taken.values()
+        if p.standard_uncertainty > 0.0
+    )
+    return Figure(value, spread, (value - widest * spread, value + widest * spread))

@@ -1,0 +1,70 @@
+"""What is exported: one motor's figures, and what is doubtful about them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from procedures.parameter_set import ParameterSet
+from procedures.result import Notice, Parameter, ProcedureResult
+from procedures.text import Text, text
+
+#: Findings of a run that make a parameter unfit for a controller, by the beginning of their names.
+_DOUBTS = ("consistency-", "disagreement", "uncertain-count")
+
+
+@dataclass(frozen=True)
+class Datasheet:
+    """What the plate says, SI, currents phase peak: None where it says nothing."""
+
+    rated_current: float | None = None
+    maximum_current: float | None = None
+    rated_speed_rpm: float | None = None
+    maximum_speed_rpm: float | None = None
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A motor's measured parameters by name, its plate, where they come from, and what stands against them.
+
+    `warnings` are those of the run that cast doubt on a figure. `pole_pairs_doubt` says why the count is not certain, or
+    nothing where it is.
+    """
+
+    motor: str
+    serial_number: str
+    run: str
+    measured_on: str
+    software: str
+    parameters: Mapping[str, Parameter]
+    datasheet: Datasheet
+    warnings: Sequence[Notice] = ()
+    pole_pairs_doubt: Text | None = None
+    given_by: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+def doubtful(warnings: Sequence[tuple[str, Notice]]) -> tuple[Notice, ...]:
+    """Return the warnings of a run (each with its procedure) that cast doubt on figures."""
+    return tuple(notice for _, notice in warnings if notice.identifier.startswith(_DOUBTS))
+
+
+def pole_pairs_doubt(found: ParameterSet, results: Mapping[str, ProcedureResult]) -> Text | None:
+    """Return why the number of pole pairs is not certain: it may be another whole number, or two procedures disagree."""
+    counted = found.parameters.get("pole_pairs")
+    if counted is None:
+        return None
+    others = found.alternatives.get("pole_pairs", ())
+    different = [other for other in others if other.value != counted.value]
+    if different:
+        return text(
+            "{first} counts {value:g} pole pairs, {second} {other:g}",
+            first=counted.procedure,
+            value=counted.value,
+            second=different[0].procedure,
+            other=different[0].value,
+        )
+    sure = [p for p in (counted, *others) if results[p.procedure].findings.get("certain", True)]
+    if not sure:
+        return text(
+            "{procedure}: frequency and speed allow more than one whole number of pole pairs",
+            procedure=counted.procedure,
+        )
+    return None

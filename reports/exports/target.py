@@ -1,0 +1,123 @@
+"""A controller's file: its fields, each with the quantity behind it, and the sheet of figures that it is written from."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from procedures.text import Text, text
+from reports.exports.checks import ExportRefusedError, Limits, objections
+from reports.exports.quantities import Figure, Quantity, Source, figure
+from reports.exports.subject import Subject
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a controller by its own name; an `optional` one is left out where its quantity cannot be had.
+
+    `remark` stands beside the convention.
+    """
+
+    name: str
+    quantity: Source
+    optional: bool = False
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One field with its figure."""
+
+    name: str
+    figure: Figure
+    unit: str
+    convention: str
+    whole: bool
+    from_parameters: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """The value as files have it: a count as a whole number, else nine significant digits (a float32 has seven)."""
+        return str(round(self.figure.value)) if self.whole else f"{self.figure.value:.9g}"
+
+    @property
+    def comment(self) -> str:
+        """Unit, standard uncertainty and convention, in ASCII."""
+        words = [self.unit] if self.unit else []
+        if not self.figure.exact:
+            spread = self.figure.standard_uncertainty
+            words.append(f"u = {spread:.2g}" if spread else "no significant difference")
+        return ", ".join([*words, self.convention])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it in JSON's types; an exact figure has no uncertainty."""
+        made: dict[str, Any] = {
+            "value": round(self.figure.value) if self.whole else self.figure.value,
+            "unit": self.unit,
+            "convention": self.convention,
+            "from": list(self.from_parameters),
+        }
+        if not self.figure.exact:
+            made["standard_uncertainty"] = self.figure.standard_uncertainty
+            made["coverage_interval"] = list(self.figure.coverage_interval)
+        return made
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What a file is written from: the fields in the target's order, what was left out and why, and the subject."""
+
+    subject: Subject
+    lines: tuple[Line, ...]
+    left_out: tuple[Text, ...] = ()
+
+    def line(self, name: str) -> Line:
+        """Return a field. Raises KeyError where the sheet has none of this name."""
+        for line in self.lines:
+            if line.name == name:
+                return line
+        raise KeyError(name)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A controller or simulator that parameters can be written for; `write` gives the file's text, `suffix` its usual ending.
+
+    One without fields takes every parameter as it was measured.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    fields: Sequence[Field]
+    write: Callable[[Sheet], str]
+
+
+def sheet_for(target: Target, subject: Subject, limits: Limits | None = None) -> Sheet:
+    """Return the target's figures. Raises ExportRefusedError naming every parameter that is missing or will not do."""
+    reasons: dict[tuple[str, str], Text] = {}
+    left_out: dict[tuple[str, str], Text] = {}
+    lines = []
+    for field in target.fields:
+        against = list(objections(field.quantity, subject, limits or Limits()))
+        if against:
+            kept = left_out if field.optional else reasons
+            kept.update({(name, str(reason)): reason for name, reason in against})
+            continue
+        lines.append(_line(field, subject))
+    if not target.fields and not subject.parameters:
+        raise ExportRefusedError(target.name, (text("no parameter was measured"),))
+    if reasons:
+        raise ExportRefusedError(target.name, tuple(reasons.values()))
+    return Sheet(subject, tuple(lines), tuple(left_out.values()))
+
+
+def _line(field: Field, subject: Subject) -> Line:
+    quantity = field.quantity
+    return Line(
+        name=field.name,
+        figure=figure(quantity, subject.parameters, subject.datasheet),
+        unit=quantity.unit,
+        convention="; ".join(filter(None, (quantity.convention, field.remark))),
+        whole=isinstance(quantity, Quantity) and quantity.whole,
+        from_parameters=quantity.needs if isinstance(quantity, Quantity) else (),
+    )
