@@ -8,6 +8,7 @@ from bench.record.recording import Recording, WaveformSink
 from bench.safety.guards import PolePairs, guarded
 from bench.safety.limits import Observer, limits_of, nobody
 from drivers.can_bus.buses import CanBuses
+from drivers.in_process import InProcess
 from drivers.interfaces import Clock, Instrument, InstrumentError, Traffic
 from drivers.manual.prompt import Prompt
 from drivers.registry import Surroundings
@@ -24,9 +25,10 @@ Prompts = Callable[[Role], Prompt | None]
 class StationInstruments:
     """Opens, hands out and closes the instruments of a station.
 
-    `visa` makes the VISA resource manager when the first VISA instrument is opened. With `trace`, every exchange of the
-    drivers is an event too. Nobody gets an instrument without the motor's and the station's limits in front of it;
-    `pole_pairs` gives what is known of them, `observe` hears every set point.
+    `visa` makes the VISA resource manager when the first VISA instrument is opened; `in_process` opens the addresses that
+    a bench in this process has. With `trace`, every exchange of the drivers is an event too. Nobody gets an instrument
+    without the motor's and the station's limits in front of it; `pole_pairs` gives what is known of them, `observe` hears
+    every set point.
     """
 
     def __init__(
@@ -39,6 +41,7 @@ class StationInstruments:
         visa: "Callable[[], ResourceManager]",
         prompts: Prompts,
         *,
+        in_process: InProcess | None = None,
         trace: bool = False,
         pole_pairs: PolePairs | None = None,
         observe: Observer = nobody,
@@ -54,7 +57,8 @@ class StationInstruments:
         self._pole_pairs = pole_pairs or (lambda: nameplate.pole_pairs)
         self._observe = observe
         self._visa: ResourceManager | None = None
-        self._can_buses = CanBuses()
+        self._in_process = in_process
+        self._can_buses = CanBuses(in_process)
         self._opened: dict[Role, Instrument] = {}
         self._guarded = {role: self._guard(role) for role in station.entries}
 
@@ -109,6 +113,7 @@ class StationInstruments:
             self._prompts(entry.role),
             self._traffic(entry.role) if self._trace else None,
             self._can_buses,
+            self._in_process,
         )
         try:
             instrument = entry.driver.open(entry.address, entry.options, surroundings, name=entry.name)

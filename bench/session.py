@@ -97,6 +97,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             WaveformStore(folder.waveforms),
             where.visa,
             where.prompts,
+            in_process=where.in_process,
             trace=wishes.trace,
             pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
         )

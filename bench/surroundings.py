@@ -16,6 +16,7 @@ from bench.safety.interrupts import Interrupts
 from bench.truth import truth_of
 from bench.virtual_station import VIRTUAL
 from drivers import registry
+from drivers.in_process import InProcess
 from drivers.interfaces import Clock
 from procedures.bench import Operator
 
@@ -31,6 +32,7 @@ class Place:
     """What a run takes place with; `truth` is empty for a real motor, `hand_time` gives the bench time of hand work (s).
 
     `announce` says in the run's folder how its operator is reached, where that is needed.
+    `in_process` opens the instruments of a bench in this process.
     """
 
     station: Station
@@ -41,6 +43,7 @@ class Place:
     truth: dict[str, float]
     hand_time: Callable[[], float]
     announce: Callable[[Path], None] = lambda _: None
+    in_process: InProcess | None = None
 
 
 @contextmanager
@@ -180,7 +183,7 @@ def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
     from sim_instruments.bench import VirtualBench
 
     truth = motor.virtual_motor()
-    with VirtualBench(truth, seed=seed, six_step=motor.six_step) as bench:
+    with VirtualBench(truth, seed=seed, six_step=motor.six_step, sockets=False) as bench:
         hands = VirtualOperator(bench.world, seed)
         yield Place(
             virtual_station(bench.addresses()),
@@ -190,4 +193,5 @@ def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
             lambda: ResourceManager(bench.visa_library),
             truth_of(truth, motor.six_step),
             lambda: hands.hand_time,
+            in_process=bench,
         )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.options import Cia402Options, Cia402SixStepOptions
+from drivers.in_process import InProcess
 from drivers.interfaces import (
     BldcDrive,
     Clock,
@@ -59,7 +60,8 @@ class Surroundings:
     """What drivers are handed: the bench's clock, and for those that need it a VISA manager or a way to the person.
 
     `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA. Instruments on
-    one CAN bus that are handed the same `can_buses` share the connection to it.
+    one CAN bus that are handed the same `can_buses` share the connection to it. `in_process` opens the addresses of
+    instruments that this process itself plays.
     """
 
     clock: Clock
@@ -67,6 +69,7 @@ class Surroundings:
     prompt: Prompt | None = None
     traffic: Traffic | None = None
     can_buses: CanBuses = field(default_factory=CanBuses)
+    in_process: InProcess | None = None
 
     def manager(self) -> "ResourceManager":
         """Return the VISA manager; raises ValueError where none was handed in."""
@@ -135,13 +138,17 @@ def _open_infiniivision(address: str, options: InfiniiVisionOptions, given: Surr
 def _open_delta_dyn200(address: str, options: DeltaDyn200Options, given: Surroundings, name: str) -> Dynamometer:
     from drivers.modbus.delta_dyn200 import open_delta_dyn200
 
-    return open_delta_dyn200(address, given.clock, options, name=name, traffic=given.traffic)
+    return open_delta_dyn200(
+        address, given.clock, options, name=name, traffic=given.traffic, in_process=given.in_process
+    )
 
 
 def _open_lutron(address: str, options: LutronTachometerOptions, given: Surroundings, name: str) -> Tachometer:
     from drivers.serial_line.lutron_tachometer import open_lutron_tachometer
 
-    return open_lutron_tachometer(address, given.clock, options, name=name, traffic=given.traffic)
+    return open_lutron_tachometer(
+        address, given.clock, options, name=name, traffic=given.traffic, in_process=given.in_process
+    )
 
 
 def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Inverter:

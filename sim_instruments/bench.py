@@ -10,11 +10,14 @@ import numpy as np
 from sim_instruments.clock import BenchClock, VirtualClock
 from sim_instruments.connection import Connection, Line
 from sim_instruments.endpoints.can_buses import fresh_channel
+from sim_instruments.endpoints.can_direct import CHANNEL, DirectBus, DirectEnd
 from sim_instruments.endpoints.can_node import CanNode
+from sim_instruments.endpoints.modbus_direct import ModbusStream
 from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
 from sim_instruments.endpoints.modbus_tcp import ModbusTcpEndpoint
 from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.endpoints.pty import SerialStream
+from sim_instruments.endpoints.serial_direct import SerialLine
 from sim_instruments.endpoints.visa import InProcessVisaLibrary
 from sim_instruments.faults import Faults
 from sim_instruments.injection.injector import Injector
@@ -44,6 +47,10 @@ ROLES: tuple[Role, ...] = (
 )  # fmt: skip
 _DRIVE_PLACE = 100
 _INVERTER_NODE, _DRIVE_NODE = 5, 6
+DIRECT_ADDRESSES: dict[str, str] = {
+    "dynamometer": "in-process://dynamometer",
+    "tachometer": "in-process://tachometer",
+}
 VISA_ADDRESSES: dict[str, str] = {
     "supply": "TCPIP0::supply::inst0::INSTR",
     "lcr_meter": "TCPIP0::lcr-meter::inst0::INSTR",
@@ -56,8 +63,10 @@ class VirtualBench:
     """A motor on a bench of virtual instruments; a context manager that closes everything it has opened.
 
     Faces and endpoints come into being when they are first asked for. `seed` decides every noise, each instrument
-    drawing its own; `errors` are the individual errors of the instruments. `line` is how the dynamometer is reached,
-    `can_interface` how inverter and six-step drive are ("virtual" in process, "udp_multicast" between processes).
+    drawing its own; `errors` are the individual errors of the instruments. Without `sockets`, dynamometer, tachometer and
+    CAN nodes are reached in process by `stream` and `can_bus`: the same bytes and frames, handed over on the caller's thread,
+    so that nothing depends on the wall's clock. With them, `line` is how the dynamometer is reached, the tachometer has a
+    pseudo-terminal, `can_interface` is how inverter and six-step drive are ("virtual" or "udp_multicast").
     `six_step` is the six-step drive, whose machine `motor` must be.
     """
 
@@ -81,6 +90,7 @@ class VirtualBench:
         dynamometer_rated_torque: float = 5.0,
         inverter_rated_current: float = 10.0,
         annunciator: str = "22",
+        sockets: bool = True,
         line: Literal["tcp", "rtu"] = "tcp",
         can_interface: str = "virtual",
         six_step: SixStepDrive | None = None,
@@ -108,6 +118,7 @@ class VirtualBench:
         self._pole_pairs, self._rated_torque = dynamometer_pole_pairs, dynamometer_rated_torque
         self._rated_current = inverter_rated_current
         self._annunciator = annunciator
+        self._sockets = sockets
         self._line_kind = line
         self._can_interface = can_interface
         self._can_channel = fresh_channel(can_interface)
@@ -234,6 +245,16 @@ class VirtualBench:
         return endpoint
 
     @cached_property
+    def _tachometer_line(self) -> SerialLine:
+        line = SerialLine(self.tachometer, self.clock)
+        self._open.callback(line.shut)
+        return line
+
+    @cached_property
+    def _direct_can(self) -> DirectBus:
+        return DirectBus()
+
+    @cached_property
     def _inverter_node(self) -> CanNode:
         return self._can_node(self.inverter, "inverter", _INVERTER_NODE)
 
@@ -249,6 +270,7 @@ class VirtualBench:
             node_id=node_id,
             interface=self._can_interface,
             channel=self._can_channel,
+            direct=None if self._sockets else self._direct_can,
         )
         self._open.callback(node.close)
         return node
@@ -258,6 +280,12 @@ class VirtualBench:
         match role:
             case "supply" | "lcr_meter" | "oscilloscope" | "voltmeter":
                 return VISA_ADDRESSES[role]
+            case "tachometer" if not self._sockets:
+                # Streaming from now on, as a switched-on tachometer does.
+                _ = self._tachometer_line
+                return DIRECT_ADDRESSES[role]
+            case "dynamometer" if not self._sockets:
+                return DIRECT_ADDRESSES[role]
             case "dynamometer":
                 return self._dynamometer_endpoint.address
             case "tachometer":
@@ -271,6 +299,20 @@ class VirtualBench:
     def addresses(self) -> dict[str, Address]:
         """Return where every instrument is reached."""
         return {role: self.address(role) for role in self.roles}
+
+    def stream(self, address: str) -> ModbusStream | SerialLine:
+        """Return the byte stream at an address in process. Raises LookupError where there is none."""
+        if not self._sockets and address == DIRECT_ADDRESSES["dynamometer"]:
+            return ModbusStream(self.dynamometer)
+        if not self._sockets and address == DIRECT_ADDRESSES["tachometer"]:
+            return self._tachometer_line
+        raise LookupError(f"this bench has no {address}")
+
+    def can_bus(self, channel: str) -> DirectEnd:
+        """Return an end of the CAN bus in process. Raises LookupError where there is no such channel."""
+        if self._sockets or channel != CHANNEL:
+            raise LookupError(f"this bench has no CAN channel {channel} in process")
+        return self._direct_can.end()
 
     def close(self) -> None:
         """Close all endpoints, the last one opened first; again is allowed."""

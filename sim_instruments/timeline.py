@@ -134,11 +134,11 @@ class Timeline:
         start, end = self.angles(np.array([self.now - gate, self.now]))
         return float(end - start)
 
-    def travelled(self, gate: float) -> float:
-        """Return how far (rad) the shaft has turned in the last `gate` s, either way."""
+    def travelled(self, gate: float, until: float | None = None) -> float:
+        """Return how far (rad) the shaft has turned in the `gate` s before `until` (s; now), either way."""
         return sum(
             abs(float(np.diff(segment.motion.angle(np.array([start, end])))[0]))
-            for segment, start, end in self.stretches(gate)
+            for segment, start, end in self.stretches(gate, until)
         )
 
     def stretches(self, gate: float, until: float | None = None) -> Iterator[tuple[Segment, float, float]]:

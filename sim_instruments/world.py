@@ -276,12 +276,12 @@ class World:
 
             return self._timeline.mean(difference, aperture, until)
 
-    def shaft_speed(self, gate: float) -> float:
-        """Return the mean of |speed| (rad/s, mechanical) over the last `gate` s; 0 is the present value."""
+    def shaft_speed(self, gate: float, until: float | None = None) -> float:
+        """Return the mean of |speed| (rad/s, mechanical) over the `gate` s before `until` (s; now); a gate of 0 is the present value."""
         with self._timeline.observing():
             if gate <= 0.0:
                 return abs(self._timeline.state.speed)
-            return self._timeline.travelled(gate) / gate
+            return self._timeline.travelled(gate, until) / gate
 
     def truth(self) -> dict[str, Any]:
         """Return what is really so now, for tests and the control endpoint: plain values that JSON can carry."""

@@ -4,9 +4,10 @@ import os
 import socket
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from drivers.can_bus.addresses import BusAddress, parse_address
+from drivers.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
 from drivers.interfaces import CommunicationError
 
 if TYPE_CHECKING:
@@ -20,10 +21,14 @@ _IP_MULTICAST_ALL = 49
 
 
 class CanBuses:
-    """The buses that are open. Many adapters can be opened but once, whatever the number of nodes behind them."""
+    """The buses that are open. Many adapters can be opened but once, whatever the number of nodes behind them.
 
-    def __init__(self) -> None:
+    `in_process` opens those of `can://in-process/…`.
+    """
+
+    def __init__(self, in_process: InProcess | None = None) -> None:
         self._open: dict[tuple[str, str], SharedBus] = {}
+        self._in_process = in_process
 
     def node(self, address: str, name: str) -> "BusNode":
         """Return a node's place on the bus at `can://interface/channel?node=5&bitrate=500000`, opened where it is not.
@@ -34,7 +39,7 @@ class CanBuses:
         key = wanted.interface, wanted.channel
         bus = self._open.get(key)
         if bus is None:
-            bus = SharedBus(wanted, name)
+            bus = SharedBus(wanted, name, self._in_process)
             self._open[key] = bus
         if bus.address.bitrate != wanted.bitrate:
             raise CommunicationError(
@@ -58,10 +63,11 @@ class CanBuses:
 class SharedBus:
     """One connected bus; raises CommunicationError in the name of the instrument that needs it."""
 
-    def __init__(self, address: BusAddress, name: str) -> None:
+    def __init__(self, address: BusAddress, name: str, in_process: InProcess | None = None) -> None:
         import canopen
 
         self.address = address
+        self._in_process = in_process
         self.nodes: set[int] = set()
         self.network: canopen.Network = canopen.Network()
         self.network.NOTIFIER_CYCLE = LISTENING_TIME
@@ -72,6 +78,11 @@ class SharedBus:
         import can
 
         address = self.address
+        if self.answers_at_once:
+            self.network.bus = open_can_bus(address.channel, self._in_process, name)
+            for listener in self.network.listeners:
+                cast("HandingOver", self.network.bus).hand_over(listener)
+            return
         try:
             self.network.connect(interface=address.interface, channel=address.channel, bitrate=address.bitrate)
         except (can.CanError, OSError, ValueError, ImportError) as error:
@@ -83,6 +94,11 @@ class SharedBus:
             ) from error
         if address.interface == "udp_multicast":
             self._keep_to_own_group()
+
+    @property
+    def answers_at_once(self) -> bool:
+        """Whether a reply has come, if it ever will, when the call that sends its request returns."""
+        return self.address.interface == IN_PROCESS
 
     def _keep_to_own_group(self) -> None:
         """Have Linux hand over what comes for this bus' group only, and not for any other's on the same port."""
@@ -112,6 +128,8 @@ class BusNode:
         self._heartbeat: HeartbeatProducer | None = None
         self._connected = True
         node = bus.network.add_node(node_id, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
+        if bus.answers_at_once:
+            node.sdo.RESPONSE_TIMEOUT = 0.0
         self.client: SdoClient = node.sdo
         bus.nodes.add(node_id)
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from drivers.in_process import InProcess
 from drivers.interfaces import (
     Accuracy,
     Clock,
@@ -243,12 +244,13 @@ def open_delta_dyn200(
     *,
     name: str = "dynamometer",
     traffic: Traffic | None = None,
+    in_process: InProcess | None = None,
 ) -> DeltaDyn200:
-    """Open the dynamometer at `tcp://host:port` or `rtu:///dev/…?baudrate=…`.
+    """Open the dynamometer at `tcp://host:port` or `rtu:///dev/…?baudrate=…`, or through `in_process` at `in-process://…`.
 
     Raises CommunicationError where a unit does not answer, ReportedError where the drive is in fault.
     """
-    line = open_line(address, name, traffic=traffic)
+    line = open_line(address, name, traffic=traffic, in_process=in_process)
     try:
         return DeltaDyn200(line, clock, options, name=name)
     except (CommunicationError, ReportedError):

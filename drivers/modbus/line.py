@@ -6,10 +6,13 @@ from typing import Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.client.base import ModbusBaseSyncClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
 
+from drivers.in_process import InProcess, is_in_process, open_stream
 from drivers.interfaces import CommunicationError, ReportedError, Traffic
+from drivers.modbus.stream_client import ModbusStreamClient
 
 #: Modbus Application Protocol V1.1b3, section 7.
 EXCEPTION_NAMES = {
@@ -149,13 +152,24 @@ def signed_16(value: int) -> int:
     return value & 0xFFFF
 
 
-def open_line(address: str, name: str, *, timeout: float = 1.0, traffic: Traffic | None = None) -> ModbusLine:
+def open_line(
+    address: str,
+    name: str,
+    *,
+    timeout: float = 1.0,
+    traffic: Traffic | None = None,
+    in_process: InProcess | None = None,
+) -> ModbusLine:
     """Open `tcp://host:port` or `rtu:///dev/ttyUSB0?baudrate=9600&parity=N&stopbits=1`; `timeout` is in s.
 
-    Raises CommunicationError where the address cannot be opened or is malformed.
+    `in-process://…` is opened through `in_process`. Raises CommunicationError where the address cannot be opened or is malformed.
     """
+    client: ModbusBaseSyncClient
     try:
-        client = _client(address, timeout)
+        if is_in_process(address):
+            client = ModbusStreamClient(open_stream(address, in_process, name), address, timeout)
+        else:
+            client = _client(address, timeout)
         connected = client.connect()
     except ValueError as error:
         raise CommunicationError(name, f"'{address}' is no Modbus address ({error})") from error

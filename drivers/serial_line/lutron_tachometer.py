@@ -6,9 +6,11 @@ from typing import Protocol
 
 import serial
 
+from drivers.in_process import InProcess, is_in_process, open_stream
 from drivers.interfaces import Accuracy, Clock, CommunicationError, Identity, MeasurementError, Reading, Traffic
 from drivers.serial_line.lutron_frame import END, LENGTH, START, Frame, parse_frame
 from drivers.serial_line.options import LutronTachometerOptions
+from drivers.serial_line.stream_port import StreamPort
 
 RPM = 2 * math.pi / 60
 #: Limit of error of handheld tachometers of this class.
@@ -114,13 +116,19 @@ def open_lutron_tachometer(
     *,
     name: str = "tachometer",
     traffic: Traffic | None = None,
+    in_process: InProcess | None = None,
 ) -> LutronTachometer:
     """Open the tachometer on a serial device or pyserial URL (`/dev/ttyUSB0`, `socket://host:port`).
 
-    Raises CommunicationError where the port cannot be opened.
+    `in-process://…` is opened through `in_process`. Raises CommunicationError where the port cannot be opened.
     """
+    timeout = 2 * options.update_period
+    port: SerialPort
     try:
-        port = serial.serial_for_url(address, baudrate=9600, timeout=2 * options.update_period)
+        if is_in_process(address):
+            port = StreamPort(open_stream(address, in_process, name), timeout)
+        else:
+            port = serial.serial_for_url(address, baudrate=9600, timeout=timeout)
     except (OSError, ValueError) as error:
         raise CommunicationError(
             name, f"cannot be opened at {address} ({error})", remedy="Check the address and the cable"

@@ -7,6 +7,7 @@ import numpy as np
 from canopen import objectdictionary
 
 from sim_instruments.connection import Connection
+from sim_instruments.endpoints import can_direct
 from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
 from sim_instruments.faults import FaultKind, Faults
 from sim_instruments.instruments.cia402_power import Entry, ObjectServer, SdoError
@@ -34,7 +35,7 @@ class CanNode:
     """Serves a drive's object dictionary by SDO. Every transfer takes 2 ms of virtual time.
 
     Faults see requests as "read 6041H 0" and "write 6040H 0"; garbage and half a reply are a frame that no client
-    can use, a replaced one is an abort.
+    can use, a replaced one is an abort. On a `direct` bus it answers on the sender's thread.
     """
 
     def __init__(
@@ -46,26 +47,34 @@ class CanNode:
         node_id: int = 5,
         interface: str = "virtual",
         channel: str | None = None,
+        direct: can_direct.DirectBus | None = None,
     ) -> None:
         self.faults = Faults()
         self.connection = Connection()
         self._device = device
         self._clock = clock
         self._random = generator
+        if direct is not None:
+            interface, channel = can_direct.INTERFACE, can_direct.CHANNEL
         self._interface = interface
         self._channel = channel or fresh_channel(interface)
         self._node_id = node_id
         self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(device.entries)))
         self._node.add_read_callback(self._read)
         self._node.add_write_callback(self._write)
-        self._network: Any = canopen.Network(open_bus(interface, self._channel))
+        end = None if direct is None else direct.end()
+        self._network: Any = canopen.Network(open_bus(interface, self._channel) if end is None else end)
         self._network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE
         self._network.add_node(self._node)
         # Requests pass the faults before they reach the server.
         server = self._node.sdo
         self._network.unsubscribe(server.rx_cobid, server.on_request)
         self._network.subscribe(server.rx_cobid, self._request)
-        self._network.connect()
+        if end is None:
+            self._network.connect()
+        else:
+            for listener in self._network.listeners:
+                end.hand_over(listener)
 
     @property
     def address(self) -> dict[str, str | int]:

@@ -9,8 +9,8 @@ from typing import Protocol
 class StreamSource(Protocol):
     """An instrument that sends without being asked."""
 
-    def due(self, time: float) -> bytes:
-        """Return the bytes to send at a virtual time (s)."""
+    def due(self, time: float) -> Callable[[], bytes] | None:
+        """Return what gives the bytes that it sends at a virtual time (s), None for none."""
 
 
 class AdvancingClock(Protocol):
@@ -66,9 +66,9 @@ class SerialStream:
         return self._line.path
 
     def _advance(self, time: float) -> None:
-        data = self._source.due(time)
-        if data:
-            self._line.send(data)
+        frame = self._source.due(time)
+        if frame is not None:
+            self._line.send(frame())
 
     def close(self) -> None:
         """Stop the stream and close the line."""

@@ -1,6 +1,7 @@
 """Tachometer that streams Lutron's 16-character frame, one a second, 9600 8N1 (Lutron RS232 data format)."""
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,25 +51,35 @@ class LutronTachometer:
         self._annunciator = annunciator
         self._sent = 0.0
 
-    def due(self, time: float) -> bytes:
-        """Return the bytes to send at a virtual time: the latest frame if a second has passed since the last."""
+    def due(self, time: float) -> Callable[[], bytes] | None:
+        """Return what gives the bytes sent at a virtual time: the latest frame if a second has passed since the last.
+
+        Who asks it late is told the same bytes, as long as the world remembers the gate before `time`.
+        """
         if time - self._sent < _PERIOD - 1.0e-9:
-            return b""
+            return None
         self._sent += _PERIOD * math.floor((time - self._sent) / _PERIOD + 1.0e-9)
         fault: Fault | None = self.faults.strike("frame") if self.faults else None
-        reply = self.reading()
+        dither = self._dither()
         if fault is None:
-            return reply
+            return lambda: self._display(time, dither)
         if fault.kind is FaultKind.LATE:
             self._sent += fault.delay
-            return b""
-        return spoil(fault, reply, self._random)
+            return None
+        spoilt = spoil(fault, self._display(time, dither), self._random)
+        return lambda: spoilt
 
     def reading(self) -> bytes:
         """Return a frame of the present speed."""
-        speed_rpm = self._world.shaft_speed(_GATE) * 60.0 / (2.0 * math.pi) * (1.0 + self._errors.gain)
-        decimals = 1 if speed_rpm < _FINE_BELOW else 0
+        return self._display(None, self._dither())
+
+    def _dither(self) -> float:
         # Counting against a clock of its own, the last digit falls on either side.
-        dithered = speed_rpm * 10.0**decimals + float(self._random.uniform(-0.5, 0.5))
+        return float(self._random.uniform(-0.5, 0.5))
+
+    def _display(self, time: float | None, dither: float) -> bytes:
+        speed_rpm = self._world.shaft_speed(_GATE, time) * 60.0 / (2.0 * math.pi) * (1.0 + self._errors.gain)
+        decimals = 1 if speed_rpm < _FINE_BELOW else 0
+        dithered = speed_rpm * 10.0**decimals + dither
         shown = max(0, round(dithered)) if speed_rpm > 0.0 else 0
         return frame(min(shown, _HIGHEST) / 10.0**decimals, decimals, self._annunciator)

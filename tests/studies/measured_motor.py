@@ -84,6 +84,7 @@ def measure(seed: int, index: int, plan: list[Planned]) -> Measured:
         errors=Errors.drawn(random),
         ambient_temperature=ambient,
         initial_angle=float(random.uniform(0.0, 2.0 * np.pi)),
+        sockets=False,
     )
     with bench:
         return _measured(index, bench, motor, plate, int(random.integers(1 << 31)), plan)
@@ -101,6 +102,7 @@ def _measured(
         nothing,
         lambda: ResourceManager(virtual.visa_library),
         lambda _: None,
+        in_process=virtual,
     )
     truth = truth_of(motor)
     results: list[ProcedureResult] = []

@@ -1,0 +1,86 @@
+"""Requests in Modbus TCP frames and the answers to them, whatever carries the bytes (Application Protocol, V1.1b3)."""
+
+import struct
+
+from sim_instruments.endpoints.modbus_unit import ModbusLine
+from sim_instruments.faults import Fault, FaultKind, spoil
+from sim_instruments.instruments.registers import RegisterError
+
+#: MBAP header: transaction, protocol, length of what follows the length, unit.
+HEADER = struct.Struct("!HHHB")
+#: Bench time (s) that a request takes.
+REQUEST_TIME = 2.0e-3
+_LONGEST, _SHORTEST = 254, 2
+_READ, _WRITE_SINGLE, _WRITE = 3, 6, 16
+_ILLEGAL_FUNCTION, _ILLEGAL_VALUE, _NO_SUCH_UNIT = 1, 3, 11
+_MOST_READ, _MOST_WRITTEN = 125, 123
+
+
+class _RefusedError(Exception):
+    """A request that is answered by an exception code."""
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+        super().__init__(f"exception {code}")
+
+
+class NoFrameError(Exception):
+    """Bytes that are no Modbus TCP frame."""
+
+
+def rest_of(header: bytes) -> tuple[int, int, int]:
+    """Return transaction, unit and how many bytes of request follow a header. Raises NoFrameError."""
+    transaction, protocol, length, unit = HEADER.unpack(header)
+    if protocol != 0 or not _SHORTEST <= length <= _LONGEST:
+        raise NoFrameError(header.hex(" "))
+    return transaction, unit, length - 1
+
+
+class ModbusFrames:
+    """Answers the requests to a line of units."""
+
+    def __init__(self, line: ModbusLine) -> None:
+        self._line = line
+
+    def answer(self, unit: int, request: bytes) -> tuple[bytes, Fault | None]:
+        """Return the response to a request, and the fault that is to strike its frame."""
+        function = request[0]
+        try:
+            if unit not in self._line.units:
+                raise _RefusedError(_NO_SUCH_UNIT)  # noqa: TRY301  one place makes exceptions of refusals
+            return self._execute(unit, function, request[1:])
+        except (_RefusedError, RegisterError) as refusal:
+            return bytes([function | 0x80, refusal.code]), None
+
+    def frame(self, transaction: int, unit: int, response: bytes, fault: Fault | None) -> bytes:
+        """Return the frame of a response, or what a fault leaves of it."""
+        whole = HEADER.pack(transaction, 0, len(response) + 1, unit) + response
+        if fault is None:
+            return whole
+        spoilt = spoil(fault, whole, self._line.generator)
+        # The header stays in garbage, or the client would wait for its own reply without looking.
+        return whole[: HEADER.size] + spoilt[HEADER.size :] if fault.kind is FaultKind.GARBAGE else spoilt
+
+    def _execute(self, unit: int, function: int, data: bytes) -> tuple[bytes, Fault | None]:
+        device = self._line.units[unit]
+        if function not in (_READ, _WRITE_SINGLE, _WRITE):
+            raise _RefusedError(_ILLEGAL_FUNCTION)
+        if len(data) < 4 or (function != _WRITE and len(data) != 4):
+            raise _RefusedError(_ILLEGAL_VALUE)
+        address, number = struct.unpack("!HH", data[:4])
+        if function == _READ:
+            if not 1 <= number <= _MOST_READ:
+                raise _RefusedError(_ILLEGAL_VALUE)
+            fault = self._line.fault("read", unit, address, number)
+            registers = device.read(address, number)
+            return struct.pack(f"!BB{number}H", function, 2 * number, *registers), fault
+        values = [number] if function == _WRITE_SINGLE else _written(number, data[4:])
+        fault = self._line.fault("write", unit, address, len(values))
+        device.write(address, values)
+        return bytes([function]) + data[:4], fault
+
+
+def _written(count: int, data: bytes) -> list[int]:
+    if not 1 <= count <= _MOST_WRITTEN or len(data) != 1 + 2 * count or data[0] != 2 * count:
+        raise _RefusedError(_ILLEGAL_VALUE)
+    return list(struct.unpack(f"!{count}H", data[1:]))
