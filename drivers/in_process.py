@@ -13,7 +13,10 @@ IN_PROCESS = "in-process"
 
 
 class ByteStream(Protocol):
-    """One connection to an instrument; what is written has its effect before the call returns."""
+    """One connection to an instrument; what is written has its effect before the call returns.
+
+    Reading and writing raise ConnectionError once it is broken.
+    """
 
     def write(self, data: bytes) -> int:
         """Send bytes and return how many were taken."""
@@ -32,7 +35,7 @@ class InProcess(Protocol):
     """What opens addresses in process."""
 
     def stream(self, address: str) -> ByteStream:
-        """Return a connection to `in-process://…`. Raises LookupError where nothing is there."""
+        """Return a connection to `in-process://…`. Raises LookupError where nothing is there, ConnectionError where it is cut off."""
 
     def can_bus(self, channel: str) -> "BusABC":
         """Return an end of a bus that has `hand_over`. Raises LookupError where there is no such channel."""
@@ -55,7 +58,7 @@ def open_stream(address: str, opener: InProcess | None, name: str) -> ByteStream
     try:
         if opener is not None:
             return opener.stream(address)
-    except LookupError as error:
+    except (LookupError, ConnectionError) as error:
         raise _nothing_there(address, name) from error
     raise _nothing_there(address, name)
 

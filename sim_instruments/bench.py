@@ -246,7 +246,7 @@ class VirtualBench:
 
     @cached_property
     def _tachometer_line(self) -> SerialLine:
-        line = SerialLine(self.tachometer, self.clock)
+        line = SerialLine(self.tachometer, self.clock, self.tachometer.connection)
         self._open.callback(line.shut)
         return line
 
@@ -301,7 +301,10 @@ class VirtualBench:
         return {role: self.address(role) for role in self.roles}
 
     def stream(self, address: str) -> ModbusStream | SerialLine:
-        """Return the byte stream at an address in process. Raises LookupError where there is none."""
+        """Return the byte stream at an address in process.
+
+        Raises LookupError where there is none, ConnectionError where its cable is out.
+        """
         if not self._sockets and address == DIRECT_ADDRESSES["dynamometer"]:
             return ModbusStream(self.dynamometer)
         if not self._sockets and address == DIRECT_ADDRESSES["tachometer"]:

@@ -167,14 +167,17 @@ def open_line(
     client: ModbusBaseSyncClient
     try:
         if is_in_process(address):
-            client = ModbusStreamClient(open_stream(address, in_process, name), address, timeout)
+            client = ModbusStreamClient(lambda: open_stream(address, in_process, name), address, timeout)
         else:
             client = _client(address, timeout)
         connected = client.connect()
     except ValueError as error:
         raise CommunicationError(name, f"'{address}' is no Modbus address ({error})") from error
     if not connected:
-        raise CommunicationError(name, f"cannot be opened at {address}", remedy="Check address, power and cable")
+        remedy = "Check address, power and cable"
+        if is_in_process(address):
+            remedy = "Nothing in this process answers there; only the virtual bench has such addresses, while it runs"
+        raise CommunicationError(name, f"cannot be opened at {address}", remedy=remedy)
     return ModbusLine(client, name, traffic=traffic)
 
 

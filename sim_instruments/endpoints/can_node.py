@@ -88,6 +88,8 @@ class CanNode:
             self._network.disconnect()
 
     def _request(self, identifier: int, data: bytearray, timestamp: float) -> None:
+        if not self.connection.up:
+            return
         # The client is blocked until it has its reply, so sleeping here is sleeping on its behalf.
         self._clock.sleep(_TRANSFER_TIME)
         server = self._node.sdo

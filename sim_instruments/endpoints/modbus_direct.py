@@ -6,16 +6,25 @@ from sim_instruments.faults import FaultKind
 
 
 class ModbusStream:
-    """One client's connection to a line of units. Every request takes 2 ms of bench time."""
+    """One client's connection to a line of units, which the line's cable ends. Every request takes 2 ms of bench time.
+
+    Raises ConnectionError where the cable is out.
+    """
 
     def __init__(self, line: ModbusLine) -> None:
+        self._cable, self._pulled = line.connection, line.connection.pulled
+        self._check()
         self._clock = line.clock
         self._frames = ModbusFrames(line)
         self._requests = b""
         self._replies = b""
 
     def write(self, data: bytes) -> int:
-        """Take bytes, answer the requests that are complete, and return how many bytes were taken."""
+        """Take bytes, answer the requests that are complete, and return how many bytes were taken.
+
+        Raises ConnectionError once the cable has been pulled out.
+        """
+        self._check()
         self._requests += data
         while (frame := self._next()) is not None:
             transaction, unit, request = frame
@@ -27,7 +36,11 @@ class ModbusStream:
         return len(data)
 
     def read(self, count: int, timeout: float) -> bytes:
-        """Return up to `count` bytes of what has been answered, nothing once `timeout` (s, bench) has passed without."""
+        """Return up to `count` bytes of what has been answered, nothing once `timeout` (s, bench) has passed without.
+
+        Raises ConnectionError once the cable has been pulled out.
+        """
+        self._check()
         if not self._replies:
             self._clock.sleep(timeout)
         data, self._replies = self._replies[:count], self._replies[count:]
@@ -40,6 +53,10 @@ class ModbusStream:
     def close(self) -> None:
         """Forget what is under way; again is allowed."""
         self._requests = self._replies = b""
+
+    def _check(self) -> None:
+        if not self._cable.up or self._cable.pulled != self._pulled:
+            raise ConnectionResetError("the connection is gone")
 
     def _next(self) -> tuple[int, int, bytes] | None:
         if len(self._requests) < HEADER.size:

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable
 
 from sim_instruments.clock import BenchClock
+from sim_instruments.connection import Connection
 from sim_instruments.endpoints.pty import StreamSource
 
 #: Frames that wait unread before the next ones are lost, and how long (s, bench) one is kept.
@@ -12,10 +13,11 @@ _KEPT = 300.0
 
 
 class SerialLine:
-    """Carries the frames of one instrument to one client as virtual time moves."""
+    """Carries the frames of one instrument to one client as virtual time moves; none while its cable is out."""
 
-    def __init__(self, source: StreamSource, clock: BenchClock) -> None:
+    def __init__(self, source: StreamSource, clock: BenchClock, cable: Connection) -> None:
         self._source = source
+        self._cable = cable
         self._clock = clock
         self._waiting: deque[tuple[float, Callable[[], bytes]]] = deque()
         self._begun = b""
@@ -52,5 +54,5 @@ class SerialLine:
 
     def _advance(self, time: float) -> None:
         frame = self._source.due(time)
-        if frame is not None and len(self._waiting) < _MOST_FRAMES:
+        if frame is not None and self._cable.up and len(self._waiting) < _MOST_FRAMES:
             self._waiting.append((time, frame))

@@ -134,11 +134,26 @@ def test_a_closed_connection_can_be_opened_again(make: Callable[..., Bench]) -> 
     assert (inverter.measure_frequency().value, dynamometer.measure().speed) == (0.0, 0.0)
 
 
+def test_a_pulled_cable_cuts_off_until_it_is_plugged_and_opened_anew(make: Callable[..., Bench]) -> None:
+    virtual, instruments = make()
+    inverter, dynamometer = instruments.get(Role.INVERTER), instruments.get(Role.DYNAMOMETER)
+    for role in ("inverter", "dynamometer"):
+        virtual.connection(role).pull()
+    for instrument in (inverter, dynamometer):
+        with pytest.raises(CommunicationError):
+            instrument.make_safe()
+    for role in ("inverter", "dynamometer"):
+        virtual.connection(role).plug()
+    inverter.make_safe()
+    dynamometer.make_safe()
+    assert (inverter.measure_frequency().value, dynamometer.measure().speed) == (0.0, 0.0)
+
+
 def test_addresses_in_process_need_a_bench_in_this_process(make: Callable[..., Bench]) -> None:
     virtual, _ = make(True)
     clock = virtual.clock
     for opener in (None, virtual):
-        with pytest.raises(CommunicationError, match="nothing in this process answers at in-process://dynamometer"):
+        with pytest.raises(CommunicationError, match=r"cannot be opened at in-process://dynamometer.*Nothing in"):
             open_line("in-process://dynamometer", "dynamometer", in_process=opener)
         with pytest.raises(CommunicationError, match="nothing in this process answers at in-process://tachometer"):
             open_lutron_tachometer("in-process://tachometer", clock, LutronTachometerOptions(), in_process=opener)
