@@ -21,12 +21,12 @@ def make_app() -> App:
         default_parameter=Parameter(negative=()),
         result_action="return_value",
     )
+    app.command("bench.commands.results:command", name="results", help="Show a run, list runs, or prove one untouched.")
     lists = Parameter(negative=(), consume_multiple=True)
     commands = (
         ("demo", "Every procedure on the virtual bench, then the summary."),
         ("run", "Run procedures on a station, or on the virtual bench."),
         ("procedures", "List the procedures with their steps and settings."),
-        ("results", "Show a run, whole or cut off."),
         ("export", "Write a run's parameters as a motor controller's file."),
         ("doctor", "Check the installation: libraries, VISA backends, permissions."),
     )

@@ -1,9 +1,11 @@
 """A station's instruments: each opened when first needed, limited by the motor, recorded, and closed on its own."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from bench.files.station import Entry, Station
+from bench.record.errors import RecordError
 from bench.record.recording import Recording, WaveformSink
 from bench.safety.guards import PolePairs, guarded
 from bench.safety.limits import Observer, limits_of, nobody
@@ -136,7 +138,9 @@ class StationInstruments:
 
     def _traffic(self, role: Role) -> Traffic:
         def told(direction: str, content: str) -> None:
-            self._recorder.event("traffic", instrument=role.value, direction=direction, content=content)
+            # A record that fails must not break off an exchange, least of all one that switches off; the next event raises it.
+            with suppress(RecordError):
+                self._recorder.event("traffic", instrument=role.value, direction=direction, content=content)
 
         return told
 

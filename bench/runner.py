@@ -7,6 +7,7 @@ from time import monotonic
 from typing import Any, Protocol
 
 from bench.plan import Planned
+from bench.record.errors import RecordError
 from bench.record.journal import Journal
 from bench.record.run_view import RunView, message
 from bench.record.stored_result import store, store_notice
@@ -138,7 +139,7 @@ class Runner:
             self.journal.event(
                 "procedure_failed", procedure=planned.name, cause=cause, trace=traceback.format_exception(error)
             )
-            if not isinstance(error, Exception):
+            if not isinstance(error, Exception) or isinstance(error, RecordError):
                 raise
             self.way_down.walk(self.instruments.opened(), self.journal, self.clock)
             return cause

@@ -1,28 +1,32 @@
 """One run from the command line's wishes to the written result."""
 
-import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.clock import wall_date
-from bench.errors import InputError, UsageError
+from bench.errors import InputError
 from bench.files.motor_file import MotorFile
 from bench.files.station import Station
 from bench.instruments import StationInstruments
 from bench.language import translator
 from bench.plan import Catalogue, Planned, make_plan
 from bench.progress import Progress
-from bench.record.journal import Journal, JournalFile, read_journal
+from bench.record.disk import Reserve
+from bench.record.journal import Journal
+from bench.record.journal_file import JournalFile
 from bench.record.run_folder import RunFolder, new_run_folder
+from bench.record.run_result import conclude
 from bench.record.run_view import RunView, view_of
-from bench.record.waveforms import WaveformStore
+from bench.record.unrecorded import Unrecorded
+from bench.record.waveforms import WaveformFolder
+from bench.resume import begun, check_identities, check_unchanged
 from bench.runner import Runner
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
+from bench.software import software
 from bench.surroundings import Place, place
 from procedures.text import Translate, text
 
@@ -51,10 +55,11 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Finished:
-    """A run that has ended: its folder, what it came to, and the bench time (s) that hands needed."""
+    """A run that has ended: its folder, what it came to, that as JSON, and the bench time (s) that hands needed."""
 
     folder: RunFolder
     view: RunView
+    result: dict[str, Any]
     hand_time: float
 
 
@@ -81,11 +86,16 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         _check_roles(plan, where.station)
         used = {role for planned in plan for role in planned.procedure.roles}
         overdue = where.station.check_calibrations(today(), used)
-        previous = _previous(wishes, where.station) if wishes.resume else None
-        view = view_of(previous.events) if previous else RunView()
+        versions = software()
+        previous, view = None, RunView()
+        if wishes.resume:
+            previous, began = begun(wishes.resume)
+            check_unchanged(wishes.resume, began, wishes.motor, where.station, versions)
+            view = view_of(previous.events)
+            _check_instruments(wishes, previous, plan, where, view.finished)
         folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
-        journal = Journal(folder.journal, where.clock.now, previous=previous)
+        journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=Reserve(folder.reserve))
         journal.listen(view.apply)
         live = wishes.station == "virtual" or wishes.operator == "answers"
         journal.listen(Progress(console, [planned.name for planned in plan], live=live).hear)
@@ -94,7 +104,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             wishes.motor.nameplate,
             where.clock,
             journal,
-            WaveformStore(folder.waveforms),
+            WaveformFolder(folder.waveforms),
             where.visa,
             where.prompts,
             in_process=where.in_process,
@@ -112,10 +122,11 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             where.station.way_down,
             interrupts,
         )
-        about = _about(wishes, plan, where, folder)
+        about = _about(wishes, plan, where, folder, versions)
+        if previous:
+            about["torn_bytes"] = previous.torn_bytes
         runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on, warnings=overdue)
-        folder.write_result(view.as_dict(translate))
-        return Finished(folder, view, where.hand_time())
+        return Finished(folder, view, conclude(folder, view, translate), where.hand_time())
 
 
 def _possible(plan: list[Planned], station: Station, console: "Console", translate: Translate) -> list[Planned]:
@@ -140,27 +151,35 @@ def _check_roles(plan: Sequence[Planned], station: Station) -> None:
             raise InputError(f"{station.source}: {planned.name} needs {', '.join(sorted(missing))}; add it to the file")
 
 
-def _previous(wishes: Wishes, station: Station) -> JournalFile:
-    if wishes.resume is None:
-        raise UsageError("there is no run to resume")
-    read = read_journal(wishes.resume.journal)
-    if not read.events or read.events[0].kind != "run_started":
-        raise InputError(f"{wishes.resume.journal}: the journal has no beginning; start a new run")
-    began = read.events[0].data
-    for what, sha256, source in (
-        ("motor", wishes.motor.sha256, wishes.motor.source),
-        ("station", station.sha256, station.source),
-    ):
-        if began[what]["sha256"] != sha256:
-            raise InputError(
-                f"{wishes.resume.path}: the {what} file {source} is not the one this run began with "
-                f"({began[what]['source']}, SHA-256 {began[what]['sha256'][:12]}…); results would not belong together. "
-                "Restore it, or start a new run"
-            )
-    return read
+def _check_instruments(
+    wishes: Wishes, previous: JournalFile, plan: Sequence[Planned], where: Place, finished: Collection[str]
+) -> None:
+    """Open what is still needed, see that the same instruments answer as before, and close it; nothing is recorded of that."""
+    folder = wishes.resume
+    if folder is None:
+        return
+    needed = {role for planned in plan if planned.name not in finished for role in planned.procedure.roles}
+    nowhere = Unrecorded()
+    instruments = StationInstruments(
+        where.station,
+        wishes.motor.nameplate,
+        where.clock,
+        nowhere,
+        nowhere,
+        where.visa,
+        where.prompts,
+    )
+    try:
+        for role in sorted(needed, key=lambda role: role.value):
+            instruments.open(role)
+        check_identities(folder, previous.events, instruments.opened())
+    finally:
+        instruments.close()
 
 
-def _about(wishes: Wishes, plan: Sequence[Planned], where: Place, folder: RunFolder) -> dict[str, Any]:
+def _about(
+    wishes: Wishes, plan: Sequence[Planned], where: Place, folder: RunFolder, versions: Mapping[str, str]
+) -> dict[str, Any]:
     station = where.station
     return {
         "run": str(folder.path),
@@ -189,7 +208,7 @@ def _about(wishes: Wishes, plan: Sequence[Planned], where: Place, folder: RunFol
         "settings": list(wishes.assignments),
         "seed": wishes.seed,
         "language": wishes.language,
-        "software": {"motorbench": version("motorbench"), "python": platform.python_version()},
+        "software": dict(versions),
         "truth": where.truth,
         "motor_file": wishes.motor.content,
         "station_file": station.content,

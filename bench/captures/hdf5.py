@@ -5,20 +5,19 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureError, Channel
-from bench.record.waveforms import StoredWaveform, WaveformStore
+from bench.record.waveforms import StoredWaveform, read_waveform, waveform_names
 
 
 def read_hdf5(path: Path, selected: str = "") -> Capture:
     """Return the waveforms of a file, or those under the group `selected`. Raises CaptureError where times differ."""
-    store = WaveformStore(path)
     try:
-        names = [n for n in store.names() if not selected or n == selected or n.startswith(selected.rstrip("/") + "/")]
-        waveforms = {name: store.read(name) for name in names}
+        there = waveform_names(path)
+        names = [n for n in there if not selected or n == selected or n.startswith(selected.rstrip("/") + "/")]
+        waveforms = {name: read_waveform(path, name) for name in names}
     except (OSError, KeyError) as error:
         raise CaptureError(str(path), f"cannot be read as HDF5 with waveforms: {error}") from error
     if not waveforms:
-        there = ", ".join(store.names()) or "none"
-        raise CaptureError(str(path), f"no waveform '{selected}' in it; there are: {there}")
+        raise CaptureError(str(path), f"no waveform '{selected}' in it; there are: {', '.join(there) or 'none'}")
     reference = next(iter(waveforms.values()))
     for name, waveform in waveforms.items():
         _check(path, name, waveform)

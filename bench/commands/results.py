@@ -1,20 +1,26 @@
-"""`motorbench results`: a run as its journal tells it."""
+"""`motorbench results`: a run as its journal tells it, and which runs there are."""
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
 from bench.commands.output import console_on, print_end, print_json, print_summary
 from bench.errors import UsageError
 from bench.files.toml_file import nearest
 from bench.language import language_of, translator
-from bench.record.journal import read_journal
-from bench.record.run_folder import existing_run_folder
+from bench.record.journal_file import read_journal
+from bench.record.overview import overview
+from bench.record.run_folder import existing_run_folder, run_folders
+from bench.record.run_result import end_of
 from bench.record.run_view import RunView, view_of
 from procedures.result import Parameter as Measured
 from procedures.text import Translate
+
+#: Procedures that a list names one by one.
+_NAMED = 3
 
 
 def results(
@@ -30,7 +36,7 @@ def results(
     Parameters
     ----------
     run
-        The run's folder, or its name under `--runs`.
+        The run's folder, its name under `--runs`, or `latest`.
     budget
         Print the uncertainty budgets of these parameters, of all where none is named.
     json
@@ -46,7 +52,7 @@ def results(
     journal = read_journal(folder.journal)
     view = view_of(journal.events)
     if json:
-        print_json({**view.as_dict(translate), "torn": journal.torn})
+        print_json({**view.as_dict(translate), "journal": end_of(journal), "torn": journal.torn})
     elif budget is not None:
         _print_budgets(view, budget, translate)
     else:
@@ -54,6 +60,32 @@ def results(
         if view.status != "completed":
             print_end(view, folder, translate)
     sys.stdout.flush()
+    return 0
+
+
+def list_runs(*, json: bool = False, runs: Path = Path("runs")) -> int:
+    """List the runs of a folder in the order they began.
+
+    Parameters
+    ----------
+    json
+        Print one JSON object and nothing else.
+    runs
+        Folder of the runs.
+
+    """
+    found = [overview(folder) for folder in run_folders(runs)]
+    if json:
+        print_json({"runs": [asdict(each) for each in found]})
+    elif not found:
+        print(f"there are no runs in {runs}")
+    else:
+        widest = max(len(each.name) for each in found)
+        for each in found:
+            what = (
+                ", ".join(each.procedures) if len(each.procedures) <= _NAMED else f"{len(each.procedures)} procedures"
+            )
+            print(f"{each.name:{widest}}  {each.status:11}  {each.motor}: {what}")
     return 0
 
 
@@ -68,3 +100,15 @@ def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) 
     for name in names or found.parameters:
         wanted += [found.parameters[name], *found.alternatives[name]]
     console_on(sys.stdout).print(budgets(wanted, translate))
+
+
+#: `motorbench results RUN`, `results list` and `results verify RUN`.
+command = App(
+    name="results",
+    help="Show a run, whole or cut off.",
+    default_parameter=Parameter(negative=()),
+    result_action="return_value",
+)
+command.default(results)
+command.command(list_runs, name="list", help="List the runs of a folder.")
+command.command("bench.commands.verify:verify", name="verify", help="Prove that a run is as it was written.")

@@ -55,7 +55,7 @@ def run(
     json
         Print one JSON object and nothing else.
     resume
-        A run's folder: go on at its first unfinished procedure.
+        A run's folder, its name under `--runs`, or `latest`: go on at its first unfinished procedure.
     trace
         Record every exchange with the instruments in the journal.
     seed
@@ -68,10 +68,9 @@ def run(
     """
     folder = existing_run_folder(resume, runs) if resume else None
     if folder is not None:
-        from bench.record.journal import read_journal
+        from bench.resume import begun
 
-        events = read_journal(folder.journal).events
-        began = events[0].data if events else {}
+        _, began = begun(folder)
         station = station or began.get("station", {}).get("source")
         motor = motor or began.get("motor", {}).get("source")
         procedures = procedures or tuple(began.get("procedures", ()))
@@ -103,7 +102,7 @@ def run(
     )
     translate = translator(chosen)
     if json:
-        print_json(done.view.as_dict(translate))
+        print_json(done.result)
     else:
         print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
     if done.view.status != "completed":

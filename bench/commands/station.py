@@ -8,21 +8,15 @@ from bench.clock import SystemClock, wall_date
 from bench.commands.output import console_on, print_json
 from bench.files.station import Entry, load_station
 from bench.instruments import StationInstruments, system_visa
-from drivers.interfaces import InstrumentError, Waveform
+from bench.record.unrecorded import Unrecorded
+from drivers.interfaces import InstrumentError
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role
 from procedures.nameplate import Connection, Nameplate
 
 
-class _Nowhere:
-    """Stands for journal, waveform store and person where nothing is measured."""
-
-    def event(self, kind: str, **data: Any) -> None:
-        """Forget it."""
-
-    def store(self, name: str, waveform: Waveform) -> str:
-        """Forget it."""
-        return ""
+class _Nobody:
+    """Stands for a person where nothing is measured."""
 
     def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
         """Answer the least: nobody measures here."""
@@ -45,9 +39,9 @@ def check(station: Path, *, json: bool = False) -> int:
     """
     read = load_station(station)
     overdue = [str(notice.message) for notice in read.check_calibrations(wall_date(), read.entries)]
-    nowhere = _Nowhere()
+    nowhere = Unrecorded()
     plate = Nameplate("none", Connection.WYE, rated_current=1e-3)
-    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, nowhere)
+    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, _Nobody())
     instruments = StationInstruments(
         read, plate, SystemClock(), nowhere, nowhere, system_visa(read.visa_library), prompts.get
     )

@@ -7,18 +7,21 @@ from enum import Enum
 from types import TracebackType
 from typing import Any, Protocol
 
+from bench.record.waveforms import StoredRecord
 from drivers.interfaces import Instrument, Waveform
 from procedures.bench import Recorder
 
 #: Questions that an instrument answers from its own data, without a measurement.
 _UNRECORDED = frozenset({"accuracy_at", "channels", "close"})
+#: What changes the energy in a block that is energised: on the disk before it is done, as the block's beginning is.
+_COMMANDS = frozenset({"set_current", "set_speed"})
 
 
 class WaveformSink(Protocol):
-    """Where samples go; the journal only holds the reference."""
+    """Where samples go; the journal only holds the reference and the file's hash."""
 
-    def store(self, name: str, waveform: Waveform) -> str:
-        """Keep a waveform under this instrument's name and return what finds it again."""
+    def store(self, name: str, waveforms: Mapping[str, Waveform]) -> StoredRecord:
+        """Keep the waveforms of one record of this instrument, on the disk when this returns."""
 
 
 class Recording:
@@ -44,6 +47,9 @@ class Recording:
 
     def _recorded(self, method: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def recorded(*arguments: Any, **named: Any) -> Any:
+            if method in _COMMANDS:
+                said = _said(arguments, named)
+                self._recorder.event("commanding", instrument=self._name, call=method, **said)
             try:
                 given = call(*arguments, **named)
             except BaseException as error:
@@ -54,31 +60,31 @@ class Recording:
         return recorded
 
     def _record(self, method: str, arguments: tuple[Any, ...], named: Mapping[str, Any], given: Any) -> Any:
-        kind, told = "reading", given
-        if given is None:
-            kind, told = "setting", None
-        elif isinstance(given, AbstractContextManager):
-            return _Energised(
-                given, self._recorder, {"instrument": self._name, "call": method, **_said(arguments, named)}
-            )
-        elif isinstance(given, Mapping) and any(isinstance(item, Waveform) for item in given.values()):
-            kind, told = "waveforms", {str(key): self._kept(wave) for key, wave in given.items()}
-        elif isinstance(given, Waveform):
-            kind, told = "waveforms", {str(given.channel): self._kept(given)}
         event: dict[str, Any] = {"instrument": self._name, "call": method, **_said(arguments, named)}
-        if told is not None:
-            event["value"] = _flat(told)
-        self._recorder.event(kind, **event)
+        if isinstance(given, AbstractContextManager):
+            return _Energised(given, self._recorder, event)
+        if waves := _waveforms(given):
+            event["file"], event["value"] = self._kept(waves)
+            self._recorder.event("waveforms", **event)
+        elif given is None:
+            self._recorder.event("setting", **event)
+        else:
+            self._recorder.event("reading", **event, value=_flat(given))
         return given
 
-    def _kept(self, wave: Waveform) -> dict[str, Any]:
-        return {
-            "waveform": self._waveforms.store(self._name, wave),
-            "samples": len(wave.values),
-            "unit": wave.unit,
-            "resolution": wave.resolution,
-            "clipped": wave.clipped,
+    def _kept(self, waves: Mapping[Any, Waveform]) -> tuple[dict[str, Any], dict[str, Any]]:
+        stored = self._waveforms.store(self._name, {f"channel{key}": wave for key, wave in waves.items()})
+        told = {
+            str(key): {
+                "waveform": stored.reference(f"channel{key}"),
+                "samples": len(wave.values),
+                "unit": wave.unit,
+                "resolution": wave.resolution,
+                "clipped": wave.clipped,
+            }
+            for key, wave in waves.items()
         }
+        return {"path": stored.path, "sha256": stored.sha256, "bytes": stored.length}, told
 
     def _failed(self, method: str, arguments: tuple[Any, ...], named: Mapping[str, Any], error: BaseException) -> None:
         self._recorder.event(
@@ -105,7 +111,12 @@ class _Energised(AbstractContextManager[Any]):
         except BaseException as error:
             self._recorder.event("de_energised", **self._said, error=f"{type(error).__name__}: {error}")
             raise
-        self._recorder.event("energised", **self._said)
+        try:
+            self._recorder.event("energised", **self._said)
+        except BaseException as error:
+            # What cannot be recorded must not stay on: the caller never gets to its block's end.
+            self._inner.__exit__(type(error), error, error.__traceback__)
+            raise
         return given
 
     def __exit__(
@@ -118,6 +129,15 @@ class _Energised(AbstractContextManager[Any]):
             raise
         self._recorder.event("de_energised", **self._said)
         return swallowed
+
+
+def _waveforms(given: Any) -> Mapping[Any, Waveform]:
+    """Return the waveforms by channel where that is what an instrument gave."""
+    if isinstance(given, Waveform):
+        return {given.channel: given}
+    if isinstance(given, Mapping) and any(isinstance(item, Waveform) for item in given.values()):
+        return given
+    return {}
 
 
 def _said(arguments: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:

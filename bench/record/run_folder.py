@@ -1,7 +1,6 @@
 """Where a run lives on disk."""
 
 import json
-import os
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -9,7 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
-from bench.record.encoding import plain
+from bench.files.toml_file import nearest
+from bench.record.disk import write_file
+from bench.record.encoding import plain, to_bytes
+
+#: Stands for the run that began last.
+LATEST = "latest"
+#: Runs that a message names.
+_SHOWN = 8
+_STAMPED = re.compile(r"\d{8}T\d{6}Z-")
 
 
 @dataclass(frozen=True)
@@ -30,18 +37,18 @@ class RunFolder:
 
     @property
     def waveforms(self) -> Path:
-        """The samples that the journal refers to."""
-        return self.path / "waveforms.h5"
+        """Folder of the samples that the journal refers to."""
+        return self.path / "waveforms"
+
+    @property
+    def reserve(self) -> Path:
+        """Room that is kept for the end of a run while it goes on."""
+        return self.path / ".reserve"
 
     def write_result(self, result: dict[str, Any]) -> None:
-        """Write `result.json` whole or not at all."""
-        part = self.path / ".result.json.part"
+        """Have `result.json` on the disk, whole or not at all. Raises RecordError."""
         text = json.dumps(plain(result), ensure_ascii=False, allow_nan=False, indent=2)
-        with part.open("w", encoding="utf-8", errors="backslashreplace") as file:
-            file.write(text + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(self.result)
+        write_file(self.result, to_bytes(text + "\n"))
 
 
 def new_run_folder(runs: Path, motor: str) -> RunFolder:
@@ -62,8 +69,27 @@ def new_run_folder(runs: Path, motor: str) -> RunFolder:
 
 
 def existing_run_folder(reference: str, runs: Path) -> RunFolder:
-    """Return a run by its folder or by its name under `runs`. Raises InputError where there is none."""
+    """Return a run by its folder, by its name under `runs`, or the one begun last for `latest`. Raises InputError for none."""
     for path in (Path(reference), runs / reference):
         if (path / "journal.jsonl").is_file():
             return RunFolder(path)
-    raise InputError(f"{reference}: there is no run here, nor under {runs} (a run's folder holds journal.jsonl)")
+    there = run_folders(runs)
+    if reference == LATEST and there:
+        return there[-1]
+    names = [folder.path.name for folder in there]
+    hint = f"; {nearest(Path(reference).name, names[-_SHOWN:])}" if names else ""
+    raise InputError(
+        f"{reference}: there is no run here, nor under {runs} (a run's folder holds journal.jsonl){hint}. "
+        f"motorbench results list --runs {runs} lists them"
+    )
+
+
+def run_folders(runs: Path) -> list[RunFolder]:
+    """Return all runs of a folder, in the order they began by their names. Raises InputError where it cannot be read."""
+    try:
+        found = sorted(path for path in runs.iterdir() if (path / "journal.jsonl").is_file())
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise InputError(f"{runs}: the folder of the runs cannot be read: {error.strerror}; see --runs") from None
+    return [RunFolder(path) for path in sorted(found, key=lambda path: (_STAMPED.match(path.name) is not None, path))]

@@ -4,11 +4,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.record.journal import Event
+from bench.errors import InputError
+from bench.record.journal_file import Event
 from bench.record.stored_result import restore, restore_notice
 from procedures.parameter_set import ParameterSet, merge
 from procedures.result import Notice, ProcedureResult
-from procedures.text import Text, Translate, english
+from procedures.text import Text, Translate, english, text
+
+#: What comes of an event whose data are of another form.
+_MISFITS = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError)
 
 
 @dataclass
@@ -110,6 +114,14 @@ class RunView:
         if found not in self._before:
             self._before.append(found)
 
+    def _clock_set_back(self, data: Mapping[str, Any]) -> None:
+        said = text(
+            "this computer's clock was set back by {seconds:.0f} s during the run: the journal's order is that of its numbers, "
+            "its wall times are not",
+            seconds=float(data["seconds"]),
+        )
+        self._before.append(("", Notice("clock-set-back", said)))
+
     def _consistency_checked(self, data: Mapping[str, Any]) -> None:
         self._together = [restore_notice(entry) for entry in data["warnings"]]
 
@@ -152,10 +164,16 @@ class RunView:
 
 
 def view_of(events: Iterable[Event]) -> RunView:
-    """Return what a journal's events come to."""
+    """Return what a journal's events come to. Raises InputError for an event that is not as a run writes it."""
     view = RunView()
     for event in events:
-        view.apply(event.kind, event.data)
+        try:
+            view.apply(event.kind, event.data)
+        except _MISFITS as error:
+            raise InputError(
+                f"event {event.number} ({event.kind}) is not as this version of motorbench writes it "
+                f"({type(error).__name__}: {error}); read the run with the version that made it"
+            ) from None
     return view
 
 

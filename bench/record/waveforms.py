@@ -1,13 +1,19 @@
-"""Waveforms of a run in one HDF5 file: a group each, with datasets `time` and `values` and attributes `unit`, `resolution`."""
+"""Waveforms of a run: one HDF5 file a record, written once and whole, so that a killed run leaves no file half-way.
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+A file holds a group for each channel, with datasets `time` and `values` and attributes `unit`, `resolution`, `channel`, `clipped`.
+"""
+
+import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bench.record.disk import write_file
+from bench.record.errors import RecordError
 
 FloatArray = NDArray[np.float64]
 
@@ -44,78 +50,103 @@ class StoredWaveform:
     clipped: bool = False
 
 
-class WaveformStore:
-    """One file of waveforms, opened for each access only, so that a killed run leaves it whole between writes."""
+@dataclass(frozen=True)
+class StoredRecord:
+    """A file of waveforms: its path from the run's folder, its SHA-256 and its length (bytes)."""
+
+    path: str
+    sha256: str
+    length: int
+
+    def reference(self, name: str) -> str:
+        """Return what finds one of its waveforms again."""
+        return f"{self.path}#{name}"
+
+
+class WaveformFolder:
+    """The records of one run, numbered in the order they were taken."""
 
     def __init__(self, path: Path) -> None:
         self.path = Path(path)
 
-    @contextmanager
-    def _file(self, mode: str) -> Iterator[Any]:
-        # Slow to import, and most commands need no waveform.
-        import h5py
+    def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:
+        """Keep the waveforms of one record, by channel name; they are on the disk when this returns. Raises RecordError."""
+        content = file_image(waveforms)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            # A record that a killed run had no time to note keeps its number.
+            numbers = [found.name.partition("-")[0] for found in self.path.iterdir()]
+        except OSError as error:
+            raise RecordError(self.path, error) from error
+        number = 1 + max((int(number) for number in numbers if number.isdecimal()), default=0)
+        path = self.path / f"{number:04d}-{name}.h5"
+        write_file(path, content)
+        return StoredRecord(f"{self.path.name}/{path.name}", hashlib.sha256(content).hexdigest(), len(content))
 
-        with h5py.File(self.path, mode) as file:
-            yield file
 
-    def write(self, name: str, waveform: WaveformLike) -> str:
-        """Keep a waveform under a name ("back_emf/1"; numbered where taken) and return its reference `file.h5#name`."""
+def file_image(waveforms: Mapping[str, WaveformLike]) -> bytes:
+    """Return an HDF5 file with these waveforms.
 
-        def free(file: Any) -> str:
-            chosen, number = name, 1
-            while chosen in file:
-                number += 1
-                chosen = f"{name}-{number}"
-            return chosen
+    It is made in memory: HDF5 that cannot write to its file leaves it broken, and may take the process with it.
+    """
+    # Slow to import, and most commands need no waveform.
+    import h5py
 
-        return self._write(free, waveform)
-
-    def store(self, name: str, waveform: WaveformLike) -> str:
-        """Keep one of an instrument's many waveforms under its name, numbered in order, and return the reference."""
-        channel = int(getattr(waveform, "channel", 0))
-        return self._write(lambda file: f"{name}/{1 + len(file.get(name, ())):04d}-channel{channel}", waveform)
-
-    def _write(self, choose: Callable[[Any], str], waveform: WaveformLike) -> str:
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self._file("a") as file:
-            name = choose(file)
+    with h5py.File("waveforms.h5", "w", driver="core", backing_store=False) as file:
+        axis: FloatArray | None = None
+        times: Any = None
+        for name, waveform in waveforms.items():
             group = file.create_group(name)
-            for part in ("time", "values"):
-                data = np.asarray(getattr(waveform, part), dtype=np.float64)
-                group.create_dataset(part, data=data, compression="gzip", compression_opts=1, shuffle=True)
-            group["time"].attrs["unit"] = "s"
+            if axis is not None and np.array_equal(axis, waveform.time):
+                # One time axis serves all channels of a record.
+                group["time"] = times
+            else:
+                axis, times = waveform.time, _dataset(group, "time", waveform.time)
+                times.attrs["unit"] = "s"
+            _dataset(group, "values", waveform.values)
             group.attrs["unit"] = waveform.unit
             group.attrs["resolution"] = float(waveform.resolution)
             group.attrs["channel"] = int(getattr(waveform, "channel", 0))
             group.attrs["clipped"] = bool(getattr(waveform, "clipped", False))
-        return f"{self.path.name}#{name}"
+        file.flush()
+        image: bytes = file.id.get_file_image()
+    return image
 
-    def names(self) -> list[str]:
-        """Return the names of all waveforms, in order; none where the file does not exist yet."""
-        if not self.path.exists():
-            return []
-        found: list[str] = []
 
-        def visit(name: str, item: Any) -> None:
-            if "values" in getattr(item, "keys", list)():
-                found.append(name)
+def waveform_names(path: Path) -> list[str]:
+    """Return the names of all waveforms in a file, in order. Raises OSError where it is no HDF5 file."""
+    import h5py
 
-        with self._file("r") as file:
-            file.visititems(visit)
-        return sorted(found)
+    found: list[str] = []
 
-    def read(self, reference: str) -> StoredWaveform:
-        """Return a waveform by name or reference. Raises KeyError where there is none of that name."""
-        name = reference.rpartition("#")[2]
-        with self._file("r") as file:
-            if name not in file:
-                raise KeyError(f"no waveform '{name}' in {self.path.name}")
-            group = file[name]
-            return StoredWaveform(
-                time=np.asarray(group["time"], dtype=np.float64),
-                values=np.asarray(group["values"], dtype=np.float64),
-                unit=str(group.attrs.get("unit", "")),
-                resolution=float(group.attrs.get("resolution", 0.0)),
-                channel=int(group.attrs.get("channel", 0)),
-                clipped=bool(group.attrs.get("clipped", False)),
-            )
+    def visit(name: str, item: Any) -> None:
+        if "values" in getattr(item, "keys", list)():
+            found.append(name)
+
+    with h5py.File(path, "r") as file:
+        file.visititems(visit)
+    return sorted(found)
+
+
+def read_waveform(path: Path, reference: str) -> StoredWaveform:
+    """Return a waveform by name or reference. Raises KeyError where there is none of that name, OSError for no HDF5 file."""
+    import h5py
+
+    name = reference.rpartition("#")[2]
+    with h5py.File(path, "r") as file:
+        if name not in file:
+            raise KeyError(f"no waveform '{name}' in {path.name}")
+        group = file[name]
+        return StoredWaveform(
+            time=np.asarray(group["time"], dtype=np.float64),
+            values=np.asarray(group["values"], dtype=np.float64),
+            unit=str(group.attrs.get("unit", "")),
+            resolution=float(group.attrs.get("resolution", 0.0)),
+            channel=int(group.attrs.get("channel", 0)),
+            clipped=bool(group.attrs.get("clipped", False)),
+        )
+
+
+def _dataset(group: Any, name: str, values: FloatArray) -> Any:
+    data = np.asarray(values, dtype=np.float64)
+    return group.create_dataset(name, data=data, compression="gzip", compression_opts=1, shuffle=True)

@@ -102,9 +102,9 @@ def test_an_event_is_with_the_system_when_the_call_returns(tmp_path: Path) -> No
 
 
 def test_durable_kinds_are_forced_to_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    synced = []
-    monkeypatch.setattr(os, "fsync", synced.append)
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    synced: list[int] = []
+    monkeypatch.setattr(os, "fsync", synced.append)
     journal.event("reading")
     assert synced == []
     journal.event("energising")

@@ -1,3 +1,4 @@
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -5,17 +6,18 @@ import pytest
 
 from bench.record.journal import Journal, read_journal
 from bench.record.recording import Recording
+from bench.record.waveforms import StoredRecord
 from drivers.interfaces import CommunicationError, Waveform
 from procedures.bench import Role
 
 
 class Sink:
     def __init__(self) -> None:
-        self.kept: list[Waveform] = []
+        self.kept: list[Mapping[str, Waveform]] = []
 
-    def store(self, name: str, waveform: Waveform) -> str:
-        self.kept.append(waveform)
-        return f"{name}/{len(self.kept)}"
+    def store(self, name: str, waveforms: Mapping[str, Waveform]) -> StoredRecord:
+        self.kept.append(waveforms)
+        return StoredRecord(f"waveforms/{len(self.kept)}-{name}.h5", "ab" * 32, 100)
 
 
 @pytest.fixture
@@ -46,7 +48,8 @@ def test_waveforms_are_stored_and_referred_to(tmp_path: Path, recorded: Any) -> 
     assert set(waves) == {1, 3}
     ((kind, data),) = events(tmp_path)
     assert kind == "waveforms"
-    assert data["value"]["3"]["waveform"] == "oscilloscope/2"
+    assert data["file"] == {"path": "waveforms/1-oscilloscope.h5", "sha256": "ab" * 32, "bytes": 100}
+    assert data["value"]["3"]["waveform"] == "waveforms/1-oscilloscope.h5#channel3"
     assert data["value"]["3"]["samples"] == 4
 
 

@@ -1,11 +1,12 @@
 import gzip
+import hashlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench.captures import CaptureError, read_capture, read_captures
-from bench.record.waveforms import StoredWaveform, WaveformStore
+from bench.record.waveforms import StoredWaveform, WaveformFolder, file_image, read_waveform, waveform_names
 
 RTB = "in s,C1 in V\n-1.000010E-03,1.5E-01\n-9.900090E-04,2.5E-01\n-9.800080E-04,1.0E-01\n"
 TDS = (
@@ -167,33 +168,41 @@ def wave(values: list[float], start: float = 0.0, channel: int = 1) -> StoredWav
     return StoredWaveform(start + np.arange(len(values)) * 1e-3, np.array(values), "V", 0.04, channel)
 
 
+def put_waves(path: Path, **waves: StoredWaveform) -> Path:
+    path.write_bytes(file_image({name.replace("_", "/"): each for name, each in waves.items()}))
+    return path
+
+
 def test_waveforms_come_back_as_written(tmp_path: Path) -> None:
-    store = WaveformStore(tmp_path / "run" / "waveforms.h5")
-    assert store.names() == []
-    reference = store.write("emf/a", wave([1.0, 2.0, 3.0], channel=2))
-    assert reference == "waveforms.h5#emf/a"
-    back = store.read(reference)
+    folder = WaveformFolder(tmp_path / "waveforms")
+    first = folder.store(
+        "oscilloscope", {"channel2": wave([1.0, 2.0, 3.0], channel=2), "channel4": wave([4.0, 5.0, 6.0])}
+    )
+    path = tmp_path / first.path
+    assert first.reference("channel2") == "waveforms/0001-oscilloscope.h5#channel2"
+    assert hashlib.sha256(path.read_bytes()).hexdigest() == first.sha256
+    assert waveform_names(path) == ["channel2", "channel4"]
+    back = read_waveform(path, first.reference("channel2"))
     assert back.values == pytest.approx([1.0, 2.0, 3.0])
     assert (back.unit, back.resolution, back.channel, back.clipped) == ("V", 0.04, 2, False)
-    assert store.write("emf/a", wave([4.0])) == "waveforms.h5#emf/a-2"
+    assert read_waveform(path, "channel4").time == pytest.approx([0.0, 1e-3, 2e-3])
     with pytest.raises(KeyError, match="no waveform 'emf/z'"):
-        store.read("emf/z")
+        read_waveform(path, "emf/z")
 
 
-def test_an_instruments_waveforms_are_numbered(tmp_path: Path) -> None:
-    store = WaveformStore(tmp_path / "waveforms.h5")
-    assert store.store("oscilloscope", wave([1.0, 2.0])) == "waveforms.h5#oscilloscope/0001-channel1"
-    assert store.store("oscilloscope", wave([1.0, 2.0], channel=4)) == "waveforms.h5#oscilloscope/0002-channel4"
-    assert len(store.names()) == 2
+def test_records_are_numbered_and_never_written_over(tmp_path: Path) -> None:
+    folder = WaveformFolder(tmp_path / "waveforms")
+    first = folder.store("oscilloscope", {"channel1": wave([1.0, 2.0])})
+    assert folder.store("oscilloscope", {"channel1": wave([1.0, 2.0])}).path == "waveforms/0002-oscilloscope.h5"
+    (tmp_path / first.path).unlink()
+    assert WaveformFolder(folder.path).store("x", {"channel1": wave([1.0])}).path == "waveforms/0003-x.h5"
 
 
 def test_hdf5_is_a_capture_and_one_record_can_be_chosen(tmp_path: Path) -> None:
-    path = tmp_path / "waveforms.h5"
-    store = WaveformStore(path)
-    store.write("emf/a", wave([1.0, 2.0]))
-    store.write("emf/b", wave([3.0, 4.0]))
+    waves = {"emf_a": wave([1.0, 2.0]), "emf_b": wave([3.0, 4.0])}
+    path = put_waves(tmp_path / "waveforms.h5", **waves)
     assert [c.name for c in read_capture(path).channels] == ["emf/a", "emf/b"]
-    store.write("step", wave([5.0, 6.0], start=1.0))
+    put_waves(path, **waves, step=wave([5.0, 6.0], start=1.0))
     with pytest.raises(CaptureError, match=r"different times; choose one record by waveforms\.h5#NAME"):
         read_capture(path)
     chosen = read_capture(f"{path}#emf")
@@ -211,7 +220,7 @@ def test_hdf5_is_a_capture_and_one_record_can_be_chosen(tmp_path: Path) -> None:
     ],
 )
 def test_broken_waveforms_are_refused(tmp_path: Path, waveform: StoredWaveform, message: str) -> None:
-    WaveformStore(tmp_path / "bad.h5").write("x", waveform)
+    put_waves(tmp_path / "bad.h5", x=waveform)
     with pytest.raises(CaptureError, match=rf"bad\.h5: waveform x.*{message}"):
         read_capture(tmp_path / "bad.h5")
 

@@ -1,0 +1,134 @@
+"""What must be as it was for a run to go on: motor, station with its calibrations, instruments, software."""
+
+import json
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from bench.errors import InputError
+from bench.files.motor_file import MotorFile
+from bench.files.station import Station
+from bench.record.encoding import plain
+from bench.record.journal_file import Event, JournalFile, read_journal
+from bench.record.run_folder import RunFolder
+from drivers.interfaces import Instrument
+from procedures.bench import Role
+
+#: Changes that a message tells.
+_TOLD = 5
+_NOT_TOGETHER = "figures from before and after would not belong together"
+
+
+def begun(folder: RunFolder) -> tuple[JournalFile, Mapping[str, Any]]:
+    """Return a run's journal and what its first event tells. Raises InputError where it has no beginning."""
+    read = read_journal(folder.journal)
+    if not read.events or read.events[0].kind != "run_started":
+        raise InputError(
+            f"{folder.journal}: the journal has no beginning, so there is nothing to go on with; start a new run"
+        )
+    return read, read.events[0].data
+
+
+def check_unchanged(
+    folder: RunFolder, began: Mapping[str, Any], motor: MotorFile, station: Station, software: Mapping[str, str]
+) -> None:
+    """Raise InputError naming what has changed since the run began; a comment in a file may."""
+    files = (
+        ("motor", motor.source, motor.content, motor.sha256),
+        ("station", station.source, station.content, station.sha256),
+    )
+    for what, source, content, sha256 in files:
+        then = began.get(what, {})
+        if then.get("sha256") == sha256:
+            continue
+        changed = _changes(began.get(f"{what}_file"), content)
+        if changed is None or changed:
+            raise InputError(
+                f"{folder.path}: the {what} file {source} is not the one this run began with ({then.get('source')}): "
+                f"{_few(changed or ['its content'])}. {_station_remedy(station, changed) if what == 'station' else _RESTORE}; "
+                f"{_NOT_TOGETHER}"
+            )
+    then = began.get("software", {})
+    changed = [
+        f"{name} was {_short(then.get(name, 'not recorded'))} and is {_short(software.get(name, 'gone'))}"
+        for name in dict.fromkeys((*then, *software))
+        if then.get(name) != software.get(name)
+    ]
+    if changed:
+        raise InputError(
+            f"{folder.path}: the software is not the one this run began with: {_few(changed)}. "
+            f"Have those versions again (requirements.lock names them), or start a new run; {_NOT_TOGETHER}"
+        )
+
+
+def check_identities(folder: RunFolder, events: Iterable[Event], opened: Mapping[Role, Instrument]) -> None:
+    """Raise InputError where another instrument answers than the one that a role had before."""
+    before = {e.data.get("instrument"): e.data.get("identity") for e in events if e.kind == "instrument_opened"}
+    for role, instrument in opened.items():
+        then, now = before.get(role.value), plain(instrument.identity)
+        if then is not None and then != now:
+            raise InputError(
+                f"{folder.path}: another instrument answers as {role.value} than before: it was {_who(then)} and is {_who(now)}. "
+                f"Connect the former again, or start a new run; {_NOT_TOGETHER}"
+            )
+
+
+_RESTORE = "Restore it, or start a new run"
+
+
+def _station_remedy(station: Station, changed: list[str] | None) -> str:
+    if station.control and changed and all(change.split(" ")[0].endswith(("control", "address")) for change in changed):
+        return "A bench served anew has other ports and another world: start a new run on it"
+    return _RESTORE
+
+
+def _changes(before: object, after: str) -> list[str] | None:
+    """Return the keys that differ between two files; None where that cannot be told."""
+    then, now = _parsed(before), _parsed(after)
+    if then is None or now is None:
+        return None
+    flat_then, flat_now = dict(_flat(then)), dict(_flat(now))
+    return [
+        f"{key} was {_shown(flat_then, key)} and is {_shown(flat_now, key)}"
+        for key in dict.fromkeys((*flat_then, *flat_now))
+        if flat_then.get(key, ...) != flat_now.get(key, ...)
+    ]
+
+
+def _parsed(content: object) -> Mapping[str, Any] | None:
+    if not isinstance(content, str):
+        return None
+    for parse in (tomllib.loads, json.loads):
+        try:
+            found: Any = parse(content)
+        except (ValueError, RecursionError):
+            continue
+        return found if isinstance(found, dict) else None
+    return None
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _shown(table: Mapping[str, object], key: str) -> str:
+    return str(table[key])[:60] if key in table else "not there"
+
+
+def _few(changes: list[str]) -> str:
+    more = len(changes) - _TOLD
+    return "; ".join(changes[:_TOLD]) + (f"; and {more} more" if more > 0 else "")
+
+
+def _short(value: object) -> str:
+    said = str(value)
+    return f"{said[:12]}…" if len(said) > 40 else said
+
+
+def _who(identity: object) -> str:
+    known = identity if isinstance(identity, Mapping) else {}
+    return " ".join(str(part) for part in known.values() if part) or "unknown"

@@ -1,0 +1,32 @@
+"""What computes the figures of a run: this program, and the libraries beneath it."""
+
+import hashlib
+import platform
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+
+#: Packages of this program that take part in a figure.
+_OWN = ("bench", "drivers", "procedures", "sim_instruments")
+_LIBRARIES = ("motorbench", "numpy", "scipy", "GTC")
+
+
+def software() -> dict[str, str]:
+    """Return the versions of the program, of Python and of the libraries that compute; `code` is a hash of the program's source.
+
+    The version alone does not tell two states of a working copy apart.
+    """
+    return {name: version(name) for name in _LIBRARIES} | {"python": platform.python_version(), "code": _code()}
+
+
+def _code() -> str:
+    digest = hashlib.sha256()
+    for package in _OWN:
+        spec = find_spec(package)
+        for folder in spec.submodule_search_locations or () if spec else ():
+            root = Path(folder)
+            for path in sorted(root.rglob("*.py")):
+                content = path.read_bytes()
+                digest.update(f"{package}/{path.relative_to(root).as_posix()} {len(content)}\n".encode())
+                digest.update(content)
+    return digest.hexdigest()
