@@ -28,6 +28,7 @@ def make_app() -> App:
         ("run", "Run procedures on a station, or on the virtual bench."),
         ("procedures", "List the procedures with their steps and settings."),
         ("export", "Write a run's parameters as a motor controller's file."),
+        ("serve", "The operator's panel in a browser."),
         ("doctor", "Check the installation: libraries, VISA backends, permissions."),
     )
     for name, words in commands:
@@ -48,6 +49,9 @@ def make_app() -> App:
     station = App(name="station", help="Look after a station.", default_parameter=lists)
     station.command("bench.commands.station:check", name="check", help="Open, identify and close its instruments.")
     app.command(station)
+    user = App(name="user", help="People who may open the panel from a network.", default_parameter=lists)
+    user.command("bench.commands.user:add", name="add", help="Add a person, or change role and password.")
+    app.command(user)
     return app
 
 

@@ -127,6 +127,7 @@ class Runner:
             procedure=planned.name,
             section=planned.procedure.section,
             settings=planned.settings.model_dump(mode="json"),
+            values={name: value for name, value in values.items() if isinstance(value, int | float | str)},
             steps={step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()},
         )
         try:

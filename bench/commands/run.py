@@ -1,6 +1,7 @@
 """`motorbench run`: procedures on a station or on the virtual bench."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +9,7 @@ from cyclopts import Parameter
 
 from bench.commands.output import console_on, print_end, print_json, print_summary
 from bench.errors import UsageError
-from bench.files.motor_file import load_motor
+from bench.files.motor_file import MotorFile, load_motor
 from bench.language import language_of, translator
 from bench.record.run_folder import existing_run_folder
 from bench.session import Wishes
@@ -22,6 +23,7 @@ def run(
     motor: str | None = None,
     operator: str = "",
     person: str = "",
+    serial_number: str = "",
     answers: Path | None = None,
     set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
     language: str = "auto",
@@ -46,6 +48,8 @@ def run(
         Who does the hand work: terminal (a person), panel (a person at a panel), virtual, answers (typed readings from a file).
     person
         The name of who runs it, for the record.
+    serial_number
+        The motor's serial number, in place of the one in its file.
     answers
         TOML file of readings for `--operator answers`.
     set_
@@ -84,7 +88,7 @@ def run(
     done = run_session(
         Wishes(
             procedures=procedures,
-            motor=load_motor(motor),
+            motor=_numbered(load_motor(motor), serial_number),
             station=station,
             language=chosen,
             runs=runs,
@@ -109,3 +113,11 @@ def run(
         print_end(done.view, done.folder, translate)
         return 1
     return 0
+
+
+def _numbered(motor: MotorFile, serial_number: str) -> MotorFile:
+    if not serial_number:
+        return motor
+    if len(serial_number) > 64 or not serial_number.isprintable():
+        raise UsageError(f"--serial-number {serial_number!r}: allowed are up to 64 printable characters")
+    return replace(motor, nameplate=replace(motor.nameplate, serial_number=serial_number))

@@ -31,6 +31,7 @@ class Order:
     settings: Sequence[str] = field(default_factory=tuple)
     go_on: bool = False
     seed: int | None = None
+    serial_number: str = ""
 
     def arguments(self, runs: Path) -> list[str]:
         """Return the command line that says the same."""
@@ -38,6 +39,7 @@ class Order:
         said += ["--operator", "panel", f"--person={self.person}", "--language", self.language, "--runs", str(runs)]
         said += [f"--set={setting}" for setting in self.settings]
         said += ["--continue-on-error"] if self.go_on else []
+        said += [f"--serial-number={self.serial_number}"] if self.serial_number else []
         return said + ([f"--seed={self.seed}"] if self.seed is not None else [])
 
 

@@ -38,6 +38,7 @@ class LiveView:
         self.procedure = ""
         self.step = ""
         self.step_text = ""
+        self.step_values: dict[str, object] = {}
         self.energised: dict[str, float] = {}
         self.readings: dict[tuple[str, str], Readings] = {}
         self.waveforms: deque[Mapping[str, Any]] = deque(maxlen=64)
@@ -77,6 +78,7 @@ class LiveView:
     def _procedure_started(self, event: Event) -> None:
         self.procedure = event.data["procedure"]
         self.step, self.step_text = "", ""
+        self.step_values = dict(event.data.get("values", event.data["settings"]))
         self.readings.clear()
 
     def _step_started(self, event: Event) -> None:

@@ -1,0 +1,33 @@
+"""`motorbench user add`: people who may open the panel from a network."""
+
+import getpass
+import sys
+from pathlib import Path
+
+from bench.errors import UsageError
+
+
+def add(name: str, *, role: str = "operator", file: Path = Path("people.toml")) -> int:
+    """Add a person, or give a new password; it is asked for twice, or read from standard input where that is a pipe.
+
+    Parameters
+    ----------
+    name
+        The person's name.
+    role
+        viewer watches, operator leads runs, engineer also changes motors and signs off.
+    file
+        The file of people, which motorbench serve --people takes.
+
+    """
+    from bench.panel.access import add_person
+
+    if sys.stdin.isatty():
+        password = getpass.getpass("Password: ")
+        if getpass.getpass("Again: ") != password:
+            raise UsageError("the two passwords differ; nothing was changed")
+    else:
+        password = sys.stdin.readline().rstrip("\r\n")
+    add_person(file, name, role, password)
+    print(f"{name} may log in as {role}: {file}")
+    return 0

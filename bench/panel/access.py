@@ -1,0 +1,106 @@
+"""Who may open the panel from a network: people with hashed passwords, in a file that a command makes."""
+
+import asyncio
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import Field
+
+from bench.errors import InputError, UsageError
+from bench.files.toml_file import Section, read, validate
+from bench.files.toml_text import toml_text
+from bench.panel.sessions import Right
+
+_NAME = re.compile(r"[\w.-]{1,64}")
+#: A password that is tried by hand is not found out; one by a program should not be either.
+_SHORTEST = 10
+#: What a wrong password costs (s).
+_PENALTY = 1.0
+
+
+class _Person(Section):
+    role: Right
+    password: str = Field(pattern=r"^\$argon2id\$", description="a hash that motorbench user add makes")
+
+
+class _File(Section):
+    people: dict[str, _Person] = Field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Person:
+    """Somebody known: role and the hash (argon2id) of the password."""
+
+    role: Right
+    hashed: str
+
+
+class Access:
+    """The people of a file. Raises InputError for a file that is not right."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._people = load_people(path)
+        self._waiting = asyncio.Lock()
+        if not self._people:
+            raise InputError(
+                f"{path}: nobody may log in; add people with motorbench user add NAME --role operator --file {path}"
+            )
+
+    async def check(self, name: str, password: str) -> Person | None:
+        """Return the person if name and password are right; guessing is slow, one guess at a time."""
+        from argon2 import PasswordHasher
+        from argon2.exceptions import InvalidHashError, VerificationError
+
+        async with self._waiting:
+            person = self._people.get(name)
+            # An unknown name takes as long as a wrong password.
+            hashed = person.hashed if person else next(iter(self._people.values())).hashed
+            try:
+                await asyncio.to_thread(PasswordHasher().verify, hashed, password)
+            except (VerificationError, InvalidHashError):
+                person = None
+            if person is None:
+                await asyncio.sleep(_PENALTY)
+            return person
+
+
+def load_people(path: Path) -> Mapping[str, Person]:
+    """Return the people of a file. Raises InputError naming key and what is allowed."""
+    _, data = read(path, "file of people")
+    file = validate(_File, data, str(path))
+    return {name: Person(person.role, person.password) for name, person in file.people.items()}
+
+
+def add_person(path: Path, name: str, role: str, password: str) -> None:
+    """Add a person to a file, or change role and password; the file is readable by its owner alone.
+
+    Raises UsageError for a name, role or password that will not do, InputError for a file that is not right.
+    """
+    from argon2 import PasswordHasher
+
+    if not _NAME.fullmatch(name):
+        raise UsageError(f"{name!r}: a name has up to 64 letters, digits, dots, dashes and underscores")
+    if role not in [right.value for right in Right]:
+        raise UsageError(f"--role {role}: allowed are {', '.join(right.value for right in Right)}")
+    if len(password) < _SHORTEST:
+        raise UsageError(f"the password has {len(password)} characters; at least {_SHORTEST} are needed")
+    people = dict(load_people(path)) if path.exists() else {}
+    people[name] = Person(Right(role), PasswordHasher().hash(password))
+    _write(path, people)
+
+
+def _write(path: Path, people: Mapping[str, Person]) -> None:
+    table = {name: {"role": person.role.value, "password": person.hashed} for name, person in people.items()}
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w", encoding="utf-8") as file:
+            file.write(toml_text({"people": table}))
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None

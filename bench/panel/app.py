@@ -1,0 +1,62 @@
+"""The web application: sessions by cookie, pages by path, the panel's state behind them."""
+
+from collections.abc import Awaitable, Callable
+
+from nicegui import app, ui
+from starlette.middleware.base import BaseHTTPMiddleware
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+
+from bench.errors import InputError
+from bench.panel.access import Access
+from bench.panel.pages.login import login_page
+from bench.panel.pages.run import run_page
+from bench.panel.pages.start import start_page
+from bench.panel.panel import Panel
+from bench.panel.sessions import Right, Session, Sessions
+
+_OPEN = ("/login", "/_nicegui")
+
+
+def build(panel: Panel, access: Access | None) -> None:
+    """Register the pages; with `access`, everything but the login asks who is there."""
+
+    class Knowing(BaseHTTPMiddleware):
+        async def dispatch(self, request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
+            session = panel.sessions.find(request.cookies.get(Sessions.COOKIE))
+            fresh = session is None and access is None
+            if fresh:
+                language = "zh" if request.cookies.get("motorbench_language") == "zh" else "en"
+                session = panel.sessions.open(Right.ENGINEER, language=language)
+            if session is None and not request.url.path.startswith(_OPEN):
+                return RedirectResponse("/login", status_code=303)
+            request.state.session = session
+            response = await call_next(request)
+            if fresh and session is not None:
+                response.set_cookie(Sessions.COOKIE, session.token, httponly=True, samesite="strict")
+            return response
+
+    app.add_middleware(Knowing)
+    app.on_startup(panel.open)
+    app.on_shutdown(panel.close)
+
+    @ui.page("/")
+    async def start(request: Request) -> None:
+        start_page(panel, _session(request))
+
+    @ui.page("/runs/{name}")
+    async def run(request: Request, name: str) -> None:
+        try:
+            live = await panel.follow(name)
+        except InputError as error:
+            ui.label(str(error)).classes("text-xl p-8")
+            return
+        run_page(panel, _session(request), live)
+
+    if access is not None:
+        login_page(panel, access)
+
+
+def _session(request: Request) -> Session:
+    session: Session = request.state.session
+    return session

@@ -1,0 +1,101 @@
+"""What can be measured and whether the station is ready: asked of child processes, so that the server stays small."""
+
+import asyncio
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.errors import InputError
+
+_TIME = 120.0
+
+
+@dataclass(frozen=True)
+class StepWords:
+    """One step: its place in the document and its English template."""
+
+    identifier: str
+    template: str
+
+
+@dataclass(frozen=True)
+class Offered:
+    """One procedure as it can be chosen; `settings` by name with default, unit and description."""
+
+    name: str
+    title: str
+    section: str
+    roles: tuple[str, ...]
+    steps: tuple[StepWords, ...]
+    settings: Mapping[str, Mapping[str, Any]]
+
+
+class Offer:
+    """The procedures that this installation has; asked for once."""
+
+    def __init__(self) -> None:
+        self._asked: asyncio.Task[dict[str, Offered]] | None = None
+
+    async def procedures(self) -> Mapping[str, Offered]:
+        """Return them by name, in the order of a whole measurement. Raises InputError where the command fails."""
+        if self._asked is None:
+            self._asked = asyncio.create_task(_offered())
+        return await asyncio.shield(self._asked)
+
+    def step(self, procedure: str, identifier: str) -> StepWords | None:
+        """Return a step's words, where they are known already."""
+        if self._asked is None or not self._asked.done() or self._asked.exception() is not None:
+            return None
+        found = self._asked.result().get(procedure)
+        return next((step for step in found.steps if step.identifier == identifier), None) if found else None
+
+
+async def check_station(station: Path) -> Mapping[str, Any]:
+    """Return what `motorbench station check --json` says of a station. Raises InputError with its message."""
+    return await _command("station", "check", str(station), "--json")
+
+
+async def _offered() -> dict[str, Offered]:
+    told = await _command("procedures", "--json", "--language", "en")
+    return {
+        name: Offered(
+            name,
+            data["title"],
+            data["section"],
+            tuple(data["roles"]),
+            tuple(StepWords(step["id"], step["text"]) for step in data["steps"]),
+            data["settings"],
+        )
+        for name, data in told["procedures"].items()
+    }
+
+
+async def _command(*arguments: str) -> Mapping[str, Any]:
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-m",
+        "bench",
+        *arguments,
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+    )
+    try:
+        async with asyncio.timeout(_TIME):
+            out, said = await process.communicate()
+    except TimeoutError:
+        process.kill()
+        await process.wait()
+        raise InputError(f"motorbench {' '.join(arguments)} did not answer within {_TIME:g} s") from None
+    try:
+        told = json.loads(out)
+    except ValueError:
+        told = None
+    if not isinstance(told, dict):
+        raise InputError(said.decode("utf-8", "replace").strip() or f"motorbench {' '.join(arguments)} said nothing")
+    if set(told) == {"error"}:
+        raise InputError(str(told["error"]))
+    return told

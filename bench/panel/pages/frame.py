@@ -1,0 +1,108 @@
+"""What every page has: title, language, who is here, who leads, and the way to abort."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+
+from nicegui import ui
+
+from bench.language import translator
+from bench.panel.panel import Panel
+from bench.panel.sessions import Session
+from procedures.text import Text, Translate, text
+
+_STYLE = """
+<style>
+  :root { --ink:#17202a; --paper:#f4f6f8; --card:#ffffff; --line:#c9d1d9; --go:#0b6b3a; --stop:#b3261e; --warn:#8a5a00; }
+  body { background: var(--paper); color: var(--ink); font-family: 'Noto Sans','Noto Sans CJK SC','Segoe UI',Arial,sans-serif; }
+  .mb-card { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 1rem 1.25rem; }
+  .mb-abort { background: var(--stop) !important; color: #fff !important; font-weight: 700; }
+  .mb-go { background: var(--go) !important; color: #fff !important; font-weight: 700; }
+  .mb-state-live { background: #fdecea; color: #7a130d; border: 3px solid var(--stop); font-weight: 700; }
+  .mb-state-off { background: #e7f4ec; color: #0b4a28; border: 1px solid var(--go); }
+  .mb-emergency { background: var(--stop); color: #fff; font-size: 1.5rem; font-weight: 700; padding: 1rem 1.25rem;
+    border-radius: 10px; white-space: pre-line; }
+  .mb-number { font-variant-numeric: tabular-nums; }
+  .mb-table { border-collapse: collapse; width: 100%; }
+  .mb-table th, .mb-table td { text-align: left; padding: .35rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; }
+  .mb-table th { font-weight: 600; color: #44505c; }
+  .mb-table td.num, .mb-table th.num { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+  *:focus-visible { outline: 3px solid #1565c0 !important; outline-offset: 2px; }
+  .mb-skip { position: absolute; left: -999px; } .mb-skip:focus { left: 8px; top: 8px; z-index: 9999; background:#fff; padding:.5rem; }
+</style>
+"""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """For whom a page is built: the session, and the session's language."""
+
+    session: Session
+
+    @property
+    def translate(self) -> Translate:
+        """What gives templates in the reader's language."""
+        return _translator(self.session.language)
+
+    def say(self, words: Text) -> str:
+        """Return a sentence in the reader's language."""
+        return words.render(self.translate)
+
+
+#: Catalogues are files; a page asks for hundreds of sentences.
+_translator = lru_cache(maxsize=8)(translator)
+
+
+@contextmanager
+def frame(panel: Panel, session: Session, heading: Text) -> Iterator[Reader]:
+    """Build a page's frame and give the reader for what stands in it."""
+    reader = Reader(session)
+    say = reader.say
+    ui.add_head_html(_STYLE)
+    ui.page_title(f"motorbench – {say(heading)}")
+    ui.html(f'<a class="mb-skip" href="#main">{say(text("Skip to the content"))}</a>', sanitize=False)
+    with ui.header(elevated=False).classes("items-center gap-4 px-4 py-2").style("background:#17202a;color:#fff"):
+        with ui.element("nav").classes("flex items-center gap-4").props(f'aria-label="{say(text("Pages"))}"'):
+            ui.label("motorbench").classes("text-lg font-bold")
+            for target, words in (("/", text("Measure")), ("/history", text("Runs"))):
+                ui.link(say(words), target).classes("text-white no-underline hover:underline text-base")
+        ui.space()
+        _who(panel, reader)
+        _language(reader)
+    with ui.element("main").props("id=main").classes("w-full max-w-[1500px] mx-auto p-4"):
+        yield reader
+
+
+def _who(panel: Panel, reader: Reader) -> None:
+    session, say = reader.session, reader.say
+    label = ui.label().classes("text-sm").props("role=status")
+    button = ui.button(on_click=lambda: panel.control.take(session.token, session.person or say(text("this browser"))))
+    button.props("flat dense color=white no-caps").set_text(say(text("Take the control")))
+
+    def show() -> None:
+        leader = panel.control.leader
+        if panel.control.holds(session.token):
+            label.set_text(say(text("You have the control")))
+        elif leader is not None:
+            label.set_text(say(text("{name} has the control", name=leader.name)))
+        else:
+            label.set_text(say(text("Nobody has the control")))
+        button.set_visibility(session.may_lead and not panel.control.holds(session.token))
+
+    show()
+    ui.timer(0.5, show)
+
+
+def _language(reader: Reader) -> None:
+    for code, name in (("en", "English"), ("zh", "中文")):
+        if code == reader.session.language:
+            continue
+
+        def change(chosen: str = code) -> None:
+            reader.session.language = chosen
+            ui.run_javascript(
+                f"document.cookie='motorbench_language={chosen};path=/;SameSite=Strict';location.reload()"
+            )
+
+        ui.button(name, on_click=change).props(f"flat dense color=white no-caps lang={'zh' if code == 'zh' else 'en'}")

@@ -1,0 +1,200 @@
+"""Choose motor and procedures, see that the station is ready, begin."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from bench.errors import InputError
+from bench.files.shipped_motors import shipped_motors
+from bench.panel.launch import Order
+from bench.panel.offer import Offered, check_station
+from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.roles import role_name
+from bench.panel.panel import Panel
+from bench.panel.sessions import Session
+from bench.virtual_station import VIRTUAL
+from procedures.text import Text, text
+
+
+def start_page(panel: Panel, session: Session) -> None:
+    """Build the page."""
+    with frame(panel, session, text("Measure")) as reader:
+        _StartPage(panel, session, reader).build()
+
+
+class _StartPage:
+    def __init__(self, panel: Panel, session: Session, reader: Reader) -> None:
+        self._panel = panel
+        self._session = session
+        self._reader = reader
+        self._boxes: dict[str, ui.checkbox] = {}
+        self._roles: frozenset[str] | None = None
+        self._offered: Mapping[str, Offered] = {}
+
+    def build(self) -> None:
+        say = self._reader.say
+        self._running()
+        with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-3"):
+            with ui.element("section").classes("mb-card"):
+                ui.label(say(text("1  Motor"))).classes("text-xl font-bold mb-2")
+                self._serial = (
+                    ui.input(say(text("Serial number (scan or type)"))).props("outlined autofocus").classes("w-full")
+                )
+                self._motor = ui.select(
+                    _motors(self._panel.motors), label=say(text("Motor type")), on_change=self._motor_chosen
+                ).props("outlined")
+                self._motor.classes("w-full")
+                self._person = (
+                    ui.input(say(text("Operator's name")), value=self._session.person)
+                    .props("outlined")
+                    .classes("w-full")
+                )
+                self._serial.on("keydown.enter", self._begin)
+            with ui.element("section").classes("mb-card"):
+                ui.label(say(text("2  Procedures"))).classes("text-xl font-bold mb-2")
+                self._list = ui.element("div").classes("flex flex-col")
+                with self._list:
+                    ui.spinner(size="2rem")
+            with ui.element("section").classes("mb-card"):
+                ui.label(say(text("3  Station"))).classes("text-xl font-bold mb-2")
+                self._station = ui.element("div").classes("w-full")
+                self._show_station()
+        with ui.row().classes("w-full mt-4 py-3 items-center gap-4 sticky bottom-0").style("background: var(--paper)"):
+            start = ui.button(say(text("Start")), on_click=self._begin, color=None).classes("mb-go text-2xl px-12 py-4")
+            start.set_enabled(self._session.may_lead)
+            self._fault = ui.label().props("role=alert").classes("text-lg").style("color:#7a130d")
+        ui.timer(0.01, self._fill, once=True)
+
+    def _running(self) -> None:
+        for run in self._panel.running():
+            with ui.element("section").classes("mb-card mb-4 flex items-center gap-4 mb-state-off"):
+                ui.label(self._reader.say(text("A run is going on: {name}", name=run.name))).classes("text-lg")
+                ui.button(
+                    self._reader.say(text("Show it")), on_click=lambda name=run.name: ui.navigate.to(f"/runs/{name}")
+                )
+
+    async def _fill(self) -> None:
+        try:
+            offered = await self._panel.offer.procedures()
+        except InputError as error:
+            self._fault.set_text(str(error))
+            return
+        self._offered = offered
+        self._show_procedures(offered)
+
+    def _show_procedures(self, offered: Mapping[str, Offered]) -> None:
+        say = self._reader.say
+        self._list.clear()
+        self._boxes.clear()
+        with self._list:
+            with ui.row().classes("gap-2 mb-1"):
+                ui.button(say(text("All")), on_click=lambda: self._mark(True)).props("flat dense no-caps")
+                ui.button(say(text("None")), on_click=lambda: self._mark(False)).props("flat dense no-caps")
+            for name, procedure in offered.items():
+                missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
+                box = ui.checkbox(f"{say(Text(procedure.title))}  ·  §{procedure.section}", value=not missing)
+                box.props("dense").classes("text-base")
+                needs = say(text("needs {roles}", roles=[role_name(role) for role in procedure.roles]))
+                if not procedure.roles:
+                    needs = say(text("needs no instrument"))
+                note = ui.label(
+                    needs if not missing else say(text("missing: {roles}", roles=[role_name(role) for role in missing]))
+                ).classes("text-sm pl-8 mb-1")
+                note.style("color:#7a130d" if missing else "color:#44505c")
+                box.set_enabled(not missing)
+                self._boxes[name] = box
+
+    def _motor_chosen(self) -> None:
+        """On the virtual bench the six-step drive is that of the motor's file."""
+        if self._panel.station != VIRTUAL or not self._motor.value:
+            return
+        from bench.files.motor_file import load_motor
+
+        try:
+            drive = load_motor(str(self._motor.value)).six_step is not None
+        except InputError as error:
+            self._fault.set_text(str(error))
+            return
+        roles = {role for procedure in self._offered.values() for role in procedure.roles}
+        self._roles = frozenset(roles if drive else roles - {"drive"})
+        self._show_procedures(self._offered)
+
+    def _mark(self, value: bool) -> None:
+        for box in self._boxes.values():
+            if box.enabled:
+                box.set_value(value)
+
+    def _show_station(self) -> None:
+        say = self._reader.say
+        self._station.clear()
+        with self._station:
+            if self._panel.station == VIRTUAL:
+                ui.label(say(text("The virtual bench: every instrument is there; nothing can be harmed."))).classes(
+                    "text-base"
+                )
+                return
+            ui.label(self._panel.station).classes("text-base break-all")
+            ui.button(say(text("Check the instruments")), on_click=self._check).props("outline")
+
+    async def _check(self) -> None:
+        say = self._reader.say
+        self._station.clear()
+        with self._station:
+            ui.spinner(size="2rem")
+        try:
+            told = await check_station(Path(self._panel.station))
+        except InputError as error:
+            told = {"name": self._panel.station, "instruments": {}, "overdue": [str(error)]}
+        self._station.clear()
+        with self._station:
+            for role, found in told["instruments"].items():
+                self._instrument(role, found)
+            for words in told["overdue"]:
+                ui.label(f"⚠ {words}").classes("text-base").style("color:#6b4400")
+            ui.button(say(text("Check again")), on_click=self._check).props("outline")
+        self._roles = frozenset(role for role, found in told["instruments"].items() if found["error"] is None)
+        self._show_procedures(self._offered)
+
+    def _instrument(self, role: str, found: Mapping[str, Any]) -> None:
+        good = found["error"] is None
+        ui.label(f"{'✓' if good else '✗'} {self._reader.say(role_name(role))}").classes("text-base font-semibold")
+        ui.label(str(found["identity"] if good else found["error"])).classes("text-sm pl-6 break-all")
+        calibration = found.get("calibration")
+        due = calibration and calibration.get("due")
+        words = text("calibrated until {date}", date=str(due)) if due else text("no calibration entered")
+        ui.label(self._reader.say(words)).classes("text-sm pl-6").style("color:#44505c")
+
+    async def _begin(self) -> None:
+        say = self._reader.say
+        chosen = [name for name, box in self._boxes.items() if box.value]
+        if not self._motor.value:
+            self._fault.set_text(say(text("Choose the motor's type.")))
+            return
+        if not chosen:
+            self._fault.set_text(say(text("Choose at least one procedure.")))
+            return
+        self._session.person = str(self._person.value or "").strip() or self._session.person
+        self._fault.set_text(say(text("Starting …")))
+        order = Order(
+            chosen,
+            self._panel.station,
+            str(self._motor.value),
+            self._session.person,
+            self._session.language,
+            serial_number=str(self._serial.value or "").strip(),
+        )
+        try:
+            run = await self._panel.start(order)
+        except (InputError, TimeoutError) as error:
+            self._fault.set_text(str(error))
+            return
+        self._panel.control.take(self._session.token, self._session.person)
+        ui.navigate.to(f"/runs/{run.name}")
+
+
+def _motors(folder: Path) -> dict[str, str]:
+    """Return the motors to choose from, by what the command line calls them."""
+    own = {str(path): path.stem for path in sorted(folder.glob("*.toml"))} if folder.is_dir() else {}
+    return own | {name: f"{name} (virtual)" for name in shipped_motors()}

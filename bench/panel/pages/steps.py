@@ -1,0 +1,50 @@
+"""How far the run is: its procedures, each with its state, and warnings in words."""
+
+from nicegui import ui
+
+from bench.panel.live_run import LiveRun
+from bench.panel.pages.frame import Reader
+from procedures.text import text
+
+
+class ProgressCard:
+    """The list of procedures and what was warned of."""
+
+    def __init__(self, run: LiveRun, reader: Reader) -> None:
+        self._run = run
+        self._reader = reader
+        self._shown: object = None
+        with ui.element("section").classes("mb-card").props(f'aria-label="{reader.say(text("Progress"))}"'):
+            self._list = ui.element("ol").classes("list-none p-0 m-0")
+            self._warnings = ui.element("div").props("role=log").classes("mt-3")
+
+    def show(self) -> None:
+        """Show state of procedures and warnings, where either has changed."""
+        view, say = self._run.view, self._reader.say
+        states = [(name, self._state(name)) for name in view.run.planned]
+        warnings = [f"{notice.identifier}: {say(notice.message)}" for _, notice in view.run.warnings()]
+        if (states, warnings) == self._shown:
+            return
+        self._shown = (states, warnings)
+        self._list.clear()
+        with self._list:
+            for name, (mark, words) in states:
+                with ui.element("li").classes("flex gap-2 py-0.5 text-base" + (" font-bold" if mark == "▶" else "")):
+                    ui.label(mark).props("aria-hidden=true").classes("w-5")
+                    ui.label(name)
+                    ui.label(words).classes("ml-auto text-sm").style("color:#44505c")
+        self._warnings.clear()
+        with self._warnings:
+            for words in warnings:
+                ui.label(f"⚠ {words}").classes("text-base py-1").style("color:#6b4400")
+
+    def _state(self, name: str) -> tuple[str, str]:
+        view, say = self._run.view, self._reader.say
+        here = view.run.procedures.get(name)
+        if here is None:
+            return "·", ""
+        if here.result is not None:
+            return "✓", say(text("done"))
+        if here.cause:
+            return "✗", say(text("failed"))
+        return ("▶", say(text("under way"))) if name == view.procedure else ("·", "")

@@ -1,0 +1,71 @@
+"""The panel's state: the runs it follows, who leads, who is there. Pages only show it."""
+
+import asyncio
+from pathlib import Path
+
+from bench.errors import InputError
+from bench.operators.line import FILE
+from bench.panel.control import Control
+from bench.panel.launch import Launcher, Order
+from bench.panel.live_run import LiveRun
+from bench.panel.offer import Offer
+from bench.panel.sessions import Sessions
+from bench.record.run_folder import existing_run_folder
+
+
+class Panel:
+    """Everything that outlives a page; `station` is a file or `virtual`, `motors` the folder of motor files made here."""
+
+    def __init__(self, runs: Path, station: str, motors: Path) -> None:
+        self.runs = runs
+        self.station = station
+        self.motors = motors
+        self.control = Control()
+        self.sessions = Sessions()
+        self.launcher = Launcher(runs)
+        self.offer = Offer()
+        self._live: dict[str, LiveRun] = {}
+        self._opening = asyncio.Lock()
+
+    async def open(self) -> None:
+        """Find the runs that are going on, whoever started them."""
+        for announced in self.runs.glob(f"*/{FILE}"):
+            await self.follow(announced.parent.name)
+
+    async def close(self) -> None:
+        """Stop following; runs go on."""
+        for run in self._live.values():
+            await run.close()
+
+    async def follow(self, name: str) -> LiveRun:
+        """Return a run by its name, followed from now on. Raises InputError where there is none."""
+        async with self._opening:
+            if name not in self._live:
+                if "/" in name or name.startswith("."):
+                    raise InputError(f"{name}: a run's name is that of its folder under {self.runs}")
+                run = LiveRun(existing_run_folder(str(self.runs / name), self.runs).path)
+                await run.open()
+                self._live[name] = run
+            return self._live[name]
+
+    def running(self) -> list[LiveRun]:
+        """Return the runs that go on now, newest first."""
+        return sorted((run for run in self._live.values() if run.running), key=lambda run: run.name, reverse=True)
+
+    async def start(self, order: Order) -> LiveRun:
+        """Start a run. Raises InputError with what it said where it could not begin."""
+        return await self._followed(await self.launcher.start(order))
+
+    async def resume(self, name: str, person: str) -> LiveRun:
+        """Have an ended run go on. Raises InputError with what it said where it could not."""
+        run = self._live.pop(name, None)
+        if run is not None:
+            await run.close()
+        return await self._followed(await self.launcher.resume(self.runs / name, person))
+
+    async def _followed(self, folder: Path) -> LiveRun:
+        # The folder announces itself a moment before its journal begins.
+        async with asyncio.timeout(10.0):
+            while not (folder / "journal.jsonl").is_file():
+                await asyncio.sleep(0.01)
+        return await self.follow(folder.name)

@@ -1,0 +1,75 @@
+"""Options of the live plots."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bench.panel.decimate import envelope
+from bench.record.waveforms import StoredWaveform
+
+#: Points that a plot of a screen's width shows.
+POINTS = 3000
+_COLOURS = ("#1565c0", "#b3261e", "#0b6b3a", "#7b1fa2")
+_GRID = {"left": 70, "right": 24, "top": 36, "bottom": 48}
+
+
+def axes(title: str, x: str, y: str) -> dict[str, Any]:
+    """Return a plot with axes and no data; `x` and `y` name quantity and unit."""
+    axis = {"type": "value", "scale": True, "nameLocation": "middle"}
+    return {
+        "animation": False,
+        "title": {"text": title, "left": "center", "textStyle": {"fontSize": 14}},
+        "grid": dict(_GRID),
+        "tooltip": {"trigger": "axis"},
+        "xAxis": {**axis, "name": x, "nameGap": 28},
+        "yAxis": {**axis, "name": y, "nameGap": 52},
+        "series": [],
+        "color": list(_COLOURS),
+        "aria": {"enabled": True},
+    }
+
+
+def line(name: str, points: Sequence[Sequence[float]], *, marks: bool = False) -> dict[str, Any]:
+    """Return one line of a plot."""
+    return {
+        "type": "line",
+        "name": name,
+        "showSymbol": marks,
+        "symbolSize": 4,
+        "lineStyle": {"width": 1.5},
+        "data": list(points),
+    }
+
+
+def thinned(times: ArrayLike, values: ArrayLike, points: int = POINTS) -> list[list[float]]:
+    """Return the pairs to draw of readings over time (s)."""
+    drawn = np.asarray(values, dtype=np.float64)
+    chosen = envelope(drawn, points)
+    when = np.asarray(times, dtype=np.float64)
+    pairs: list[list[float]] = np.column_stack((when[chosen], drawn[chosen])).tolist()
+    return pairs
+
+
+def waveform_plot(
+    waves: Mapping[str, StoredWaveform], title: str, *, start: float | None = None, end: float | None = None
+) -> dict[str, Any]:
+    """Return a plot of waveforms between two times (s), all of them without; zooming asks for it anew with its window."""
+    plot = axes(title, "t / s", " / ".join(dict.fromkeys(wave.unit for wave in waves.values())))
+    plot["legend"] = {"bottom": 0, "data": list(waves)}
+    plot["grid"]["bottom"] = 84
+    plot["dataZoom"] = [
+        {"type": "inside", "filterMode": "none"},
+        {"type": "slider", "filterMode": "none", "bottom": 26},
+    ]
+    for name, wave in waves.items():
+        first = 0 if start is None else int(np.searchsorted(wave.time, start))
+        last = len(wave.time) if end is None else int(np.searchsorted(wave.time, end, side="right"))
+        # One sample beyond either edge: the line reaches the edge of the window.
+        window = slice(max(first - 1, 0), min(last + 1, len(wave.time)))
+        plot["series"].append(line(name, thinned(wave.time[window], wave.values[window])))
+    if len(waves) and start is not None:
+        whole = next(iter(waves.values())).time
+        plot["xAxis"] |= {"min": float(whole[0]), "max": float(whole[-1])}
+    return plot
