@@ -38,6 +38,14 @@ class ServedWorld:
         truth: dict[str, float] = self._ask("GET", "/motor")["truth"]
         return truth
 
+    def step_started(self, step: str, procedure: str) -> None:
+        """Tell the bench that a step of a procedure begins: faults may wait for it."""
+        self._ask("POST", "/steps", {"step": step, "procedure": procedure})
+
+    def inject(self, fault: Mapping[str, Any]) -> None:
+        """Have the bench take a fault, for at once or for its time."""
+        self._ask("POST", "/faults", fault)
+
     def truth(self) -> dict[str, Any]:
         """Return what is really so."""
         return self._ask("GET", "/truth")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bench.clock import wall_date
 from bench.errors import InputError
+from bench.fault_hooks import StepTeller, recording
 from bench.files.motor_file import MotorFile
 from bench.files.station import Station
 from bench.instruments import StationInstruments
@@ -33,6 +34,8 @@ from procedures.text import Translate, text
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from bench.files.fault_file import GivenFault
+
 
 @dataclass(frozen=True)
 class Wishes:
@@ -49,6 +52,7 @@ class Wishes:
     assignments: Sequence[str] = field(default_factory=tuple)
     seed: int = 0
     trace: bool = False
+    faults: "Sequence[GivenFault]" = ()
     go_on: bool = False
     resume: RunFolder | None = None
 
@@ -80,6 +84,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         console=console,
         language=wishes.language,
         interrupts=interrupts,
+        faults=wishes.faults,
     ) as where:
         if list(wishes.procedures) == ["all"]:
             plan = _possible(plan, where.station, console, translate)
@@ -98,6 +103,8 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=Reserve(folder.reserve))
         journal.listen(view.apply)
         live = wishes.station == "virtual" or wishes.operator == "answers"
+        where.listen_to_faults(recording(journal))
+        journal.listen(StepTeller(where.step_started).hear)
         journal.listen(Progress(console, [planned.name for planned in plan], live=live).hear)
         instruments = StationInstruments(
             where.station,
@@ -207,6 +214,7 @@ def _about(
         "procedures": [planned.name for planned in plan],
         "settings": list(wishes.assignments),
         "seed": wishes.seed,
+        "faults": [fault.described.told() for fault in wishes.faults],
         "language": wishes.language,
         "software": dict(versions),
         "truth": where.truth,

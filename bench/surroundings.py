@@ -1,6 +1,6 @@
 """Where a run takes place: a real bench with a person, a replay of typed readings, or the virtual bench."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from bench.clock import ReplayClock, SystemClock
 from bench.errors import UsageError
+from bench.fault_hooks import FaultHeard, StepStarted
 from bench.files.motor_file import MotorFile
 from bench.files.station import Station, load_station
 from bench.instruments import Prompts, system_visa
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from pyvisa import ResourceManager
     from rich.console import Console
 
+    from bench.files.fault_file import GivenFault
+
 OPERATORS = ("terminal", "virtual", "answers", "panel")
 
 
@@ -31,8 +34,9 @@ OPERATORS = ("terminal", "virtual", "answers", "panel")
 class Place:
     """What a run takes place with; `truth` is empty for a real motor, `hand_time` gives the bench time of hand work (s).
 
-    `announce` says in the run's folder how its operator is reached, where that is needed.
-    `in_process` opens the instruments of a bench in this process.
+    `announce` says in the run's folder how its operator is reached, where that is needed. `step_started` tells a virtual bench
+    which step begins, `listen_to_faults` has one told of the faults that begin and mend there. `in_process` opens the
+    instruments of a bench in this process.
     """
 
     station: Station
@@ -44,6 +48,8 @@ class Place:
     hand_time: Callable[[], float]
     announce: Callable[[Path], None] = lambda _: None
     in_process: InProcess | None = None
+    step_started: StepStarted = lambda _step, _procedure: None
+    listen_to_faults: Callable[[FaultHeard], None] = lambda _: None
 
 
 @contextmanager
@@ -57,10 +63,11 @@ def place(
     console: "Console",
     language: str,
     interrupts: Interrupts,
+    faults: "Sequence[GivenFault]" = (),
 ) -> Iterator[Place]:
     """Give the surroundings for a run; `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one.
 
-    `interrupts` is how a panel ends the run.
+    `interrupts` is how a panel ends the run, `faults` are injected on a virtual bench.
     Raises UsageError where they do not go together, InputError for a bad file.
     """
     if operator and operator not in OPERATORS:
@@ -70,7 +77,7 @@ def place(
     if station == VIRTUAL:
         if operator not in ("", "virtual", "panel"):
             raise UsageError(f"--operator {operator}: on the virtual bench only the virtual operator has hands")
-        with _virtual(motor, seed) as made, _watched(made, operator, interrupts) as watched:
+        with _virtual(motor, seed, faults) as made, _watched(made, operator, interrupts) as watched:
             yield watched
         return
     read = load_station(Path(station))
@@ -80,23 +87,28 @@ def place(
                 "--operator virtual works on a virtual bench only: --station virtual, "
                 "or a station file with [station] control, as motorbench sim serve writes it"
             )
-        with _served(read, seed) as made:
+        with _served(read, seed, faults) as made:
             yield made
         return
+    if faults and not (read.control and operator == "panel"):
+        raise UsageError(
+            f"--faults, --fault: {read.source} is no virtual bench, and faults are injected on one only: --station virtual, "
+            "or a station file with [station] control, as motorbench sim serve writes it"
+        )
     if operator == "panel":
-        with _at_panel(read, seed, interrupts) as made:
+        with _at_panel(read, seed, interrupts, faults) as made:
             yield made
         return
     yield _replayed(read, answers) if answers is not None else _by_hand(read, motor, console, language)
 
 
 @contextmanager
-def _at_panel(station: Station, seed: int, interrupts: Interrupts) -> Iterator[Place]:
+def _at_panel(station: Station, seed: int, interrupts: Interrupts, faults: "Sequence[GivenFault]") -> Iterator[Place]:
     """Give a bench with a person at a panel; a served virtual bench's hands do what the person confirms."""
     from bench.operators.distant import DistantOperator, DistantPrompt
 
     if station.control:
-        with _served(station, seed) as made, _watched(made, "panel", interrupts) as watched:
+        with _served(station, seed, faults) as made, _watched(made, "panel", interrupts) as watched:
             yield watched
         return
     with closing(DistantOperator(interrupts.request)) as person:
@@ -157,12 +169,14 @@ def _replayed(station: Station, answers: Path) -> Place:
 
 
 @contextmanager
-def _served(station: Station, seed: int) -> Iterator[Place]:
+def _served(station: Station, seed: int, faults: "Sequence[GivenFault]") -> Iterator[Place]:
+    from bench.files.fault_file import inject
     from bench.operators.virtual import VirtualOperator
     from bench.served_world import ServedWorld
 
     with ServedWorld(station.control) as world:
         hands = VirtualOperator(world, seed)
+        inject(faults, lambda described: world.inject(described.told()))
         yield Place(
             station,
             world.clock,
@@ -171,13 +185,15 @@ def _served(station: Station, seed: int) -> Iterator[Place]:
             system_visa(station.visa_library),
             world.motor_truth(),
             lambda: hands.hand_time,
+            step_started=world.step_started,
         )
 
 
 @contextmanager
-def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
+def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]") -> Iterator[Place]:
     from pyvisa import ResourceManager
 
+    from bench.files.fault_file import inject
     from bench.operators.virtual import VirtualOperator
     from bench.virtual_station import virtual_station
     from sim_instruments.bench import VirtualBench
@@ -185,6 +201,7 @@ def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
     truth = motor.virtual_motor()
     with VirtualBench(truth, seed=seed, six_step=motor.six_step, sockets=False) as bench:
         hands = VirtualOperator(bench.world, seed)
+        inject(faults, bench.injector.add)
         yield Place(
             virtual_station(bench.addresses()),
             bench.clock,
@@ -194,4 +211,6 @@ def _virtual(motor: MotorFile, seed: int) -> Iterator[Place]:
             truth_of(truth, motor.six_step),
             lambda: hands.hand_time,
             in_process=bench,
+            step_started=bench.injector.step_started,
+            listen_to_faults=bench.injector.listen,
         )

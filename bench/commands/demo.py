@@ -12,6 +12,8 @@ def demo(
     json: bool = False,
     language: str = "auto",
     runs: Path = Path("runs"),
+    faults: Path | None = None,
+    fault: tuple[str, ...] = (),
 ) -> int:
     """Measure a virtual motor by every procedure and print the summary beside the truth.
 
@@ -27,6 +29,20 @@ def demo(
         en, zh, or auto by the locale.
     runs
         Folder in which the run's own folder is made.
+    faults
+        A file of faults to inject.
+    fault
+        One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
 
     """
-    return run("all", station="virtual", motor=motor, seed=seed, json=json, language=language, runs=runs)
+    return run(
+        "all",
+        station="virtual",
+        motor=motor,
+        seed=seed,
+        json=json,
+        language=language,
+        runs=runs,
+        faults=faults,
+        fault=fault,
+    )

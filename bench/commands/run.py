@@ -1,9 +1,10 @@
 """`motorbench run`: procedures on a station or on the virtual bench."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -15,6 +16,9 @@ from bench.record.run_folder import existing_run_folder
 from bench.session import Wishes
 from bench.session import run as run_session
 from procedures.catalogue import catalogue
+
+if TYPE_CHECKING:
+    from bench.files.fault_file import GivenFault
 
 
 def run(
@@ -31,6 +35,8 @@ def run(
     resume: str | None = None,
     trace: bool = False,
     seed: int | None = None,
+    faults: Path | None = None,
+    fault: tuple[str, ...] = (),
     runs: Path = Path("runs"),
     continue_on_error: bool = False,
 ) -> int:
@@ -64,6 +70,10 @@ def run(
         Record every exchange with the instruments in the journal.
     seed
         Seed of the virtual bench.
+    faults
+        A file of faults for the virtual bench.
+    fault
+        One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
     runs
         Folder in which the run's own folder is made.
     continue_on_error
@@ -98,6 +108,7 @@ def run(
             assignments=set_,
             seed=seed or 0,
             trace=trace,
+            faults=_given(faults, fault),
             go_on=continue_on_error,
             resume=folder,
         ),
@@ -121,3 +132,12 @@ def _numbered(motor: MotorFile, serial_number: str) -> MotorFile:
     if len(serial_number) > 64 or not serial_number.isprintable():
         raise UsageError(f"--serial-number {serial_number!r}: allowed are up to 64 printable characters")
     return replace(motor, nameplate=replace(motor.nameplate, serial_number=serial_number))
+
+
+def _given(file: Path | None, phrases: Sequence[str]) -> "Sequence[GivenFault]":
+    """Return the faults that are asked for; a run without any loads nothing of the virtual bench."""
+    if file is None and not phrases:
+        return ()
+    from bench.files.fault_file import given_faults
+
+    return given_faults(file, phrases)

@@ -23,6 +23,8 @@ def serve(
     speedup: float = 1.0,
     seed: int = 0,
     host: str = "127.0.0.1",
+    faults: Path | None = None,
+    fault: tuple[str, ...] = (),
 ) -> None:
     """Serve the virtual bench to other processes until SIGINT or SIGTERM.
 
@@ -42,8 +44,13 @@ def serve(
         Seed of the instruments' noise and errors.
     host
         The IPv4 address that the TCP ports listen on; the control endpoint always stays on loopback.
+    faults
+        A file of faults to inject.
+    fault
+        One fault in a few words, like "supply: silence at 12"; may be given several times.
 
     """
+    from bench.files.fault_file import given_faults, inject
     from bench.files.motor_file import load_motor
     from bench.safety.interrupts import Interrupted, Interrupts
     from bench.truth import truth_of
@@ -53,6 +60,7 @@ def serve(
     if not SLOWEST <= speedup <= FASTEST:
         raise UsageError(f"--speedup {speedup:g}: allowed is {SLOWEST:g} to {FASTEST:g}")
     _check_host(host)
+    given = given_faults(faults, fault)
     read = load_motor(motor)
     virtual = read.virtual_motor()
     told = {"name": read.nameplate.name, "source": read.source, "truth": truth_of(virtual, read.six_step)}
@@ -60,6 +68,7 @@ def serve(
     logging.getLogger().addHandler(logging.NullHandler())
     try:
         with Interrupts().raising(), _opened(ServedBench, virtual, speedup, host, seed, told, read.six_step) as bench:
+            inject(given, bench.bench.injector.add)
             _tell(bench, told, station_file, json, seed)
             threading.Event().wait()
     except Interrupted:

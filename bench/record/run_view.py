@@ -94,6 +94,8 @@ class RunView:
             "bench_time": self.bench_time,
             "wall_time": self.wall_time,
         }
+        if self.start.get("faults"):
+            made["faults"] = self.start["faults"]
         if self.cause:
             made["cause"] = self.cause
         return made

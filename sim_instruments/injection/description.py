@@ -10,9 +10,13 @@ if TYPE_CHECKING:
     from sim_instruments.bench import VirtualBench
 
 Mend = Callable[[], None]
-#: A time (s) as long as anybody waits for.
-Seconds = Annotated[float, Field(ge=0.0, le=1e6)]
+#: The longest time (s) that anybody waits for.
+_LONGEST = 1e6
+Seconds = Annotated[float, Field(ge=0.0, le=_LONGEST, json_schema_extra={"unit": "s"})]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
+#: The same where it may be left out.
+MaybeSeconds = Annotated[float | None, Field(ge=0.0, le=_LONGEST, json_schema_extra={"unit": "s"})]
+MaybeCount = Annotated[int | None, Field(ge=1, le=1_000_000)]
 
 
 def pattern_checked(pattern: str | None) -> str | None:
@@ -35,7 +39,7 @@ class Message(Strict):
 
     role: str
     pattern: str | None = None
-    count: Count | None = None
+    count: MaybeCount = None
 
     @field_validator("pattern")
     @classmethod
@@ -57,13 +61,13 @@ class Description(Strict):
     """
 
     fault: str
-    at: Annotated[Seconds | None, Field(description="bench time, s")] = None
+    at: MaybeSeconds = None
     step: Annotated[str | None, Field(min_length=1, description="a step's identifier like '3.2.2/3'")] = None
     procedure: Annotated[str | None, Field(min_length=1, description="a procedure's name")] = None
     occurrence: Count = 1
     message: Message | None = None
     after: Seconds = 0.0
-    duration: Seconds | None = None
+    duration: MaybeSeconds = None
 
     @model_validator(mode="after")
     def _begins(self) -> "Description":

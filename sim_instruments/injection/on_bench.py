@@ -87,7 +87,7 @@ class CurrentLimited(Description):
     """Have the supply give no more than a current, so that it is in CC where CV is expected."""
 
     fault: Literal["current_limited"]
-    current: Annotated[float, Field(gt=0.0, le=1e4, description="A")] = 0.05
+    current: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra={"unit": "A"})] = 0.05
 
     def begin(self, bench: "VirtualBench") -> Mend:
         """Do it."""
@@ -100,7 +100,7 @@ class SpeedRunaway(Description):
 
     fault: Literal["speed_runaway"]
     role: Literal["dynamometer", "inverter"]
-    speed: Annotated[float, Field(gt=0.0, le=1e5, description="rad/s, mechanical")] = 1e5
+    speed: Annotated[float, Field(gt=0.0, le=1e5, json_schema_extra={"unit": "rad/s"})] = 1e5
 
     def begin(self, bench: "VirtualBench") -> Mend:
         """Do it."""
@@ -114,8 +114,8 @@ class ThermalRunaway(Description):
     """Have the winding overheat by itself, towards a temperature as a first-order lag."""
 
     fault: Literal["thermal_runaway"]
-    temperature: Annotated[float, Field(ge=-60.0, le=400.0, description="°C")] = 200.0
-    time_constant: Annotated[float, Field(ge=0.1, le=1e5, description="s")] = 30.0
+    temperature: Annotated[float, Field(ge=-60.0, le=400.0, json_schema_extra={"unit": "°C"})] = 200.0
+    time_constant: Annotated[float, Field(ge=0.1, le=1e5, json_schema_extra={"unit": "s"})] = 30.0
 
     def begin(self, bench: "VirtualBench") -> Mend:
         """Do it."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from sim_instruments.faults import Fault, FaultKind
-from sim_instruments.injection.description import Count, Description, Mend, Seconds, pattern_checked
+from sim_instruments.injection.description import Description, MaybeCount, Mend, pattern_checked
 
 if TYPE_CHECKING:
     from sim_instruments.bench import VirtualBench
@@ -51,9 +51,11 @@ class LineFault(Description):
     ]
     role: str
     pattern: str | None = None
-    count: Count | None = None
-    times: Count | None = None
-    delay: Annotated[Seconds, Field(le=3600.0, description="of a late reply, s")] = 0.0
+    count: MaybeCount = None
+    times: MaybeCount = None
+    delay: Annotated[
+        float, Field(ge=0.0, le=3600.0, description="of a late reply", json_schema_extra={"unit": "s"})
+    ] = 0.0
     reply: str = ""
     code: Annotated[int, Field(ge=1, le=255, description="of a Modbus exception")] = 4
 
