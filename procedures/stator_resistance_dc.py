@@ -1,5 +1,6 @@
 """Stator resistance by four-wire direct current, where a bridge at 20 Hz cannot do it (erratum E9)."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import ClassVar
@@ -8,7 +9,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy
+from drivers.interfaces import Accuracy, Reading
 from procedures.actions import (
     LINE_PAIRS,
     Connect,
@@ -18,8 +19,10 @@ from procedures.actions import (
     Terminal,
     UncoupleDynamometer,
 )
+from procedures.alignment import flowing_current
 from procedures.bench import ProcedureError, Role
 from procedures.estimation import resistance
+from procedures.estimation.fit import FloatArray
 from procedures.estimation.linear import least_squares
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
@@ -27,6 +30,8 @@ from procedures.temperature import COLD, check_temperature, copper_factor, warme
 from procedures.text import text
 
 Pair = tuple[Terminal, Terminal]
+#: A drift is taken for one beyond so many standard uncertainties.
+_CLEAR = 3.0
 
 
 class StatorResistanceDcSettings(Settings):
@@ -57,10 +62,21 @@ class StatorResistanceDcSettings(Settings):
 
 @dataclass(frozen=True)
 class LineSlope:
-    """Resistance between two terminals (Ω) from V over I, and how far it rose from the first to the last reading."""
+    """Resistance between two terminals (Ω) from V over I, and the readings behind it: bench time (s), current (A), voltage (V)."""
 
     resistance: UncertainReal
-    rise: float
+    readings: tuple[FloatArray, FloatArray, FloatArray]
+
+    @property
+    def rise(self) -> float:
+        """How far V over I rose, relatively, from a polarity's first reading to its last, at the same level."""
+        _, current, voltage = self.readings
+        half = len(current) // 2
+        return float(
+            np.mean(
+                [voltage[k + half - 1] / current[k + half - 1] / (voltage[k] / current[k]) - 1.0 for k in (0, half)]
+            )
+        )
 
 
 class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
@@ -101,6 +117,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             self.nameplate.current_bound,
         )
         levels = largest * np.arange(self.settings.levels, 0, -1) / self.settings.levels
+        times: list[float] = []
         currents: list[float] = []
         voltages: list[float] = []
         accuracies: tuple[Accuracy, Accuracy] = (Accuracy(), Accuracy())
@@ -108,11 +125,13 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         self.bench.perform(ConnectVoltmeter(high, low))
         for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
             self.bench.perform(Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE}))
-            # The first level again at the end: a warmer winding shows there.
+            # The first level again at the end: a winding that warms or cools shows there.
             for level in (*levels, levels[0]):
-                current, voltage, accuracies = self._reading(float(level), choose_range=not currents)
-                currents.append(sign * current)
-                voltages.append(voltage)
+                current, voltage = self._reading(float(level), choose_range=not currents)
+                accuracies = current.accuracy, voltage.accuracy
+                times.append(voltage.time)
+                currents.append(sign * current.value)
+                voltages.append(voltage.value)
         i, v = np.array(currents), np.array(voltages)
         fit = least_squares(("resistance", "offset", "meter"), np.column_stack((i, np.ones_like(i), -np.sign(i))), v)
         unc = self.bench.uncertainties
@@ -132,15 +151,8 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             )
         for name, accuracy in zip(("supply, current", "voltmeter"), accuracies, strict=True):
             quantity = unc.instrument(name, quantity, Accuracy(gain=accuracy.gain, source=accuracy.source))
-        half = len(levels) + 1
-        rise = float(np.mean([v[k + half - 1] / i[k + half - 1] / (v[k] / i[k]) - 1.0 for k in (0, half)]))
-        self.findings[label] = {
-            "current": currents,
-            "voltage": voltages,
-            "resistance": fit.value("resistance"),
-            "rise": rise,
-        }
-        return LineSlope(quantity, rise)
+        self.findings[label] = {"current": currents, "voltage": voltages, "resistance": fit.value("resistance")}
+        return LineSlope(quantity, (np.array(times), i, v))
 
     @step("E9/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
     def conclude(self, slopes: dict[Pair, LineSlope], measured_at: float) -> None:
@@ -158,7 +170,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             "phase_resistances": dict(zip(names, phases, strict=True)),
             "winding_temperature": measured_at,
         }
-        self._watch_heating(max(s.rise for s in slopes.values()))
+        cold = self._at_first_reading(cold, [slopes[pair].readings for pair in LINE_PAIRS])
         self.report(
             "stator_resistance",
             "Ω",
@@ -170,25 +182,17 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             winding=3.0 * float(cold.x) if self.is_delta else None,
         )
 
-    def _reading(self, level: float, *, choose_range: bool) -> tuple[float, float, tuple[Accuracy, Accuracy]]:
+    def _reading(self, level: float, *, choose_range: bool) -> tuple[Reading, Reading]:
+        """Return current and voltage at a level (A); raises ProcedureError where it does not flow."""
         bench = self.bench
         with ExitStack() as energised:
             energised.enter_context(bench.supply.energised(bench.supply.maximum_voltage, level))
             bench.clock.sleep(self.settings.settle)
-            current = bench.supply.measure_current()
-            if current.value < 0.9 * level:
-                raise ProcedureError(
-                    text(
-                        "the supply is set to {level:.3g} A and gives {current:.3g} A: the path is open or its resistance too high",
-                        level=level,
-                        current=current.value,
-                    )
-                )
+            current = flowing_current(bench, level)
             # One range for all readings of a pair: each range has a zero and a gain of its own.
             if choose_range:
                 bench.voltmeter.configure(bench.supply.measure_voltage().value, self.settings.power_line_cycles)
-            voltage = bench.voltmeter.measure_voltage()
-        return current.value, voltage.value, (current.accuracy, voltage.accuracy)
+            return current, bench.voltmeter.measure_voltage()
 
     def _check_warming(self, before: float, rise: float) -> float:
         """Return how warm (°C) the winding may be after a pair; raises ProcedureError where that is above the motor's limit.
@@ -198,14 +202,25 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         after = warmed(before, max(rise, 0.0), self.settings.coefficient, self.settings.reference_temperature)
         return check_temperature(self.nameplate, after)
 
-    def _watch_heating(self, rise: float) -> None:
-        warmer = rise / self.settings.coefficient
+    def _at_first_reading(
+        self, mean: UncertainReal, blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]
+    ) -> UncertainReal:
+        """Return the resistance as it was at the first reading, when its temperature was known, where it clearly drifted."""
+        fit = resistance.drift(blocks)
+        times = np.concatenate([time for time, _, _ in blocks])
+        change = fit.value("drift") * float(np.mean(times - times[0]))
+        warmer = fit.value("drift") * float(times[-1] - times[0]) / self.settings.coefficient
         self.findings["warming"] = warmer
-        if warmer > self.settings.heating_limit:
+        if abs(fit.value("drift")) <= _CLEAR * fit.uncertainty("drift"):
+            return mean
+        if abs(warmer) > self.settings.heating_limit:
             self.notice(
                 "heating",
                 text(
-                    "the winding warmed by about {warmer:.1f} K during the measurement; use less current, or let it cool and repeat",
+                    "the winding's temperature changed by about {warmer:+.1f} K during the measurement; let it cool, use less "
+                    "current, and repeat",
                     warmer=warmer,
                 ),
             )
+        # What the readings' time decides is known no better than it is large.
+        return mean * self.bench.uncertainties.limit("drift of the winding's temperature", 1.0 - change, abs(change))

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from procedures.estimation.checks import positive, same_length, series
 from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
-from procedures.estimation.fit import EstimationError, Fit
+from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.linear import least_squares
 
 
@@ -95,3 +95,22 @@ def slope(
             "the voltage falls as the current rises: one of the two meters is connected the wrong way round"
         )
     return fit
+
+
+def drift(blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> Fit:
+    """Fit how fast the resistances of several pairs of terminals change together (`drift`, relative, 1/s).
+
+    A block is one pair's time (s), current (A) and voltage (V), each of shape (n,). Every pair has its own resistance, thermal
+    voltage and offset of the current's meter. Raises EstimationError on too few points.
+    """
+    names, columns, changing = [], [], []
+    sizes = [len(time) for time, _, _ in blocks]
+    places = np.cumsum([0, *sizes])
+    for k, (time, current, voltage) in enumerate(blocks):
+        whole = np.zeros((places[-1], 3))
+        whole[places[k] : places[k + 1]] = np.column_stack((current, np.ones_like(current), -np.sign(current)))
+        columns.append(whole)
+        names += [f"resistance {k}", f"offset {k}", f"meter {k}"]
+        changing.append(slope(voltage, current).value("resistance") * current * (time - blocks[0][0][0]))
+    design = np.column_stack((np.concatenate(changing), *columns))
+    return least_squares(("drift", *names), design, np.concatenate([voltage for _, _, voltage in blocks]))

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from procedures.estimation.connections import ReadingConnection, phase_factor
 from procedures.estimation.fit import EstimationError
-from procedures.estimation.resistance import at_temperature, from_lines, phase_resistances, slope, unbalance
+from procedures.estimation.resistance import at_temperature, drift, from_lines, phase_resistances, slope, unbalance
 
 ohms = st.floats(0.01, 100.0)
 
@@ -81,3 +81,18 @@ def test_slope_asks_for_both_polarities_and_right_leads() -> None:
         slope([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], both_polarities=False)
     with pytest.raises(EstimationError, match="wrong way round"):
         slope([1.0, 0.0, -1.0], [-1.0, 0.0, 1.0])
+
+
+@given(st.floats(-1e-3, 1e-3), st.floats(1e-6, 1e-4), st.integers(0, 2**32 - 1))
+def test_a_drift_common_to_three_pairs_is_found(rate: float, noise: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
+    current = np.concatenate((levels, -levels))
+    blocks = []
+    for k, ohms_of_pair in enumerate((0.8, 1.0, 1.3)):
+        time = 100.0 + 40.0 * k + np.concatenate((np.arange(5), 20.0 + np.arange(5)))
+        voltage = ohms_of_pair * (1.0 + rate * (time - 100.0)) * (current + 3e-3) + 1e-4
+        blocks.append((time, current, voltage + random.normal(0.0, noise, 10)))
+    fit = drift(blocks)
+    assert fit.value("drift") == pytest.approx(rate, abs=6.0 * fit.uncertainty("drift") + 0.05 * abs(rate))
+    assert fit.uncertainty("drift") < noise + 0.02 * abs(rate)
