@@ -240,7 +240,7 @@ class VirtualBench:
 
     @cached_property
     def _tachometer_endpoint(self) -> SerialStream:
-        endpoint = SerialStream(self.tachometer, self.clock)
+        endpoint = SerialStream(self.tachometer, self.clock, self.tachometer.connection)
         self._open.callback(endpoint.close)
         return endpoint
 

@@ -116,7 +116,7 @@ class ServedBench:
 
     async def _serve_modbus(self, loop: LoopThread) -> dict[str, Address]:
         line = self.bench.dynamometer
-        tcp = await self._listen(loop, ModbusTcpServer(line, self.clock).serve, self.host, line.connection)
+        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host, line.connection)
         rtu = ModbusRtuEndpoint(line)
         self._open.callback(rtu.close)
         return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
@@ -128,6 +128,9 @@ class ServedBench:
         await service.start()
         self._open.callback(lambda: loop.run(service.stop()))
         return service
+
+    async def _wait(self, seconds: float) -> None:
+        await asyncio.sleep(seconds / self.clock.speedup)
 
     async def _begin_pulse(self) -> None:
         self._beat = asyncio.get_running_loop().create_task(self._pulse())

@@ -1,5 +1,6 @@
 """A CANopen node on a python-can bus, in process or over UDP multicast."""
 
+from collections.abc import Callable
 from typing import Any, cast
 
 import canopen
@@ -9,7 +10,7 @@ from canopen import objectdictionary
 from sim_instruments.connection import Connection
 from sim_instruments.endpoints import can_direct
 from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
-from sim_instruments.faults import FaultKind, Faults
+from sim_instruments.faults import Fault, FaultKind, Faults
 from sim_instruments.instruments.cia402_power import Entry, ObjectServer, SdoError
 from sim_instruments.scpi.exchange import Clock
 
@@ -29,13 +30,17 @@ _TYPES = {
 _TRANSFER_TIME = 2.0e-3
 _NOTIFIER_CYCLE = 0.05
 _GENERAL_ERROR = 0x08000000
+_BOOT_UP, _HEARTBEAT = 0, 0x700
+#: Kinds of fault that change what an object reads as, or when its reply comes, not its frame.
+_ANSWERED = (FaultKind.FROZEN, FaultKind.NOT_A_NUMBER, FaultKind.OVERFLOW, FaultKind.STALE)
 
 
 class CanNode:
     """Serves a drive's object dictionary by SDO. Every transfer takes 2 ms of virtual time.
 
     Faults see requests as "read 6041H 0" and "write 6040H 0"; garbage and half a reply are a frame that no client
-    can use, a replaced one is an abort. On a `direct` bus it answers on the sender's thread.
+    can use, a replaced one is an abort. While its connection is out the node is off the bus: it hears and says nothing,
+    and does what it did before. On a `direct` bus it answers on the sender's thread.
     """
 
     def __init__(
@@ -70,6 +75,14 @@ class CanNode:
         server = self._node.sdo
         self._network.unsubscribe(server.rx_cobid, server.on_request)
         self._network.subscribe(server.rx_cobid, self._request)
+        server.network = _Outlet(self._network, self._passed)
+        self._fault: Fault | None = None
+        self._held: bytes | None = None
+        self._heartbeat = 0
+        numbers = [entry for entry in device.entries if entry.kind != "text"]
+        self._widths = {entry.index: int(entry.kind[1:]) for entry in numbers}
+        self._signed = {entry.index for entry in numbers if entry.kind.startswith("i")}
+        self.connection.listen(self._plugged)
         if end is None:
             self._network.connect()
         else:
@@ -98,7 +111,8 @@ class CanNode:
         if verb is not None and self.faults:
             index = int.from_bytes(data[1:3], "little")
             fault = self.faults.strike(f"{verb} {index:04X}H {data[3]}")
-        if fault is None:
+        self._fault = fault
+        if fault is None or fault.kind in _ANSWERED:
             server.on_request(identifier, data, timestamp)
         elif fault.kind is FaultKind.LATE:
             self._clock.sleep(fault.delay)
@@ -110,14 +124,58 @@ class CanNode:
             frame = self._random.integers(0, 256, 4 if fault.kind is FaultKind.HALF else 8, dtype=np.uint8)
             self._network.send_message(server.tx_cobid, frame.tobytes())
 
+    def _plugged(self, up: bool) -> None:
+        nmt = self._node.nmt
+        if up:
+            self._network.send_message(_HEARTBEAT + self._node_id, [_BOOT_UP])
+            nmt.start_heartbeat(self._heartbeat)
+        else:
+            self._heartbeat = int(self._node.sdo[0x1017].raw)
+            nmt.stop_heartbeat()
+
+    def _passed(self, reply: bytes) -> bytes | None:
+        """Return the reply that goes out in the place of one, None for none."""
+        fault, self._fault = self._fault, None
+        if fault is not None and fault.kind is FaultKind.STALE and self._held is None:
+            self._held = reply
+            return None
+        if self._held is not None:
+            reply, self._held = self._held, reply
+        return reply
+
     def _read(self, *, index: int, **_: Any) -> int | None:
-        return self._device.read(index)
+        value, fault = self._device.read(index), self._fault
+        if value is None or fault is None:
+            return value
+        bits = self._widths[index]
+        match fault.kind:
+            case FaultKind.FROZEN:
+                return int(fault.remembered(f"{index:04X}", str(value).encode()))
+            case FaultKind.OVERFLOW:
+                return (1 << (bits - 1)) - 1
+            case FaultKind.NOT_A_NUMBER:
+                return -(1 << (bits - 1)) if index in self._signed else 1 << (bits - 1)
+        return value
 
     def _write(self, *, index: int, data: bytes, **others: Any) -> None:
         try:
             self._device.write(index, others["od"].decode_raw(data))
         except SdoError as error:
             raise canopen.SdoAbortedError(error.code) from error
+
+
+class _Outlet:
+    """A network as the SDO server sees it: what it sends passes the node's faults."""
+
+    def __init__(self, network: Any, passed: Callable[[bytes], bytes | None]) -> None:
+        self._network = network
+        self._passed = passed
+
+    def send_message(self, identifier: int, data: bytes) -> None:
+        """Send what comes of a message."""
+        left = self._passed(bytes(data))
+        if left is not None:
+            self._network.send_message(identifier, left)
 
 
 def _dictionary(entries: tuple[Entry, ...]) -> Any:

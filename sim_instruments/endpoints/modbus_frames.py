@@ -2,6 +2,7 @@
 
 import struct
 
+from sim_instruments.endpoints.modbus_faults import ReplyFaults, shown_unit
 from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.faults import Fault, FaultKind, spoil
 from sim_instruments.instruments.registers import RegisterError
@@ -37,13 +38,14 @@ def rest_of(header: bytes) -> tuple[int, int, int]:
 
 
 class ModbusFrames:
-    """Answers the requests to a line of units."""
+    """Answers one client's requests to a line of units."""
 
     def __init__(self, line: ModbusLine) -> None:
         self._line = line
+        self._replies = ReplyFaults()
 
     def answer(self, unit: int, request: bytes) -> tuple[bytes, Fault | None]:
-        """Return the response to a request, and the fault that is to strike its frame."""
+        """Return the response to a request, empty where none comes, and the fault that is to strike its frame."""
         function = request[0]
         try:
             if unit not in self._line.units:
@@ -54,7 +56,9 @@ class ModbusFrames:
 
     def frame(self, transaction: int, unit: int, response: bytes, fault: Fault | None) -> bytes:
         """Return the frame of a response, or what a fault leaves of it."""
-        whole = HEADER.pack(transaction, 0, len(response) + 1, unit) + response
+        if not response:
+            return b""
+        whole = HEADER.pack(transaction, 0, len(response) + 1, shown_unit(unit, fault)) + response
         if fault is None:
             return whole
         spoilt = spoil(fault, whole, self._line.generator)
@@ -71,13 +75,25 @@ class ModbusFrames:
         if function == _READ:
             if not 1 <= number <= _MOST_READ:
                 raise _RefusedError(_ILLEGAL_VALUE)
-            fault = self._line.fault("read", unit, address, number)
+            fault, said = self._struck("read", unit, address, number)
             registers = device.read(address, number)
-            return struct.pack(f"!BB{number}H", function, 2 * number, *registers), fault
-        values = [number] if function == _WRITE_SINGLE else _written(number, data[4:])
-        fault = self._line.fault("write", unit, address, len(values))
-        device.write(address, values)
-        return bytes([function]) + data[:4], fault
+            response = struct.pack(f"!BB{number}H", function, 2 * number, *registers)
+        else:
+            values = [number] if function == _WRITE_SINGLE else _written(number, data[4:])
+            fault, said = self._struck("write", unit, address, len(values))
+            device.write(address, values)
+            response = bytes([function]) + data[:4]
+        return self._replies.altered(fault, device, said, address, response), fault
+
+    def _struck(self, verb: str, unit: int, address: int, count: int) -> tuple[Fault | None, str]:
+        """Return the fault that strikes a request, and the request in words; one that refuses it does so."""
+        if not self._line.faults:
+            return None, ""
+        said = f"{verb} {unit} {address:04X}H {count}"
+        fault = self._line.faults.strike(said)
+        if fault is not None and fault.kind is FaultKind.EXCEPTION:
+            raise _RefusedError(fault.code)
+        return fault, said
 
 
 def _written(count: int, data: bytes) -> list[int]:

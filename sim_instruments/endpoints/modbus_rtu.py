@@ -5,23 +5,15 @@ import select
 import struct
 import threading
 
-from pymodbus.constants import ExcCodes
 from pymodbus.exceptions import ModbusIOException
 from pymodbus.framer import FramerRTU
-from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
-from pymodbus.pdu.register_message import (
-    ReadHoldingRegistersRequest,
-    ReadHoldingRegistersResponse,
-    WriteMultipleRegistersRequest,
-    WriteMultipleRegistersResponse,
-    WriteSingleRegisterRequest,
-    WriteSingleRegisterResponse,
-)
+from pymodbus.pdu import DecodePDU, ModbusPDU
 
+from sim_instruments.endpoints.modbus_faults import shown_unit
+from sim_instruments.endpoints.modbus_frames import ModbusFrames
 from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.endpoints.pty import PseudoTerminal
-from sim_instruments.faults import Fault, spoil
-from sim_instruments.instruments.registers import RegisterError
+from sim_instruments.faults import FaultKind, spoil
 
 _BITS_PER_CHARACTER = 11
 _SILENT_CHARACTERS = 3.5
@@ -32,10 +24,14 @@ _STOP_TIMEOUT = 10.0
 
 
 class ModbusRtuEndpoint:
-    """Serves a line of units until it is closed; a request takes the virtual time that its bytes take on the wire."""
+    """Serves a line of units until it is closed; a request takes the virtual time that its bytes take on the wire.
+
+    While the line's cable is out nothing gets through, and nobody is told: that is how serial lines are.
+    """
 
     def __init__(self, line: ModbusLine, *, baud_rate: int = 9600) -> None:
         self._line = line
+        self._frames = ModbusFrames(line)
         self._character = _BITS_PER_CHARACTER / baud_rate
         self._terminal = PseudoTerminal()
         self._framer = FramerRTU(DecodePDU(True))
@@ -79,30 +75,14 @@ class ModbusRtuEndpoint:
             return len(buffer), None
 
     def _answer(self, request: ModbusPDU, length: int) -> None:
-        if request.dev_id not in self._line.units:
+        unit = request.dev_id
+        if unit not in self._line.units or not self._line.connection.up:
             return
-        verb = "read" if isinstance(request, ReadHoldingRegistersRequest) else "write"
-        count = len(request.registers) if verb == "write" else request.count
-        response = self._execute(request)
-        response.dev_id = request.dev_id
-        reply = self._framer.buildFrame(response)
+        response, fault = self._frames.answer(unit, bytes([request.function_code]) + request.encode())
+        reply = self._framer.encode(response, shown_unit(unit, fault), 0) if response else b""
         characters = length + len(reply) + 2.0 * _SILENT_CHARACTERS
         # The client is blocked until it has its reply, so sleeping here is sleeping on its behalf.
         self._line.clock.sleep(characters * self._character + _TURNAROUND)
-        fault: Fault | None = self._line.strike(verb, request.dev_id, request.address, count)
+        if fault is not None and fault.kind is FaultKind.LATE:
+            self._line.clock.sleep(fault.delay)
         self._terminal.send(reply if fault is None else spoil(fault, reply, self._line.generator))
-
-    def _execute(self, request: ModbusPDU) -> ModbusPDU:
-        unit = self._line.units[request.dev_id]
-        try:
-            if isinstance(request, ReadHoldingRegistersRequest):
-                return ReadHoldingRegistersResponse(registers=unit.read(request.address, request.count))
-            if isinstance(request, WriteSingleRegisterRequest):
-                unit.write(request.address, list(request.registers))
-                return WriteSingleRegisterResponse(address=request.address, registers=list(request.registers))
-            if isinstance(request, WriteMultipleRegistersRequest):
-                unit.write(request.address, list(request.registers))
-                return WriteMultipleRegistersResponse(address=request.address, count=len(request.registers))
-        except RegisterError as error:
-            return ExceptionResponse(request.function_code, ExcCodes(error.code))
-        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_FUNCTION)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sim_instruments.connection import Connection
-from sim_instruments.faults import Fault, FaultKind, Faults
+from sim_instruments.faults import Faults
 from sim_instruments.instruments.registers import RegisterDevice
 from sim_instruments.scpi.exchange import Clock
 
@@ -26,16 +26,3 @@ class ModbusLine:
         self.faults = Faults()
         self.connection = Connection()
         self.lock = threading.Lock()
-
-    def strike(self, verb: str, unit: int, address: int, count: int) -> Fault | None:
-        """Return the fault that strikes a request; a late one has been waited for."""
-        fault = self.fault(verb, unit, address, count)
-        if fault is not None and fault.kind is FaultKind.LATE and fault.delay > 0.0:
-            self.clock.sleep(fault.delay)
-        return fault
-
-    def fault(self, verb: str, unit: int, address: int, count: int) -> Fault | None:
-        """Return the fault that strikes a request, without waiting for a late one."""
-        if not self.faults:
-            return None
-        return self.faults.strike(f"{verb} {unit} {address:04X}H {count}")

@@ -5,6 +5,8 @@ import tty
 from collections.abc import Callable
 from typing import Protocol
 
+from sim_instruments.connection import Connection
+
 
 class StreamSource(Protocol):
     """An instrument that sends without being asked."""
@@ -53,10 +55,11 @@ class PseudoTerminal:
 
 
 class SerialStream:
-    """Sends what a streaming instrument has to say as virtual time moves."""
+    """Sends what a streaming instrument has to say as virtual time moves; nothing while its cable is out."""
 
-    def __init__(self, source: StreamSource, clock: AdvancingClock) -> None:
+    def __init__(self, source: StreamSource, clock: AdvancingClock, cable: Connection) -> None:
         self._source = source
+        self._cable = cable
         self._line = PseudoTerminal()
         self._stop_listening = clock.on_advance(self._advance)
 
@@ -67,7 +70,7 @@ class SerialStream:
 
     def _advance(self, time: float) -> None:
         frame = self._source.due(time)
-        if frame is not None:
+        if frame is not None and self._cable.up:
             self._line.send(frame())
 
     def close(self) -> None:

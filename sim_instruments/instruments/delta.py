@@ -41,6 +41,7 @@ class DeltaDrive:
     """Face of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives."""
 
     ranges = ((0x000A, 1), (0x0016, 1), (0x0100, 1), (0x010C, 2), (0x0B22, 1), (0x2000, 3), (0x2100, 12))
+    readings = (0x2102, 10, 1)
 
     def __init__(self, world: "World", *, unit: int = 1, pole_pairs: int = 2, rated_torque: float = 5.0) -> None:
         if pole_pairs < 1 or not rated_torque > 0.0:

@@ -24,6 +24,7 @@ class Dyn200:
     """Face of the transducer. Torque is the dynamometer's on the shaft, positive forwards; `rated_torque` N·m."""
 
     ranges = ((0x00, 0x24),)
+    readings = (_TORQUE, 6, 2)
 
     def __init__(
         self,

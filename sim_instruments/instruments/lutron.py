@@ -66,8 +66,21 @@ class LutronTachometer:
         if fault.kind is FaultKind.LATE:
             self._sent += fault.delay
             return None
-        spoilt = spoil(fault, self._display(time, dither), self._random)
+        spoilt = self._spoilt(fault, self._display(time, dither))
         return lambda: spoilt
+
+    def _spoilt(self, fault: Fault, shown: bytes) -> bytes:
+        match fault.kind:
+            case FaultKind.FROZEN:
+                return fault.remembered("frame", shown)
+            case FaultKind.STALE:
+                before = fault.memory.get("frame", b"")
+                fault.memory["frame"] = shown
+                return before
+            case FaultKind.NOT_A_NUMBER | FaultKind.OVERFLOW:
+                digit = b"-" if fault.kind is FaultKind.NOT_A_NUMBER else b"9"
+                return shown[:7] + digit * 8 + shown[15:]
+        return spoil(fault, shown, self._random)
 
     def reading(self) -> bytes:
         """Return a frame of the present speed."""

@@ -24,6 +24,10 @@ class RegisterDevice(Protocol):
     def ranges(self) -> tuple[tuple[int, int], ...]:
         """Return first address and number of registers of each block that exists, in ascending order."""
 
+    @property
+    def readings(self) -> tuple[int, int, int]:
+        """Return first address and number of the registers that hold readings, and how many make up one."""
+
     def read(self, address: int, count: int) -> list[int]:
         """Return registers. Raises RegisterError."""
 
