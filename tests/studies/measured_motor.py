@@ -11,10 +11,11 @@ from pyvisa import ResourceManager
 from bench.instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
 from bench.plan import Planned, make_plan
+from bench.record.waveforms import StoredRecord, WaveformLike
 from bench.safety.way_down import WayDown
 from bench.truth import truth_of
 from bench.virtual_station import virtual_station
-from drivers.interfaces import InstrumentError, Waveform
+from drivers.interfaces import InstrumentError
 from procedures.bench import Bench, ProcedureError
 from procedures.catalogue import catalogue
 from procedures.estimation.fit import EstimationError
@@ -62,9 +63,9 @@ class NoRecord:
     def event(self, kind: str, **data: Any) -> None:
         """Let it go."""
 
-    def store(self, name: str, waveform: Waveform) -> str:
+    def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:
         """Let it go."""
-        return name
+        return StoredRecord(name, "", 0)
 
 
 def study_plan() -> list[Planned]:
