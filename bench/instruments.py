@@ -128,7 +128,12 @@ class StationInstruments:
                 f"cannot be opened at {entry.address or 'no address'}: {error}",
                 remedy="See the station file",
             ) from error
-        self._recorder.event("instrument_opened", **said, identity=instrument.identity)
+        try:
+            self._recorder.event("instrument_opened", **said, identity=instrument.identity)
+        except BaseException:
+            # Nobody knows of it yet, so nobody else would close it.
+            instrument.close()
+            raise
         return instrument
 
     def _manager(self) -> "ResourceManager":

@@ -175,6 +175,7 @@ def _check_instruments(
         nowhere,
         where.visa,
         where.prompts,
+        in_process=where.in_process,
     )
     try:
         for role in sorted(needed, key=lambda role: role.value):

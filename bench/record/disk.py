@@ -59,7 +59,10 @@ class Reserve:
         except OSError as error:
             self.release()
             if error.errno not in _NO_ROOM:
-                raise RecordError(path, error) from error
+                raise InputError(
+                    f"{path.parent}: the run cannot be written there: {error.strerror}. Make the folder writable, or copy the run "
+                    "to one that is"
+                ) from None
             raise InputError(
                 f"{path.parent}: there is no room for a run ({error.strerror}): {size // 1024} KiB are kept for its end alone. "
                 "Make room, or choose another disk by --runs"

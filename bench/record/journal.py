@@ -203,7 +203,7 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
             sync_folder(folder)
     except OSError as error:
         os.close(file)
-        raise RecordError(path, error) from error
+        raise InputError(f"{path}: the journal cannot be brought to the disk: {error.strerror}") from None
     except InputError:
         os.close(file)
         raise
