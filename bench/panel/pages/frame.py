@@ -70,7 +70,7 @@ def frame(panel: Panel, session: Session, heading: Text) -> Iterator[Reader]:
         ui.space()
         _who(panel, reader)
         _language(reader)
-    with ui.element("main").props("id=main").classes("w-full max-w-[1500px] mx-auto p-4"):
+    with ui.element("div").props("id=main").classes("w-full max-w-[1500px] mx-auto p-4"):
         yield reader
 
 

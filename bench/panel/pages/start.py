@@ -83,6 +83,7 @@ class _StartPage:
             return
         self._offered = offered
         self._show_procedures(offered)
+        self._motor_chosen()
 
     def _show_procedures(self, offered: Mapping[str, Offered]) -> None:
         say = self._reader.say
@@ -108,7 +109,7 @@ class _StartPage:
 
     def _motor_chosen(self) -> None:
         """On the virtual bench the six-step drive is that of the motor's file."""
-        if self._panel.station != VIRTUAL or not self._motor.value:
+        if self._panel.station != VIRTUAL or not self._motor.value or not self._offered:
             return
         from bench.files.motor_file import load_motor
 

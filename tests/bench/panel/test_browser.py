@@ -1,0 +1,136 @@
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import Error, Page, expect
+
+from tests.bench.panel.conftest import Server
+
+Serve = Callable[..., Server]
+NewPage = Callable[[], Page]
+
+
+def begin(page: Page, server: Server, *procedures: str, motor: str = "lg-400w") -> str:
+    """Order a run at the start page and return its name."""
+    page.goto(server.url)
+    page.get_by_label("Motor type").click()
+    page.get_by_text(f"{motor} (virtual)").click()
+    page.get_by_label("Operator's name").fill("J. Doe")
+    page.get_by_label("Serial number").fill("SN-0815")
+    page.get_by_role("button", name="None").click()
+    for title in procedures:
+        page.get_by_role("checkbox", name=re.compile(f"^{title}")).click()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_url("**/runs/**")
+    return page.url.rpartition("/")[2]
+
+
+def answer_until_end(page: Page, done: str = "Done") -> None:
+    """Confirm whatever is asked, as a person does who reads nothing."""
+    ended = page.get_by_role("button", name=re.compile("Measure the next motor|测量下一台电机"))
+    button = page.get_by_role("button", name=done)
+    for _ in range(600):
+        if ended.is_visible():
+            return
+        try:
+            if button.is_visible():
+                button.click(timeout=500)
+        except Error:
+            # It went away under the pointer: the next question is coming.
+            pass
+        page.wait_for_timeout(30)
+    raise AssertionError("the run did not end")
+
+
+def kinds(server: Server, run: str) -> list[str]:
+    lines = (server.runs / run / "journal.jsonl").read_text().splitlines()
+    return [json.loads(line)["kind"] for line in lines]
+
+
+def test_a_whole_run_clicked_through(serve: Serve, new_page: NewPage) -> None:
+    server, page = serve("--virtual"), new_page()
+    run = begin(page, server, "Pole pairs by stable positions", "Stator resistance ·")
+    expect(page.get_by_role("button", name="Abort the run")).to_be_visible()
+    answer_until_end(page)
+    expect(page.get_by_role("cell", name="Pole pairs", exact=True)).to_be_visible()
+    expect(page.get_by_role("cell", name="Stator resistance", exact=True)).to_be_visible()
+    began = json.loads((server.runs / run / "journal.jsonl").read_text().splitlines()[0])["data"]
+    assert began["person"] == "J. Doe"
+    assert began["motor"]["serial_number"] == "SN-0815"
+
+
+def test_the_connections_are_drawn_and_told(serve: Serve, new_page: NewPage) -> None:
+    server, page = serve("--virtual"), new_page()
+    begin(page, server, "Pole pairs by stable positions")
+    picture = page.get_by_role("img", name=re.compile("^Connections"))
+    while not picture.is_visible():
+        page.get_by_role("button", name="Done").click()
+        page.wait_for_timeout(100)
+    assert "A (white) → supply, plus" in str(picture.get_attribute("aria-label"))
+
+
+def test_abort_takes_the_way_down_and_cannot_be_overlooked(serve: Serve, new_page: NewPage) -> None:
+    server, page = serve("--virtual"), new_page()
+    run = begin(page, server, "Pole pairs by stable positions")
+    for _ in range(3):
+        page.get_by_role("button", name="Done").click()
+        page.wait_for_timeout(150)
+    expect(page.get_by_text("ENERGISED: DC supply")).to_be_visible()
+    page.get_by_role("button", name="Abort the run").click()
+    expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_contain_text("J. Doe")
+    assert "made_safe" in kinds(server, run)
+    expect(page.get_by_role("button", name="Go on where it ended")).to_be_visible()
+
+
+def test_a_reloaded_and_a_second_browser_show_the_run_where_it_is(serve: Serve, new_page: NewPage) -> None:
+    server, page = serve("--virtual"), new_page()
+    begin(page, server, "Pole pairs by stable positions")
+    task = page.get_by_text("Take the motor's shaft off the dynamometer")
+    expect(task).to_be_visible()
+    page.reload()
+    expect(task).to_be_visible()
+    expect(page.get_by_text("You have the control")).to_be_visible()
+    second = new_page()
+    second.goto(page.url)
+    expect(second.get_by_text("Take the motor's shaft off the dynamometer")).to_be_visible()
+    expect(second.get_by_text("J. Doe has the control")).to_be_visible()
+    expect(second.get_by_role("button", name="Done")).to_have_count(0)
+    second.get_by_role("button", name="Take the control").click()
+    expect(page.get_by_role("button", name="Done")).to_have_count(0)
+    answer_until_end(second)
+    expect(page.get_by_role("cell", name="Pole pairs", exact=True)).to_be_visible()
+
+
+def test_a_restarted_server_finds_the_run_again(serve: Serve, new_page: NewPage) -> None:
+    server, page = serve("--virtual"), new_page()
+    run = begin(page, server, "Pole pairs by stable positions")
+    page.get_by_role("button", name="Done").click()
+    server.stop()
+    server.start()
+    again = new_page()
+    again.goto(server.url)
+    expect(again.get_by_text(f"A run is going on: {run}")).to_be_visible()
+    again.get_by_role("button", name="Show it").click()
+    again.wait_for_url("**/runs/**")
+    answer_until_end(again)
+    expect(again.get_by_role("cell", name="Pole pairs", exact=True)).to_be_visible()
+    assert kinds(server, run).count("run_started") == 1
+
+
+def test_chinese(serve: Serve, new_page: NewPage) -> None:
+    server, page = serve("--virtual"), new_page()
+    begin(page, server, "Pole pairs by stable positions")
+    page.get_by_role("button", name="中文").click()
+    expect(page.get_by_role("button", name="完成")).to_be_visible()
+    answer_until_end(page, done="完成")
+    expect(page.get_by_role("cell", name="极对数", exact=True)).to_be_visible()
+
+
+def test_what_cannot_begin_says_why_on_the_page(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text('[station]\nname = "S"\n\n[instruments.supply]\ndriver = "nothing"\n')
+    server, page = serve("--station", str(station)), new_page()
+    page.goto(server.url)
+    page.get_by_role("button", name="Check the instruments").click()
+    expect(page.get_by_text("is no driver for this role")).to_be_visible()
