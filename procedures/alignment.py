@@ -4,10 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from drivers.interfaces import OutputMode, Reading
+from drivers.interfaces import OutputMode, Reading, Regulated
 from procedures.bench import Bench, ProcedureError
 from procedures.text import text
 
+#: The supply regulates when it gives no more than this times the wanted current, besides its meter's error.
+_EXCEEDED = 1.05
 #: The supply must reach this share of the wanted current, else the path is open or too resistive.
 _REACHED = 0.9
 
@@ -28,10 +30,10 @@ class Alignment:
 def flowing_current(bench: Bench, wanted: float) -> Reading:
     """Return the supply's current (A) where it is the one that was set, within what its setting and its meter may be off.
 
-    Raises ProcedureError where less flows.
+    Raises ProcedureError where less flows, or more.
     """
     supply = bench.supply
-    reading = supply.measure_current()
+    reading = _not_exceeded(supply.measure_current(), wanted)
     if reading.value >= _REACHED * wanted:
         return reading
     mode, meter = supply.output_mode(), reading.accuracy
@@ -58,7 +60,7 @@ def aligning(bench: Bench, current: float, settle: float) -> Iterator[Alignment]
     Raises ProcedureError where the current does not flow. The output is off after the block, however it ends.
     """
     supply = bench.supply
-    with supply.energised(supply.maximum_voltage, current):
+    with supply.energised(supply.maximum_voltage, current, Regulated.CURRENT):
         bench.clock.sleep(settle)
         flowing = flowing_current(bench, current).value
         if supply.output_mode() is not OutputMode.CONSTANT_CURRENT:
@@ -66,3 +68,20 @@ def aligning(bench: Bench, current: float, settle: float) -> Iterator[Alignment]
                 text("the supply does not regulate the current although it flows; check its settings and leads")
             )
         yield Alignment(supply.measure_voltage().value, flowing)
+
+
+def _not_exceeded(reading: Reading, wanted: float) -> Reading:
+    """Return a current's reading. Raises ProcedureError where the supply gives more than the current (A) it is set to.
+
+    Nothing else would notice: an output that regulates its current cannot trip at its limit.
+    """
+    meter = reading.accuracy
+    if reading.value > _EXCEEDED * wanted + 2.0 * (meter.offset + meter.gain * wanted):
+        raise ProcedureError(
+            text(
+                "the supply is set to {wanted:.3g} A and gives {flowing:.3g} A: it does not regulate its current",
+                wanted=wanted,
+                flowing=reading.value,
+            )
+        )
+    return reading

@@ -9,7 +9,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, Reading
+from drivers.interfaces import Accuracy, Reading, Regulated
 from procedures.actions import (
     LINE_PAIRS,
     Connect,
@@ -186,7 +186,8 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         """Return current and voltage at a level (A); raises ProcedureError where it does not flow."""
         bench = self.bench
         with ExitStack() as energised:
-            energised.enter_context(bench.supply.energised(bench.supply.maximum_voltage, level))
+            supply = bench.supply
+            energised.enter_context(supply.energised(supply.maximum_voltage, level, Regulated.CURRENT))
             bench.clock.sleep(self.settings.settle)
             current = flowing_current(bench, level)
             # One range for all readings of a pair: each range has a zero and a gain of its own.

@@ -13,7 +13,7 @@ from sim_instruments.physics.source import CurrentSource
 from sim_instruments.physics.windings import Windings
 from sim_instruments.plan import Plan, dynamometer_ramp
 from sim_instruments.segment import DynamometerLaw, Outcome, Segment, State
-from sim_instruments.settings import Settings
+from sim_instruments.settings import Settings, SupplySettings
 from sim_instruments.supply_regime import over_voltage, regime
 from sim_instruments.thermal import next_update
 
@@ -44,7 +44,7 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
     except six_step_drive.DriveTripError as trip:
         settings.six_step.enabled, settings.six_step.fault = False, trip.fault
         segment = _with_shaft(made, direction)
-    segment = _with_over_current(parts, settings, state, segment)
+    segment = _with_over_current(settings.supply, state, segment)
     return next_update(parts.motor, settings.ambient_temperature, settings.faults.heating, state.temperature, segment)
 
 
@@ -128,10 +128,12 @@ def _hand(made: Plan) -> tuple[Motion, float]:
     return Wavering(made.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), math.inf
 
 
-def _with_over_current(parts: Parts, settings: Settings, state: State, segment: Segment) -> Segment:
+def _with_over_current(supply: SupplySettings, state: State, segment: Segment) -> Segment:
     """Cut the segment short where over-current protection is due."""
-    if segment.supply_mode != "cc" or not settings.supply.over_current:
+    if segment.supply_mode != "cc" or not supply.over_current:
         return segment
     since = segment.start if state.constant_current_since is None else state.constant_current_since
-    due = max(since + parts.supply.over_current_delay, np.nextafter(segment.start, math.inf))
+    delay = supply.over_current_delay
+    due = max(since, supply.changed + delay) if supply.over_current_from_change else since + delay
+    due = max(due, float(np.nextafter(segment.start, math.inf)))
     return replace(segment, end=due, outcome="trip current") if due < segment.end else segment

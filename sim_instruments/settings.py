@@ -1,5 +1,6 @@
 """What hands and instruments have set on the virtual bench; the physics follows from it."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -59,13 +60,21 @@ class BenchFaults:
 
 @dataclass
 class SupplySettings:
-    """Set points of the supply's output; `over_voltage` None is protection off."""
+    """Set points of the supply's output; `over_voltage` None is protection off.
+
+    Over-current protection trips `over_current_delay` s after the output went to constant current or, with
+    `over_current_from_change`, as soon as it is in constant current that long after the last change (`changed`, s) of voltage,
+    current or output.
+    """
 
     on: bool = False
     voltage: float = 0.0
     current_limit: float = 0.1
     over_voltage: float | None = None
     over_current: bool = False
+    over_current_delay: float = 0.05
+    over_current_from_change: bool = False
+    changed: float = -math.inf
     tripped: Literal["voltage", "current"] | None = None
 
 

@@ -15,15 +15,13 @@ def _not_negative(part: object) -> None:
 class SupplyStage:
     """Output stage of a DC supply.
 
-    `maximum_voltage` V, `maximum_current` A, `output_resistance` Ω, `slew` V/s up and down; with over-current
-    protection on, it trips `over_current_delay` s after it has gone to constant current.
+    `maximum_voltage` V, `maximum_current` A, `output_resistance` Ω, `slew` V/s up and down.
     """
 
     maximum_voltage: float = 10.3
     maximum_current: float = 10.3
     output_resistance: float = 0.005
     slew: float = 1000.0
-    over_current_delay: float = 0.05
 
     def __post_init__(self) -> None:
         _not_negative(self)

@@ -23,6 +23,7 @@ from drivers.interfaces import (
     Inverter,
     LcrMeter,
     Reading,
+    Regulated,
     Supply,
     Tachometer,
 )
@@ -106,15 +107,17 @@ class _GuardedSupply(_Guard):
         """Largest current limit (A): the least of the instrument's, the motor's and the station's."""
         return min(self._instrument.maximum_current, self._bound(Quantity.CURRENT).value)
 
-    def configure(self, voltage: float, current_limit: float) -> None:
+    def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
         """Set voltage (V) and current limit (A)."""
         self._check_levels("configure", voltage, current_limit)
-        self._instrument.configure(voltage, current_limit)
+        self._instrument.configure(voltage, current_limit, regulated)
 
-    def energised(self, voltage: float, current_limit: float) -> AbstractContextManager[None]:
+    def energised(
+        self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE
+    ) -> AbstractContextManager[None]:
         """Configure and switch on for the length of the block."""
         self._check_levels("energised", voltage, current_limit)
-        return self._instrument.energised(voltage, current_limit)
+        return self._instrument.energised(voltage, current_limit, regulated)
 
     def measure_voltage(self) -> Reading:
         """Return the output voltage (V); raises LimitError where it is beyond a limit."""

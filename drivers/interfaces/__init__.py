@@ -25,7 +25,7 @@ from drivers.interfaces.oscilloscope import (
     Trigger,
     Waveform,
 )
-from drivers.interfaces.supply import OutputMode, Supply
+from drivers.interfaces.supply import OutputMode, Regulated, Supply
 from drivers.interfaces.tachometer import Tachometer
 from drivers.interfaces.voltmeter import Voltmeter
 
@@ -52,6 +52,7 @@ __all__ = [
     "OverloadError",
     "ProbeKind",
     "Reading",
+    "Regulated",
     "ReportedError",
     "ScreenReadings",
     "SetpointError",

@@ -17,6 +17,17 @@ class OutputMode(Enum):
     TRIPPED = "tripped"
 
 
+class Regulated(Enum):
+    """Which quantity an output is meant to hold; reaching the other one is then a fault.
+
+    An output that is to hold its voltage goes off where the current reaches its limit (over-current protection). One that is to
+    hold its current is always at that limit; its voltage level is what it must not pass.
+    """
+
+    VOLTAGE = "voltage"
+    CURRENT = "current"
+
+
 class Supply(Instrument, Protocol):
     """One output of a DC supply, with voltage level and current limit."""
 
@@ -28,14 +39,19 @@ class Supply(Instrument, Protocol):
     def maximum_current(self) -> float:
         """Largest current limit (A) this output may be set to."""
 
-    def configure(self, voltage: float, current_limit: float) -> None:
-        """Set voltage level (V) and current limit (A), and protections above them; the output stays as it is.
+    def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
+        """Set voltage level (V), current limit (A), and the protections of an output that holds what is `regulated`.
 
-        Raises SetpointError where a value is outside the allowed range.
+        The output stays as it is. Raises SetpointError where a value is outside the allowed range.
         """
 
-    def energised(self, voltage: float, current_limit: float) -> AbstractContextManager[None]:
-        """Configure, switch the output on, and off again at the end of the block, however it ends."""
+    def energised(
+        self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE
+    ) -> AbstractContextManager[None]:
+        """Configure, switch the output on, and off again at the end of the block, however it ends.
+
+        Raises ReportedError at the end where a protection has switched it off meanwhile.
+        """
 
     def output_off(self) -> None:
         """Switch the output off and confirm that it is."""

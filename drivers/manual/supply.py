@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.interfaces import Clock, Identity, OutputMode, Reading
+from drivers.interfaces import Clock, Identity, OutputMode, Reading, Regulated
 from drivers.limits import check_setpoint
 from drivers.manual.options import ManualSupplyOptions
 from drivers.manual.prompt import Prompt, Questions
@@ -42,16 +42,26 @@ class ManualSupply:
         """Largest current limit (A) that may be set: the station's limit."""
         return self._options.maximum_current
 
-    def configure(self, voltage: float, current_limit: float) -> None:
-        """Have the voltage (V) and the current limit (A) set; raises SetpointError before anything is asked."""
+    def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
+        """Have voltage (V), current limit (A) and protections set; raises SetpointError before anything is asked."""
         check_setpoint(self._name, "voltage", voltage, "V", 0.0, self.maximum_voltage, "the station")
         check_setpoint(self._name, "current limit", current_limit, "A", 0.0, self.maximum_current, "the station")
-        self._questions.confirm(f"Set the supply to {voltage:g} V, current limit {current_limit:g} A.")
+        if regulated is Regulated.VOLTAGE:
+            self._questions.confirm(
+                f"Set the supply to {voltage:g} V, current limit {current_limit:g} A; over-current protection on where it has one."
+            )
+        else:
+            self._questions.confirm(
+                f"Set the supply to {voltage:g} V, current limit {current_limit:g} A; over-current protection off: "
+                "the supply regulates the current."
+            )
 
     @contextmanager
-    def energised(self, voltage: float, current_limit: float) -> Iterator[None]:
+    def energised(
+        self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE
+    ) -> Iterator[None]:
         """Have the supply set (V, A) and switched on for the length of the block, then off, however it ends."""
-        self.configure(voltage, current_limit)
+        self.configure(voltage, current_limit, regulated)
         with always(self.output_off):
             self._questions.confirm("Switch the supply's output on.")
             yield

@@ -13,6 +13,7 @@ from drivers.interfaces import (
     MeasurementError,
     OutputMode,
     Reading,
+    Regulated,
     ReportedError,
     Traffic,
 )
@@ -33,6 +34,9 @@ REGULATION = {0: None, 1: OutputMode.CONSTANT_CURRENT, 2: OutputMode.CONSTANT_VO
 
 #: How far a level read back may lie from the one set: steps of the converters are below 5 mV and 5 mA.
 READBACK_STEP = 5e-3
+
+#: Longest delay (s) of the over-current protection (the same in Keysight's N6700 and E36731A).
+LONGEST_DELAY = 0.255
 
 #: How long (s) the way down waits for a reply: other instruments are still energised meanwhile.
 WAY_DOWN_TIME = 2.0
@@ -74,6 +78,7 @@ class KeysightE36300:
         self._current_accuracy = options.current_accuracy or self._output.current
         self._maximum_voltage, self._voltage_owner = lesser(self._output.maximum_voltage, options.maximum_voltage)
         self._maximum_current, self._current_owner = lesser(self._output.maximum_current, options.maximum_current)
+        check_setpoint(name, "over_current_delay", options.over_current_delay, "s", 0.0, LONGEST_DELAY, "the model")
         session.check_errors()
 
     @property
@@ -91,14 +96,14 @@ class KeysightE36300:
         """Largest current limit (A) that may be set: the lesser of the model's and the station's."""
         return self._maximum_current
 
-    def configure(self, voltage: float, current_limit: float) -> None:
-        """Set voltage (V), current limit (A) and over-voltage protection, and read each of them back.
+    def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
+        """Set voltage (V), current limit (A), over-voltage and over-current protection, and read each of them back.
 
-        Raises SetpointError before anything is sent, ReportedError where the instrument refuses,
-        CommunicationError where it reads back another value.
+        Over-current protection switches off an output that goes over to constant current, so it stays off where that is
+        what is `regulated`, unless the station wants a trip at any current limit. Raises SetpointError before anything is
+        sent, ReportedError where the instrument refuses, CommunicationError where it reads back another value.
         """
-        check_setpoint(self._name, "voltage", voltage, "V", 0.0, self._maximum_voltage, self._voltage_owner)
-        check_setpoint(self._name, "current limit", current_limit, "A", 0.0, self._maximum_current, self._current_owner)
+        self._check_levels(voltage, current_limit)
         protection = self._protection_for(voltage)
         write = self._session.write
         # The protection must stay above the level at every moment, upwards and downwards.
@@ -106,22 +111,33 @@ class KeysightE36300:
             steps = (("VOLT:PROT", protection), ("VOLT", voltage))
         else:
             steps = (("VOLT", voltage), ("VOLT:PROT", protection))
-        write(f"CURR:PROT:STAT {'ON' if self._options.trip_at_current_limit else 'OFF'},{self._list}")
+        trips = regulated is Regulated.VOLTAGE or self._options.trip_at_current_limit
+        delay = self._options.over_current_delay
+        write(f"CURR:PROT:DEL {delay:.6g},{self._list}")
+        # The delay is to pass over a moment at the limit, whenever it comes.
+        write(f"CURR:PROT:DEL:STAR CCTR,{self._list}")
+        write(f"CURR:PROT:STAT {'ON' if trips else 'OFF'},{self._list}")
         write(f"CURR {current_limit:.6g},{self._list}")
         for header, value in steps:
             write(f"{header} {value:.6g},{self._list}")
-        for header, value in (("CURR", current_limit), *steps):
+        for header, value in (("CURR", current_limit), *steps, ("CURR:PROT:DEL", delay)):
             self._confirm(header, value)
-        self._confirm("CURR:PROT:STAT", float(self._options.trip_at_current_limit))
+        self._confirm("CURR:PROT:STAT", float(trips))
+        self._confirm_start()
 
     @contextmanager
-    def energised(self, voltage: float, current_limit: float) -> Iterator[None]:
+    def energised(
+        self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE
+    ) -> Iterator[None]:
         """Set voltage (V) and current limit (A), switch on for the length of the block, then off, and confirm it.
 
-        The output is switched off on errors and Ctrl-C too; raises what `configure` and `output_off` raise.
+        The output is switched off on errors and Ctrl-C too. Raises what `configure` and `output_off` raise, and
+        ReportedError where a protection has tripped, before the block or in it.
         """
-        self.configure(voltage, current_limit)
-        with always(self.output_off):
+        self._check_levels(voltage, current_limit)
+        self._refuse_latched()
+        self.configure(voltage, current_limit, regulated)
+        with always(self._end):
             self._session.write(f"OUTP ON,{self._list}")
             if not self._is_on():
                 raise ReportedError(self._name, "the output did not switch on", command=f"OUTP ON,{self._list}")
@@ -157,13 +173,16 @@ class KeysightE36300:
         regulation = decode_regulation(condition)
         if regulation in (OutputMode.CONSTANT_VOLTAGE, OutputMode.CONSTANT_CURRENT):
             return regulation
-        if self._flag("VOLT:PROT:TRIP?") or self._flag("CURR:PROT:TRIP?"):
+        if self._tripped():
             return OutputMode.TRIPPED
         return OutputMode.UNREGULATED if self._is_on() else OutputMode.OFF
 
     def clear_protection(self) -> None:
         """Release a tripped protection; the output stays off until it is switched on anew."""
+        # Clearing restores the output to what it was before the trip: off must be what it is told last.
+        self.output_off()
         self._session.write(f"OUTP:PROT:CLE {self._list}")
+        self.output_off()
 
     def measure_voltage(self) -> Reading:
         """Return the output voltage (V) by the supply's own meter; raises MeasurementError where it has none."""
@@ -180,6 +199,37 @@ class KeysightE36300:
     def close(self) -> None:
         """Close the connection."""
         self._session.close()
+
+    def _check_levels(self, voltage: float, current_limit: float) -> None:
+        check_setpoint(self._name, "voltage", voltage, "V", 0.0, self._maximum_voltage, self._voltage_owner)
+        check_setpoint(self._name, "current limit", current_limit, "A", 0.0, self._maximum_current, self._current_owner)
+
+    def _end(self) -> None:
+        """Switch off, then say whether a protection had done so already; its latch is released."""
+        self.output_off()
+        tripped = self._tripped()
+        if tripped:
+            self.clear_protection()
+            raise ReportedError(
+                self._name,
+                f"{tripped} protection switched the output off",
+                remedy="Check the leads, the motor's connection and the settings",
+            )
+
+    def _refuse_latched(self) -> None:
+        tripped = self._tripped()
+        if tripped:
+            raise ReportedError(
+                self._name,
+                f"{tripped} protection has tripped earlier and holds the output off",
+                remedy="Remove the cause, then clear the protection at the front panel",
+            )
+
+    def _tripped(self) -> str:
+        """Return which protection has tripped, nothing where none has."""
+        if self._flag("CURR:PROT:TRIP?"):
+            return "over-current"
+        return "over-voltage" if self._flag("VOLT:PROT:TRIP?") else ""
 
     def _measure(self, query: str, unit: str, accuracy: Accuracy) -> Reading:
         value = self._session.query_number(query)
@@ -207,6 +257,12 @@ class KeysightE36300:
         found = self._session.query_number(query)
         if abs(found - value) > READBACK_STEP:
             raise CommunicationError(self._name, f"reads back {found:g} after {value:g} was set", command=query)
+
+    def _confirm_start(self) -> None:
+        query = f"CURR:PROT:DEL:STAR? {self._list}"
+        found = self._session.query(query).strip()
+        if not found.upper().startswith("CCT"):
+            raise CommunicationError(self._name, f"reads back {found} after CCTR was set", command=query)
 
 
 def open_keysight_e36300(

@@ -39,7 +39,8 @@ class E36300Options:
 
     `maximum_voltage` (V) and `maximum_current` (A) are the station's limits. Over-voltage protection stands
     `over_voltage_margin` (relative) plus `over_voltage_headroom` (V) above the voltage level.
-    With `trip_at_current_limit` the output switches off where it would go over to constant current.
+    Over-current protection switches the output off `over_current_delay` (s) after it went over to constant current, in a
+    block that holds the voltage; with `trip_at_current_limit` in every block.
     """
 
     channel: int = 1
@@ -49,6 +50,7 @@ class E36300Options:
     over_voltage_margin: float = 0.1
     over_voltage_headroom: float = 0.5
     trip_at_current_limit: bool = False
+    over_current_delay: float = 0.05
     voltage_accuracy: Accuracy | None = None
     current_accuracy: Accuracy | None = None
 

@@ -1,4 +1,9 @@
-"""Keysight E36313A triple-output supply (E36300 series programming guide, E36311-90008)."""
+"""Keysight E36313A triple-output supply (E36300 series programming guide, E36311-90008).
+
+Protections as Keysight's guides describe them for its supplies (E3632A, E3633A, N6700, N6900, E36731A): over-voltage trips at its level;
+over-current trips once the output is in constant current, after a delay that starts at the transition (CCTRans) or at the end of a
+settings change (SCHange). A trip is latched. Clearing it restores the output to the state that it had before.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,6 +24,7 @@ if TYPE_CHECKING:
     from sim_instruments.world import World
 
 _OUTPUTS = choices(("CH1", "CH2", "CH3", "P6V", "P25V", "N25V"))
+_DELAY_STARTS = choices(("SCHange", "CCTRans"))
 _NUMBERS = {"CH1": 1, "P6V": 1, "CH2": 2, "P25V": 2, "CH3": 3, "N25V": 3}
 _CONSTANT_CURRENT, _CONSTANT_VOLTAGE, _FAULT = 1, 2, 3
 _OVER_VOLTAGE_BIT, _OVER_CURRENT_BIT = 0x200, 0x400
@@ -53,11 +59,13 @@ class _Output:
     over_voltage: float = 0.0
     over_current: bool = False
     over_current_delay: float = 0.05
+    over_current_start: str = "SCH"
     on: bool = False
 
     def reset(self) -> None:
         self.voltage, self.current = 0.0, self.rating.default_current
         self.over_voltage, self.over_current, self.over_current_delay = self.rating.over_voltage, False, 0.05
+        self.over_current_start = "SCH"
         self.on = False
 
 
@@ -118,6 +126,7 @@ class KeysightE36313A(ScpiInstrument):
         )
         self._add_flag("[SOURce]:CURRent:PROTection:STATe", "over_current")
         add("[SOURce]:CURRent:PROTection:DELay[:TIME]", command=self._set_delay, query=self._get_delay)
+        add("[SOURce]:CURRent:PROTection:DELay:STARt", command=self._set_start, query=self._get_start)
         self._add_flag("OUTPut[:STATe]", "on")
         add("[SOURce]:VOLTage:PROTection:TRIPped", query=lambda call: self._tripped(call, "voltage"))
         add("[SOURce]:CURRent:PROTection:TRIPped", query=lambda call: self._tripped(call, "current"))
@@ -189,7 +198,7 @@ class KeysightE36313A(ScpiInstrument):
 
     def _flag(self, channel: int, name: str) -> bool:
         if name == "on" and channel == 1 and self._world.supply.tripped is not None:
-            self._outputs[1].on = False
+            return False
         told = bool(getattr(self._outputs[channel], name))
         if name == "on" and channel == 1:
             return self._world.supply.sticky.shown(told, self._world.supply.is_on)
@@ -212,7 +221,9 @@ class KeysightE36313A(ScpiInstrument):
             supply.set_voltage(min(max(voltage, 0.0), stage.maximum_voltage) if output.voltage > 0.0 else 0.0)
             supply.set_current_limit(min(max(current, 0.0), stage.maximum_current))
             supply.set_over_voltage(output.over_voltage)
-            supply.set_over_current(output.over_current)
+            supply.set_over_current(
+                output.over_current, output.over_current_delay, from_change=output.over_current_start == "SCH"
+            )
             if output.on != supply.is_on or output.on != supply.sticky.wanted:
                 supply.switch(output.on)
 
@@ -221,10 +232,22 @@ class KeysightE36313A(ScpiInstrument):
         value = number(call.arguments[0], 0.0, 3.6, default=0.05, unit="S")
         for channel in self._channels(call.arguments[1:]):
             self._outputs[channel].over_current_delay = value
+        self._apply()
 
     def _get_delay(self, call: Call) -> str:
         channels = self._channels(call.arguments)
         return ",".join(f"{self._outputs[channel].over_current_delay:+.8E}" for channel in channels)
+
+    def _set_start(self, call: Call) -> None:
+        exactly(call.arguments, 1, 2)
+        value = choice(call.arguments[0], _DELAY_STARTS)
+        for channel in self._channels(call.arguments[1:]):
+            self._outputs[channel].over_current_start = value
+        self._apply()
+
+    def _get_start(self, call: Call) -> str:
+        exactly(call.arguments, 0, 1)
+        return ",".join(self._outputs[channel].over_current_start for channel in self._channels(call.arguments))
 
     def _apply_levels(self, call: Call) -> None:
         exactly(call.arguments, 1, 3)
@@ -312,8 +335,8 @@ class KeysightE36313A(ScpiInstrument):
     def _clear_protection(self, call: Call) -> None:
         exactly(call.arguments, 0, 1)
         if 1 in self._channels(call.arguments):
-            self._outputs[1].on = self._flag(1, "on")
             self._world.supply.clear_trip()
+            self._apply()
 
     # display
 

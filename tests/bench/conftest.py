@@ -16,7 +16,7 @@ from bench.plan import Planned, make_plan
 from bench.record.journal import Journal
 from bench.record.run_view import RunView
 from bench.runner import Runner
-from drivers.interfaces import Accuracy, DynamometerReading, Identity, Instrument, Reading, Waveform
+from drivers.interfaces import Accuracy, DynamometerReading, Identity, Instrument, Reading, Regulated, Waveform
 from procedures.actions import ALIGN_D, EnterReading
 from procedures.bench import Bench, Operator, Role
 from procedures.nameplate import Connection, Nameplate
@@ -59,11 +59,13 @@ class FakeInstrument:
     def identity(self) -> Identity:
         return Identity("Fake", self.name)
 
-    def configure(self, voltage: float, current_limit: float) -> None:
+    def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
         self._do("configure")
 
     @contextmanager
-    def energised(self, voltage: float, current_limit: float) -> Iterator[None]:
+    def energised(
+        self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE
+    ) -> Iterator[None]:
         self._do("on")
         self.on = True
         try:

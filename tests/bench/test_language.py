@@ -111,7 +111,9 @@ def test_a_sentence_with_values_inside_values() -> None:
 
 def test_what_a_driver_says_is_recognised_with_its_figures() -> None:
     chinese = catalogue("zh")
-    said = translate_said("Set the supply to 1.5 V, current limit 2.9 A.", chinese)
+    said = translate_said(
+        "Set the supply to 1.5 V, current limit 2.9 A; over-current protection on where it has one.", chinese
+    )
     assert "1.5 V" in said
     assert "2.9 A" in said
     assert "supply" not in said

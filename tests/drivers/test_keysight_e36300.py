@@ -12,6 +12,7 @@ from drivers.interfaces import (
     IdentityError,
     MeasurementError,
     OutputMode,
+    Regulated,
     ReportedError,
     SetpointError,
 )
@@ -38,14 +39,18 @@ def test_dialogue_of_output_2(clock: Any) -> None:
     clock.time = 7.0
     supply.configure(1.2, 0.5)
     assert [text for text in traffic[3:] if text != "SYST:ERR?"] == [
-        "CURR:PROT:STAT OFF,(@2)",
+        "CURR:PROT:DEL 0.05,(@2)",
+        "CURR:PROT:DEL:STAR CCTR,(@2)",
+        "CURR:PROT:STAT ON,(@2)",
         "CURR 0.5,(@2)",
         "VOLT:PROT 1.82,(@2)",
         "VOLT 1.2,(@2)",
         "CURR? (@2)",
         "VOLT:PROT? (@2)",
         "VOLT? (@2)",
+        "CURR:PROT:DEL? (@2)",
         "CURR:PROT:STAT? (@2)",
+        "CURR:PROT:DEL:STAR? (@2)",
     ]
     reading = supply.measure_voltage()
     assert (reading.value, reading.unit, reading.time) == (1.1999, "V", 7.0)
@@ -60,18 +65,18 @@ def test_dialogue_of_output_2(clock: Any) -> None:
     manager.close()
 
 
+NOTHING_SET = {
+    "VOLT? (@1)": "0",
+    "OUTP? (@1)": "0",
+    "STAT:QUES:INST:ISUM1:COND?": "0",
+    "VOLT:PROT:TRIP? (@1)": "0",
+    "CURR:PROT:TRIP? (@1)": "0",
+}
+
+
 @pytest.fixture
 def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
-    device = settings_class(
-        IDENTITY,
-        {
-            "VOLT? (@1)": "0",
-            "OUTP? (@1)": "0",
-            "STAT:QUES:INST:ISUM1:COND?": "0",
-            "VOLT:PROT:TRIP? (@1)": "0",
-            "CURR:PROT:TRIP? (@1)": "0",
-        },
-    )
+    device = settings_class(IDENTITY, NOTHING_SET)
     wire = connect(ADDRESS, device)
     supply = open_keysight_e36300(
         ADDRESS, manager, clock, E36300Options(maximum_voltage=3.0, current_accuracy=Accuracy(offset=1e-3))
@@ -91,7 +96,12 @@ def test_energised_switches_on_after_protection_and_off_at_the_end(bench: Any) -
         assert device.values["VOLT:PROT? (@1)"] == "1.6"
     assert is_off(device)
     assert wire.sent.index("VOLT:PROT? (@1)") < wire.sent.index("OUTP ON,(@1)") < wire.sent.index("OUTP OFF,(@1)")
-    assert wire.sent[-1] == "OUTP? (@1)"
+    assert off_is_last(wire.sent)
+
+
+def off_is_last(sent: list[str]) -> bool:
+    """Whether off was confirmed, and only trips were asked for afterwards."""
+    return sent[-3:] == ["OUTP? (@1)", "CURR:PROT:TRIP? (@1)", "VOLT:PROT:TRIP? (@1)"]
 
 
 def test_the_level_goes_down_before_its_protection(bench: Any) -> None:
@@ -138,7 +148,7 @@ def test_off_when_the_switch_on_is_interrupted(bench: Any) -> None:
     with pytest.raises(KeyboardInterrupt), supply.energised(1.0, 0.5):
         pass
     assert is_off(device)
-    assert wire.sent[-2:] == ["SYST:ERR?", "OUTP? (@1)"]
+    assert off_is_last(wire.sent)
 
 
 def test_off_although_messages_on_the_way_down_are_lost(bench: Any) -> None:
@@ -163,7 +173,7 @@ def test_off_although_ctrl_c_comes_twice(bench: Any) -> None:
     with pytest.raises(KeyboardInterrupt):
         block()
     assert is_off(device)
-    assert wire.sent[-1] == "OUTP? (@1)"
+    assert off_is_last(wire.sent)
 
 
 def test_an_output_that_stays_on_is_an_error_and_does_not_hide_the_first_one(bench: Any) -> None:
@@ -202,7 +212,7 @@ def test_a_level_that_does_not_read_back_is_an_error_before_switching_on(bench: 
     assert "OUTP ON,(@1)" not in wire.sent
 
 
-@pytest.mark.parametrize("header", ["VOLT", "CURR", "VOLT:PROT", "CURR:PROT:STAT"])
+@pytest.mark.parametrize("header", ["VOLT", "CURR", "VOLT:PROT", "CURR:PROT:DEL", "CURR:PROT:STAT"])
 def test_levels_and_protections_are_all_read_back_before_switching_on(bench: Any, header: str) -> None:
     supply, wire, device = bench
     query = f"{header}? (@1)"
@@ -213,17 +223,97 @@ def test_levels_and_protections_are_all_read_back_before_switching_on(bench: Any
     assert "OUTP ON,(@1)" not in wire.sent
 
 
-def test_a_trip_at_the_current_limit_is_set_and_read_back_before_switching_on(
-    manager: Any, connect: Any, settings_class: Any, clock: Any
+@pytest.mark.parametrize(
+    ("regulated", "always", "state"),
+    [
+        (Regulated.VOLTAGE, False, "ON"),
+        (Regulated.CURRENT, False, "OFF"),
+        (Regulated.CURRENT, True, "ON"),
+    ],
+)
+def test_over_current_protection_is_set_and_read_back_before_switching_on(
+    manager: Any, connect: Any, settings_class: Any, clock: Any, regulated: Regulated, always: bool, state: str
 ) -> None:
-    device = settings_class(IDENTITY, {"VOLT? (@1)": "0", "OUTP? (@1)": "0"})
+    device = settings_class(IDENTITY, NOTHING_SET)
     wire = connect(ADDRESS, device)
-    supply = open_keysight_e36300(ADDRESS, manager, clock, E36300Options(trip_at_current_limit=True))
-    with supply.energised(1.0, 2.0):
-        order = [wire.sent.index(message) for message in ("CURR:PROT:STAT ON,(@1)", "CURR:PROT:STAT? (@1)")]
+    options = E36300Options(trip_at_current_limit=always, over_current_delay=0.1)
+    supply = open_keysight_e36300(ADDRESS, manager, clock, options)
+    with supply.energised(1.0, 2.0, regulated):
+        wanted = (
+            "DEL 0.1,(@1)",
+            "DEL:STAR CCTR,(@1)",
+            f"STAT {state},(@1)",
+            "DEL? (@1)",
+            "STAT? (@1)",
+            "DEL:STAR? (@1)",
+        )
+        order = [wire.sent.index(f"CURR:PROT:{message}") for message in wanted]
         assert order == sorted(order)
         assert order[-1] < wire.sent.index("OUTP ON,(@1)")
     supply.close()
+
+
+def test_a_delay_that_starts_otherwise_is_an_error_before_switching_on(bench: Any) -> None:
+    supply, wire, device = bench
+    wire.handler = lambda message: b"SCH\n" if message == "CURR:PROT:DEL:STAR? (@1)" else device(message)
+    with pytest.raises(CommunicationError, match="reads back SCH after CCTR was set"), supply.energised(1.0, 1.0):
+        pass
+    assert "OUTP ON,(@1)" not in wire.sent
+
+
+def trip(device: Any, which: str) -> None:
+    device.values |= {"OUTP? (@1)": "0", f"{which}:PROT:TRIP? (@1)": "1"}
+
+
+@pytest.mark.parametrize(("which", "words"), [("CURR", "over-current"), ("VOLT", "over-voltage")])
+def test_a_trip_is_reported_at_the_blocks_end_and_released_with_the_output_off(
+    bench: Any, which: str, words: str
+) -> None:
+    supply, wire, device = bench
+
+    def block() -> None:
+        with supply.energised(1.0, 1.0):
+            trip(device, which)
+            wire.sent.clear()
+
+    with pytest.raises(ReportedError, match=f"supply: {words} protection switched the output off. Check the leads"):
+        block()
+    assert is_off(device)
+    told = [message for message in wire.sent if message.startswith(("OUTP OFF", "OUTP:PROT:CLE"))]
+    # Clearing restores what the output was before: off comes before it and after it.
+    assert told == ["OUTP OFF,(@1)", "OUTP OFF,(@1)", "OUTP:PROT:CLE (@1)", "OUTP OFF,(@1)"]
+
+
+def test_a_trip_stands_beside_the_error_that_it_caused(bench: Any) -> None:
+    supply, _, device = bench
+
+    def block() -> None:
+        with supply.energised(1.0, 1.0):
+            trip(device, "CURR")
+            raise AccidentError
+
+    with pytest.raises(AccidentError) as caught:
+        block()
+    assert "over-current protection switched the output off" in caught.value.__notes__[0]
+
+
+def test_a_trip_from_before_is_not_cleared_by_the_way(bench: Any) -> None:
+    supply, wire, device = bench
+    trip(device, "CURR")
+    wire.sent.clear()
+    with pytest.raises(ReportedError, match=r"has tripped earlier.*front panel"), supply.energised(1.0, 1.0):
+        pass
+    assert wire.sent == ["CURR:PROT:TRIP? (@1)"]
+    device.values["CURR:PROT:TRIP? (@1)"] = "0"
+
+
+@pytest.mark.parametrize("delay", [-0.1, 0.26, float("nan")])
+def test_a_delay_that_cannot_be_is_refused(
+    manager: Any, connect: Any, settings_class: Any, clock: Any, delay: float
+) -> None:
+    connect(ADDRESS, settings_class(IDENTITY, NOTHING_SET))
+    with pytest.raises(SetpointError, match=r"over_current_delay = .* is outside 0 … 0\.255 s"):
+        open_keysight_e36300(ADDRESS, manager, clock, E36300Options(over_current_delay=delay))
 
 
 def test_off_over_a_connection_opened_anew(bench: Any, clock: Any) -> None:

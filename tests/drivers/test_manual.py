@@ -66,7 +66,7 @@ def test_a_supply_is_set_switched_on_and_off(clock: Any) -> None:
         reading = made.measure_voltage()
         assert made.output_mode() is OutputMode.CONSTANT_VOLTAGE
     assert person.told == [
-        "Set the supply to 2 V, current limit 0.5 A.",
+        "Set the supply to 2 V, current limit 0.5 A; over-current protection on where it has one.",
         "Switch the supply's output on.",
         "Switch the supply's output off and make sure that it is.",
     ]

@@ -104,11 +104,37 @@ def test_over_current_protection_trips_and_is_cleared(
     assert loaded.query("STAT:QUES:INST:ISUM1:COND?;:SYST:ERR?") == '+3;+0,"No error"'
     loaded.write("OUTP ON,(@1)")
     assert loaded.query("SYST:ERR?").startswith("-221")
+    # Cleared, the output is what it was before, and trips again; told to be off meanwhile, it stays off.
     loaded.write("OUTP:PROT:CLE (@1)")
+    assert loaded.query("CURR:PROT:TRIP? (@1);:OUTP? (@1)") == "0;1"
+    virtual_bench.clock.sleep(1.0)
+    assert loaded.query("CURR:PROT:TRIP? (@1);:OUTP? (@1)") == "1;0"
+    loaded.write("OUTP OFF,(@1);:OUTP:PROT:CLE (@1)")
     assert loaded.query("CURR:PROT:TRIP? (@1);:OUTP? (@1);:STAT:QUES:INST:ISUM1:COND?") == "0;0;+0"
     loaded.write("CURR:PROT:STAT OFF,(@1);:OUTP ON,(@1)")
     virtual_bench.clock.sleep(1.0)
     assert loaded.query("OUTP? (@1)") == "1"
+
+
+def test_the_delay_of_over_current_protection_starts_where_it_is_told_to(
+    loaded: pyvisa.resources.MessageBasedResource, virtual_bench: VirtualBench
+) -> None:
+    assert loaded.query("CURR:PROT:DEL:STAR? (@1)") == "SCH"
+    loaded.write("APPL CH1,0.5,2;:CURR:PROT:DEL 0.2,(@1);:CURR:PROT:STAT ON,(@1);:OUTP ON,(@1)")
+    virtual_bench.clock.sleep(1.0)
+    # A change starts the delay anew; what is in constant current when it ends trips then.
+    loaded.write("CURR 0.3,(@1)")
+    virtual_bench.clock.sleep(0.15)
+    assert loaded.query("CURR:PROT:TRIP? (@1)") == "0"
+    virtual_bench.clock.sleep(0.1)
+    assert loaded.query("CURR:PROT:TRIP? (@1)") == "1"
+    loaded.write("OUTP OFF,(@1);:OUTP:PROT:CLE (@1);:CURR:PROT:DEL:STAR CCTRans,(@1)")
+    assert loaded.query("CURR:PROT:DEL:STAR? (@1)") == "CCTR"
+    loaded.write("OUTP ON,(@1)")
+    virtual_bench.clock.sleep(0.15)
+    loaded.write("VOLT 0.6,(@1)")
+    virtual_bench.clock.sleep(0.1)
+    assert loaded.query("CURR:PROT:TRIP? (@1)") == "1"
 
 
 def test_over_voltage_protection_trips(
