@@ -1,7 +1,7 @@
 """Runs procedures one after the other, and takes the way down however it ends."""
 
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any, Protocol
@@ -58,12 +58,14 @@ class Runner:
         about: Mapping[str, Any],
         *,
         go_on: bool = False,
+        repeat: Collection[str] = (),
         warnings: Sequence[Notice] = (),
     ) -> RunView:
         """Run what is not finished yet and return the view; never raises for what happens on the bench.
 
         `begin` is the first event's kind and `about` its data; `warnings` hold for the whole run. The status is `completed`,
-        `failed` or `aborted`. `go_on` has the next procedure run where one failed.
+        `failed` or `aborted`. `go_on` has the next procedure run where one failed. What is named in `repeat` runs
+        although it is finished; its new result takes the place of the old one, which stays in the journal.
         """
         started, bench_started = monotonic(), self.clock.now()
         status, causes = "completed", list[str]()
@@ -74,7 +76,7 @@ class Runner:
                 bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
                 for notice in warnings:
                     self._tell("", notice)
-                left = [planned for planned in plan if planned.name not in self.view.finished]
+                left = [planned for planned in plan if planned.name in repeat or planned.name not in self.view.finished]
                 for planned in left:
                     self._foresee(bench, planned)
                 for planned in left:

@@ -55,6 +55,7 @@ class Wishes:
     faults: "Sequence[GivenFault]" = ()
     go_on: bool = False
     resume: RunFolder | None = None
+    repeat: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             previous, began = begun(wishes.resume)
             check_unchanged(wishes.resume, began, wishes.motor, where.station, versions)
             view = view_of(previous.events)
-            _check_instruments(wishes, previous, plan, where, view.finished)
+            _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
         folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
         journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=Reserve(folder.reserve))
@@ -132,7 +133,14 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         about = _about(wishes, plan, where, folder, versions)
         if previous:
             about["torn_bytes"] = previous.torn_bytes
-        runner.run(plan, "run_resumed" if previous else "run_started", about, go_on=wishes.go_on, warnings=overdue)
+        runner.run(
+            plan,
+            "run_resumed" if previous else "run_started",
+            about,
+            go_on=wishes.go_on,
+            repeat=wishes.repeat,
+            warnings=overdue,
+        )
         return Finished(folder, view, conclude(folder, view, translate), where.hand_time())
 
 

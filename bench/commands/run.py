@@ -33,6 +33,7 @@ def run(
     language: str = "auto",
     json: bool = False,
     resume: str | None = None,
+    repeat: tuple[str, ...] = (),
     trace: bool = False,
     seed: int | None = None,
     faults: Path | None = None,
@@ -66,6 +67,8 @@ def run(
         Print one JSON object and nothing else.
     resume
         A run's folder, its name under `--runs`, or `latest`: go on at its first unfinished procedure.
+    repeat
+        With --resume: a procedure to run again although it is finished; may be given several times.
     trace
         Record every exchange with the instruments in the journal.
     seed
@@ -90,6 +93,12 @@ def run(
         procedures = procedures or tuple(began.get("procedures", ()))
         set_ = set_ or tuple(began.get("settings", ()))
         seed = began.get("seed") if seed is None else seed
+        serial_number = serial_number or began.get("motor", {}).get("serial_number", "")
+    unknown = sorted(set(repeat) - set(procedures))
+    if repeat and folder is None:
+        raise UsageError("--repeat goes with --resume RUN")
+    if unknown:
+        raise UsageError(f"--repeat {unknown[0]}: it is not among the procedures of this run: {', '.join(procedures)}")
     if not procedures:
         raise UsageError("name at least one procedure, or all; motorbench procedures lists them")
     if station is None or motor is None:
@@ -111,6 +120,7 @@ def run(
             faults=_given(faults, fault),
             go_on=continue_on_error,
             resume=folder,
+            repeat=repeat,
         ),
         catalogue(),
         console_on(sys.stderr),

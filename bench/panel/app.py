@@ -9,6 +9,7 @@ from starlette.responses import RedirectResponse, Response
 
 from bench.errors import InputError
 from bench.panel.access import Access
+from bench.panel.pages.history import compare_page, history_page
 from bench.panel.pages.login import login_page
 from bench.panel.pages.run import run_page
 from bench.panel.pages.start import start_page
@@ -52,6 +53,14 @@ def build(panel: Panel, access: Access | None) -> None:
             ui.label(str(error)).classes("text-xl p-8")
             return
         run_page(panel, _session(request), live)
+
+    @ui.page("/history")
+    async def history(request: Request) -> None:
+        history_page(panel, _session(request))
+
+    @ui.page("/compare/{first}/{second}")
+    async def compare(request: Request, first: str, second: str) -> None:
+        compare_page(panel, _session(request), first, second)
 
     if access is not None:
         login_page(panel, access)

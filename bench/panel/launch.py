@@ -54,9 +54,10 @@ class Launcher:
         """Start a run and return its folder once it can be talked to. Raises InputError with what it said instead."""
         return await self._launch(order.arguments(self._runs))
 
-    async def resume(self, folder: Path, person: str) -> Path:
-        """Have a run go on where it ended. Raises InputError with what it said instead."""
+    async def resume(self, folder: Path, person: str, repeat: Sequence[str] = ()) -> Path:
+        """Have a run go on where it ended, or a procedure of it again. Raises InputError with what it said instead."""
         said = ["run", "--resume", str(folder), "--operator", "panel", f"--person={person}", "--runs", str(self._runs)]
+        said += [f"--repeat={name}" for name in repeat]
         return await self._launch(said)
 
     async def _launch(self, arguments: Sequence[str]) -> Path:

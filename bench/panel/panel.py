@@ -1,15 +1,19 @@
 """The panel's state: the runs it follows, who leads, who is there. Pages only show it."""
 
 import asyncio
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from bench.errors import InputError
 from bench.operators.line import FILE
+from bench.panel.archive import Archive
 from bench.panel.control import Control
 from bench.panel.launch import Launcher, Order
 from bench.panel.live_run import LiveRun
 from bench.panel.offer import Offer
 from bench.panel.sessions import Sessions
+from bench.panel.tail import JournalTail
 from bench.record.run_folder import existing_run_folder
 
 
@@ -24,6 +28,7 @@ class Panel:
         self.sessions = Sessions()
         self.launcher = Launcher(runs)
         self.offer = Offer()
+        self.archive = Archive(runs)
         self._live: dict[str, LiveRun] = {}
         self._opening = asyncio.Lock()
 
@@ -56,12 +61,18 @@ class Panel:
         """Start a run. Raises InputError with what it said where it could not begin."""
         return await self._followed(await self.launcher.start(order))
 
-    async def resume(self, name: str, person: str) -> LiveRun:
-        """Have an ended run go on. Raises InputError with what it said where it could not."""
+    async def resume(self, name: str, person: str, repeat: Sequence[str] = ()) -> LiveRun:
+        """Have an ended run go on, or a procedure of it again. Raises InputError with what it said where it could not."""
         run = self._live.pop(name, None)
         if run is not None:
             await run.close()
-        return await self._followed(await self.launcher.resume(self.runs / name, person))
+        return await self._followed(await self.launcher.resume(self.runs / name, person, repeat))
+
+    def beginning(self, name: str) -> Iterator[Mapping[str, Any]]:
+        """Give the data of a run's first event, where it has one."""
+        for event in JournalTail(self.runs / name / "journal.jsonl").read_new():
+            yield event.data
+            return
 
     async def _followed(self, folder: Path) -> LiveRun:
         # The folder announces itself a moment before its journal begins.

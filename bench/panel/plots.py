@@ -56,20 +56,26 @@ def waveform_plot(
     waves: Mapping[str, StoredWaveform], title: str, *, start: float | None = None, end: float | None = None
 ) -> dict[str, Any]:
     """Return a plot of waveforms between two times (s), all of them without; zooming asks for it anew with its window."""
-    plot = axes(title, "t / s", " / ".join(dict.fromkeys(wave.unit for wave in waves.values())))
-    plot["legend"] = {"bottom": 0, "data": list(waves)}
-    plot["grid"]["bottom"] = 84
+    units = list(dict.fromkeys(wave.unit for wave in waves.values()))
+    plot = axes(title, "t / s", units[0] if units else "")
+    # Volts left, amperes right: one axis each.
+    plot["yAxis"] = [
+        {**plot["yAxis"], "name": unit, "position": "right" if n else "left"} for n, unit in enumerate(units)
+    ]
+    plot["legend"] = {"top": 22, "data": list(waves)}
+    plot["grid"] |= {"top": 56, "bottom": 96, "right": 70}
     plot["dataZoom"] = [
         {"type": "inside", "filterMode": "none"},
-        {"type": "slider", "filterMode": "none", "bottom": 26},
+        {"type": "slider", "filterMode": "none", "bottom": 12},
     ]
     for name, wave in waves.items():
         first = 0 if start is None else int(np.searchsorted(wave.time, start))
         last = len(wave.time) if end is None else int(np.searchsorted(wave.time, end, side="right"))
         # One sample beyond either edge: the line reaches the edge of the window.
         window = slice(max(first - 1, 0), min(last + 1, len(wave.time)))
-        plot["series"].append(line(name, thinned(wave.time[window], wave.values[window])))
-    if len(waves) and start is not None:
+        drawn = line(name, thinned(wave.time[window], wave.values[window]))
+        plot["series"].append({**drawn, "yAxisIndex": units.index(wave.unit)})
+    if waves:
         whole = next(iter(waves.values())).time
         plot["xAxis"] |= {"min": float(whole[0]), "max": float(whole[-1])}
     return plot

@@ -82,7 +82,7 @@ class RunView:
                 entry["truth"] = truth[name]
             parameters[name] = entry
         made: dict[str, Any] = {
-            key: self.start.get(key) for key in ("run", "motor", "station", "language", "software", "seed")
+            key: self.start.get(key) for key in ("run", "motor", "station", "person", "language", "software", "seed")
         }
         made |= {
             "status": self.status,

@@ -1,74 +1,195 @@
-"""What a run came to."""
+"""What a run came to, and what can be done with it."""
+
+import asyncio
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
 
 from nicegui import ui
 
 from bench.errors import InputError
 from bench.panel.live_run import LiveRun
+from bench.panel.pages.budgets import budgets_part
 from bench.panel.pages.frame import Reader
+from bench.panel.pages.history import STATUS
 from bench.panel.pages.tables import html_table
+from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
+from bench.record.signatures import sign, signatures
 from procedures.text import text
 from reports.summary import rows
 
-_STATUS = {
-    "completed": text("completed"),
-    "failed": text("failed"),
-    "aborted": text("was aborted"),
-    "interrupted": text("was interrupted"),
+#: Targets of `motorbench export`, with the ending of the file that each makes.
+_EXPORTS = {
+    "vesc": "VESC",
+    "odrive": "ODrive 0.5",
+    "odrive-0.6": "ODrive 0.6",
+    "simplefoc": "SimpleFOC",
+    "moteus": "moteus",
+    "ti": "TI",
+    "st": "ST",
+    "mathworks": "MathWorks",
+    "motulator": "motulator",
+    "gym-electric-motor": "gym-electric-motor",
+    "json": "JSON",
+    "csv": "CSV",
+    "c-header": "C",
 }
 
 
 def ended_part(panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:
     """Build the results of a run that has ended."""
-    say, view = reader.say, run.view.run
-    motor = view.start.get("motor", {})
-    ui.label(f"{motor.get('name', '?')} {motor.get('serial_number', '')}").classes("text-3xl font-bold")
-    ui.label(say(_STATUS.get(view.status, text("was interrupted")))).classes("text-xl")
-    if view.cause:
-        ui.label(view.cause).classes("text-base whitespace-pre-line").style("color:#7a130d")
-    with ui.row().classes("gap-3 my-3"):
-        if session.may_lead and view.status != "completed":
-            ui.button(
-                say(text("Go on where it ended")), on_click=lambda: _resume(panel, session, run), color=None
-            ).classes("mb-go")
-        if session.may_lead:
-            ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to("/")).props("outline")
-    with ui.element("section").classes("mb-card mb-4"):
-        _parameters(run, reader)
-    warnings = view.warnings()
-    if warnings:
-        with ui.element("section").classes("mb-card mb-4"):
+    _Ended(panel, session, run, reader).build()
+
+
+class _Ended:
+    def __init__(self, panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:
+        self._panel = panel
+        self._session = session
+        self._run = run
+        self._reader = reader
+
+    def build(self) -> None:
+        say, view = self._reader.say, self._run.view.run
+        motor = view.start.get("motor", {})
+        ui.label(f"{motor.get('name', '?')} {motor.get('serial_number', '')}").classes("text-3xl font-bold")
+        ui.label(say(STATUS.get(view.status, text("was interrupted")))).classes("text-xl")
+        if view.cause:
+            ui.label(view.cause).classes("text-base whitespace-pre-line").style("color:#7a130d")
+        self._actions()
+        with ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Parameters"))}"'):
+            self._parameters()
+        self._warnings()
+        budgets_part(self._run, self._reader)
+        WaveformsPart(self._run, self._reader).build()
+        self._signatures = (
+            ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Signatures"))}"')
+        )
+        self._sign_part()
+
+    def _actions(self) -> None:
+        say, view = self._reader.say, self._run.view.run
+        with ui.row().classes("gap-3 my-3 items-end"):
+            if self._session.may_lead and view.status != "completed":
+                ui.button(say(text("Go on where it ended")), on_click=self._resume, color=None).classes("mb-go")
+            if self._session.may_lead:
+                ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to("/")).props("outline")
+                again = ui.select(list(view.planned), label=say(text("Procedure to repeat"))).props("outlined dense")
+                again.classes("w-64")
+                ui.button(say(text("Repeat")), on_click=lambda: self._resume(again.value)).props("outline")
+            target = ui.select(_EXPORTS, label=say(text("Export for"))).props("outlined dense").classes("w-48")
+            ui.button(say(text("Export")), on_click=lambda: self._export(target.value)).props("outline")
+            ui.button(say(text("Report")), on_click=self._report).props("outline")
+            against = f"/compare/{self._run.name}/type"
+            ui.button(say(text("Compare with the type")), on_click=lambda: ui.navigate.to(against)).props("outline")
+
+    def _parameters(self) -> None:
+        say, view = self._reader.say, self._run.view.run
+        head = [text("Parameter"), text("Value"), text("Unit"), text("u"), text("u, %"), text("Note's")]
+        head += [text("Truth")] if view.truth else []
+        lines = []
+        for row in rows(view.parameters(), view.truth, self._reader.translate):
+            line = [row.name, row.value, row.unit, row.uncertainty, row.relative, row.note]
+            lines.append([*line, *([row.truth] if view.truth else []), row.section])
+        if not lines:
+            ui.label(say(text("No parameter was measured.")))
+            return
+        numeric = frozenset({1, 3, 4, 5, 6} if view.truth else {1, 3, 4, 5})
+        ui.html(html_table([*map(say, head), "§"], lines, numeric=numeric), sanitize=False)
+        legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.")
+        ui.label(say(legend)).classes("text-sm mt-2")
+
+    def _warnings(self) -> None:
+        say, warnings = self._reader.say, self._run.view.run.warnings()
+        if not warnings:
+            return
+        with ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Warnings"))}"'):
             ui.label(say(text("Warnings"))).classes("text-lg font-semibold")
             for procedure, notice in warnings:
                 origin = f" ({procedure})" if procedure else ""
                 ui.label(f"⚠ {notice.identifier}{origin}: {say(notice.message)}").classes("text-base py-1")
 
+    def _sign_part(self) -> None:
+        say = self._reader.say
+        self._signatures.clear()
+        with self._signatures:
+            ui.label(say(text("Signatures"))).classes("text-lg font-semibold")
+            try:
+                given = signatures(self._run.folder)
+            except InputError as error:
+                ui.label(str(error)).style("color:#7a130d")
+                return
+            for signature in given:
+                words = f"{signature.person} ({signature.role}), {signature.time}  {signature.words}  SHA-256 {signature.sha256[:12]}…"
+                ui.label(words).classes("text-base")
+                if not signature.holds:
+                    ui.label(
+                        say(text("This signature does not hold: the run went on, or was changed, after it."))
+                    ).style("color:#7a130d")
+            if self._session.may_change and self._run.view.ended:
+                with ui.row().classes("items-end gap-3"):
+                    name = ui.input(say(text("Name")), value=self._session.person).props("outlined dense")
+                    remark = ui.input(say(text("Remark"))).props("outlined dense").classes("w-96")
+                    ui.button(
+                        say(text("Sign off")),
+                        on_click=lambda: self._sign(str(name.value or ""), str(remark.value or "")),
+                    )
 
-def _parameters(run: LiveRun, reader: Reader) -> None:
-    say, view = reader.say, run.view.run
-    head = [text("Parameter"), text("Value"), text("Unit"), text("u"), text("u, %"), text("Note's")]
-    head += [text("Truth")] if view.truth else []
-    lines = []
-    for row in rows(view.parameters(), view.truth, reader.translate):
-        line = [row.name, row.value, row.unit, row.uncertainty, row.relative, row.note]
-        lines.append([*line, *([row.truth] if view.truth else []), row.section])
-    if not lines:
-        ui.label(say(text("No parameter was measured.")))
-        return
-    ui.html(
-        html_table([*map(say, head), "§"], lines, numeric=frozenset({1, 3, 4, 5, 6} if view.truth else {1, 3, 4, 5})),
-        sanitize=False,
-    )
-    ui.label(say(text("u: standard uncertainty. Note's: the note's simple formula on the same readings."))).classes(
-        "text-sm mt-2"
-    )
+    def _sign(self, person: str, words: str) -> None:
+        try:
+            sign(self._run.folder, person, self._session.right.value, words, datetime.now(UTC))
+        except InputError as error:
+            _complain(str(error))
+            return
+        self._sign_part()
+
+    async def _resume(self, repeat: str | None = None) -> None:
+        chosen = [repeat] if isinstance(repeat, str) else []
+        try:
+            again = await self._panel.resume(self._run.name, self._session.person, chosen)
+        except (InputError, TimeoutError) as error:
+            _complain(str(error))
+            return
+        self._panel.control.take(self._session.token, self._session.person)
+        ui.run_javascript(f"location.href='/runs/{again.name}'")
+
+    async def _export(self, target: str | None) -> None:
+        if not target:
+            _complain(self._reader.say(text("Choose what to export for.")))
+            return
+        out = await self._command("export", str(self._run.folder.path), "--for", target)
+        if out is not None:
+            ui.download.content(
+                out, f"{self._run.name}.{target}.txt" if target not in ("json", "csv") else f"{self._run.name}.{target}"
+            )
+
+    async def _report(self) -> None:
+        language = self._session.language
+        if await self._command("report", str(self._run.folder.path), "--language", language) is None:
+            return
+        for path in sorted(self._run.folder.path.glob(f"report*{language}*")) or sorted(
+            self._run.folder.path.glob("report*")
+        ):
+            ui.download.file(Path(path), f"{self._run.name}-{path.name}")
+
+    async def _command(self, *arguments: str) -> bytes | None:
+        """Return what a command of motorbench prints; what it refuses is shown."""
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            "bench",
+            *arguments,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+        )
+        out, said = await process.communicate()
+        if process.returncode != 0:
+            _complain(said.decode("utf-8", "replace").strip().removeprefix("motorbench: "))
+            return None
+        return out
 
 
-async def _resume(panel: Panel, session: Session, run: LiveRun) -> None:
-    try:
-        again = await panel.resume(run.name, session.person)
-    except InputError as error:
-        ui.notify(str(error), type="negative", position="top", timeout=0, close_button=True)
-        return
-    ui.navigate.to(f"/runs/{again.name}")
+def _complain(words: str) -> None:
+    ui.notify(words, type="negative", position="top", timeout=0, close_button=True, multi_line=True)

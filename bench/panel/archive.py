@@ -1,0 +1,98 @@
+"""The runs of a folder, found by motor, serial number, date or parameter."""
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.panel.tail import JournalTail
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A parameter's value and standard uncertainty in its unit."""
+
+    value: float
+    uncertainty: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Archived:
+    """A run as a list shows it; `date` is its folder's stamp (UTC), `figures` its parameters by name."""
+
+    name: str
+    date: str
+    motor: str
+    serial_number: str
+    person: str
+    status: str
+    figures: Mapping[str, Figure]
+
+    def matches(self, words: str) -> bool:
+        """Tell whether every word is found in name, motor, serial number, person, status or a parameter's name."""
+        told = " ".join((self.name, self.date, self.motor, self.serial_number, self.person, self.status, *self.figures))
+        return all(word in told.lower() for word in words.lower().split())
+
+
+class Archive:
+    """Reads each run once; a run that has changed since is read again."""
+
+    def __init__(self, runs: Path) -> None:
+        self._runs = runs
+        self._known: dict[str, tuple[float, Archived]] = {}
+
+    def list(self) -> list[Archived]:
+        """Return all runs, newest first; a folder that holds none is passed over."""
+        found = sorted(self._read(), key=lambda run: run.name, reverse=True)
+        self._known = {run.name: self._known[run.name] for run in found}
+        return found
+
+    def _read(self) -> Iterator[Archived]:
+        if not self._runs.is_dir():
+            return
+        with os.scandir(self._runs) as entries:
+            folders = [Path(entry.path) for entry in entries if entry.is_dir()]
+        for folder in folders:
+            journal, result = folder / "journal.jsonl", folder / "result.json"
+            if not journal.is_file():
+                continue
+            source = result if result.is_file() else journal
+            changed = source.stat().st_mtime
+            known = self._known.get(folder.name)
+            if known is None or known[0] != changed:
+                self._known[folder.name] = known = (changed, _archived(folder, source))
+            yield known[1]
+
+
+def _archived(folder: Path, source: Path) -> Archived:
+    told: Mapping[str, Any] = {}
+    if source.name == "result.json":
+        try:
+            told = json.loads(source.read_text(encoding="utf-8"))
+        except ValueError:
+            told = {"status": "unreadable"}
+    else:
+        # Killed before its result was written: its beginning says whose it is.
+        first = next(JournalTail(source).read_new(), None)
+        told = {**(first.data if first else {}), "status": "interrupted"}
+    motor = told.get("motor") or {}
+    return Archived(
+        folder.name,
+        folder.name[:16],
+        str(motor.get("name", "")),
+        str(motor.get("serial_number", "")),
+        str(told.get("person") or ""),
+        str(told.get("status", "")),
+        dict(_figures(told.get("parameters") or {})),
+    )
+
+
+def _figures(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
+    for name, entry in parameters.items():
+        try:
+            yield name, Figure(float(entry["value"]), float(entry["standard_uncertainty"]), str(entry["unit"]))
+        except (KeyError, TypeError, ValueError):
+            continue

@@ -1,0 +1,175 @@
+"""The runs there are: found by words, opened, compared two by two or against the type."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from nicegui import run as background
+from nicegui import ui
+
+from bench.panel.archive import Archived, Figure
+from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.tables import html_table
+from bench.panel.panel import Panel
+from bench.panel.sessions import Session
+from procedures.text import Text, text
+from reports.comparison import Compared, compare
+from reports.figures import decimals_for, figure, percent, scale_of
+from reports.names import parameter_name, unit_for_readers
+
+#: So many runs are shown; words find the rest.
+_SHOWN = 200
+
+STATUS: Mapping[str, Text] = {
+    "completed": text("completed"),
+    "failed": text("failed"),
+    "aborted": text("was aborted"),
+    "interrupted": text("was interrupted"),
+}
+
+
+def history_page(panel: Panel, session: Session) -> None:
+    """Build the page."""
+    with frame(panel, session, text("Runs")) as reader:
+        _History(panel, reader).build()
+
+
+class _History:
+    def __init__(self, panel: Panel, reader: Reader) -> None:
+        self._panel = panel
+        self._reader = reader
+        self._runs: list[Archived] = []
+        self._chosen: list[str] = []
+
+    def build(self) -> None:
+        say = self._reader.say
+        with ui.row().classes("w-full items-center gap-4 mb-3"):
+            label = say(text("Search: serial number, motor, date (20261121), person, parameter"))
+            self._words = ui.input(label, on_change=self._show).props("outlined autofocus clearable").classes("grow")
+            parameters = ui.select([], label=say(text("Show parameter")), on_change=self._show).props(
+                "outlined clearable"
+            )
+            self._parameter = parameters.classes("w-64")
+            ui.button(say(text("Compare the two chosen")), on_click=self._compare).props("outline")
+        self._count = ui.label().props("role=status")
+        self._table = ui.element("div").classes("mb-card w-full")
+        with self._table:
+            ui.spinner(size="2rem")
+        ui.timer(0.01, self._read, once=True)
+
+    async def _read(self) -> None:
+        self._runs = await background.io_bound(self._panel.archive.list) or []
+        names = sorted({name for run in self._runs for name in run.figures})
+        self._parameter.set_options({name: self._reader.say(parameter_name(name)) for name in names})
+        self._show()
+
+    def _show(self) -> None:
+        say = self._reader.say
+        found = [run for run in self._runs if run.matches(str(self._words.value or ""))]
+        if self._parameter.value:
+            found = [run for run in found if self._parameter.value in run.figures]
+        self._count.set_text(say(text("{found} of {all} runs", found=len(found), all=len(self._runs))))
+        self._table.clear()
+        with self._table, ui.element("table").classes("mb-table"):
+            self._head()
+            with ui.element("tbody"):
+                for run in found[:_SHOWN]:
+                    self._line(run)
+
+    def _head(self) -> None:
+        titles = [text("Compare"), text("Run"), text("Motor"), text("Serial number"), text("Operator"), text("Status")]
+        with ui.element("thead"), ui.element("tr"):
+            for title in titles:
+                with ui.element("th").props("scope=col"):
+                    ui.label(self._reader.say(title))
+            if self._parameter.value:
+                with ui.element("th").props("scope=col").classes("num"):
+                    ui.label(self._reader.say(parameter_name(self._parameter.value)))
+
+    def _line(self, run: Archived) -> None:
+        with ui.element("tr"):
+            with ui.element("td"):
+                box = ui.checkbox(
+                    value=run.name in self._chosen, on_change=lambda event: self._choose(run.name, on=event.value)
+                )
+                box.props(f'dense aria-label="{self._reader.say(text("Choose {name}", name=run.name))}"')
+            with ui.element("td"):
+                ui.link(run.name, f"/runs/{run.name}")
+            status = self._reader.say(STATUS.get(run.status, Text("{status}", {"status": run.status})))
+            for words in (run.motor, run.serial_number, run.person, status):
+                with ui.element("td"):
+                    ui.label(words)
+            if self._parameter.value:
+                with ui.element("td").classes("num"):
+                    ui.label(_shown(self._parameter.value, run.figures[self._parameter.value]))
+
+    def _choose(self, name: str, *, on: bool) -> None:
+        self._chosen = [chosen for chosen in self._chosen if chosen != name] + ([name] if on else [])
+
+    def _compare(self) -> None:
+        if len(self._chosen) != 2:
+            ui.notify(self._reader.say(text("Choose two runs.")), type="warning")
+            return
+        ui.navigate.to(f"/compare/{self._chosen[0]}/{self._chosen[1]}")
+
+
+def compare_page(panel: Panel, session: Session, first: str, second: str) -> None:
+    """Build the comparison of two runs; `second` is `type` for the type values of the first one's motor file."""
+    with frame(panel, session, text("Compare")) as reader:
+        say = reader.say
+        known = {run.name: run for run in panel.archive.list()}
+        missing = [name for name in (first, second) if name not in known and name != "type"]
+        if missing:
+            ui.label(say(text("There is no run {name}.", name=missing[0]))).classes("text-xl")
+            return
+        other = _type_figures(panel, first, known[first].figures) if second == "type" else known[second].figures
+        names = [first, say(text("Type values")) if second == "type" else second]
+        ui.label(" ↔ ".join(names)).classes("text-2xl font-bold mb-3")
+        compared = compare(known[first].figures, other)
+        with ui.element("section").classes("mb-card"):
+            if not compared:
+                ui.label(say(text("They have no parameter in common.")))
+                return
+            ui.html(_compared_table(compared, names, reader), sanitize=False)
+            ui.label(
+                say(text("E_n: difference over its expanded uncertainty (k = 2); above 1 the two disagree."))
+            ).classes("text-sm mt-2")
+
+
+def _compared_table(compared: list[Compared], names: list[str], reader: Reader) -> str:
+    say = reader.say
+    head = [say(text("Parameter")), *names, say(text("Unit")), say(text("Difference, %")), "E_n", ""]
+    lines = []
+    for found in compared:
+        scale = scale_of(found.first, unit_for_readers(found.name, found.unit))
+        values = [v / scale.factor for v in (found.first, found.second)]
+        decimals = decimals_for(0.0, values[0])
+        lines.append(
+            [
+                say(parameter_name(found.name)),
+                *(figure(value, decimals + 1) for value in values),
+                scale.unit,
+                f"{100.0 * found.difference:+.2f}" if math.isfinite(found.difference) else "–",
+                "–" if math.isnan(found.normalised_error) else f"{found.normalised_error:+.2f}",
+                say(text("disagree")) if found.disagree else "",
+            ]
+        )
+    return html_table(head, lines, numeric=frozenset({1, 2, 4, 5}))
+
+
+def _type_figures(panel: Panel, run: str, figures: Mapping[str, Figure]) -> dict[str, Figure]:
+    """Return the type values of a run's motor file; they are taken as exact."""
+    begun = next(iter(panel.beginning(run)), {})
+    try:
+        expected: Mapping[str, Any] = tomllib.loads(str(begun.get("motor_file", ""))).get("expected", {})
+    except tomllib.TOMLDecodeError:
+        expected = {}
+    return {name: Figure(float(value), 0.0, figures[name].unit) for name, value in expected.items() if name in figures}
+
+
+def _shown(name: str, found: Figure) -> str:
+    scale = scale_of(found.value, unit_for_readers(name, found.unit))
+    value, spread = found.value / scale.factor, found.uncertainty / scale.factor
+    share = percent(abs(spread / value)) if value else "–"
+    return f"{figure(value, decimals_for(spread, value))} {scale.unit} ± {share} %"

@@ -1,0 +1,70 @@
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from bench.errors import InputError, UsageError
+from bench.panel.access import Access, add_person
+from bench.panel.sessions import Right
+
+
+@pytest.fixture
+def people(tmp_path: Path) -> Path:
+    path = tmp_path / "people.toml"
+    add_person(path, "anna", "operator", "correct horse")
+    add_person(path, "bo", "viewer", "battery staple")
+    return path
+
+
+def test_who_has_name_and_password_is_let_in_with_the_role(people: Path) -> None:
+    async def ask() -> list[object]:
+        access = Access(people)
+        found = [await access.check("anna", "correct horse"), await access.check("bo", "battery staple")]
+        return [person and person.role for person in found]
+
+    assert asyncio.run(ask()) == [Right.OPERATOR, Right.VIEWER]
+
+
+@pytest.mark.parametrize(("name", "password"), [("anna", "battery staple"), ("nobody", "correct horse"), ("", "")])
+def test_anything_else_is_not(people: Path, name: str, password: str) -> None:
+    assert asyncio.run(Access(people).check(name, password)) is None
+
+
+def test_no_password_stands_in_the_file_and_only_its_owner_reads_it(people: Path) -> None:
+    content = people.read_text()
+    assert "horse" not in content
+    assert "$argon2id$" in content
+    assert people.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_new_password_takes_the_old_ones_place(people: Path) -> None:
+    add_person(people, "anna", "engineer", "another one!")
+    access = Access(people)
+    assert asyncio.run(access.check("anna", "correct horse")) is None
+    changed = asyncio.run(Access(people).check("anna", "another one!"))
+    assert changed is not None
+    assert changed.role is Right.ENGINEER
+
+
+@pytest.mark.parametrize(
+    ("name", "role", "password", "said"),
+    [
+        ("a b", "operator", "correct horse", "letters, digits"),
+        ("anna", "boss", "correct horse", "viewer, operator, engineer"),
+        ("anna", "operator", "short", "at least 10"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, name: str, role: str, password: str, said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        add_person(tmp_path / "people.toml", name, role, password)
+    assert not (tmp_path / "people.toml").exists()
+
+
+def test_a_file_that_is_not_right(tmp_path: Path) -> None:
+    path = tmp_path / "people.toml"
+    path.write_text('[people.anna]\nrole = "operator"\npassword = "horse"\n')
+    with pytest.raises(InputError, match=r"people\.anna\.password"):
+        Access(path)
+    path.write_text("")
+    with pytest.raises(InputError, match="nobody may log in"):
+        Access(path)
