@@ -252,7 +252,7 @@ class VirtualBench:
 
     @cached_property
     def _direct_can(self) -> DirectBus:
-        return DirectBus()
+        return DirectBus(self.clock)
 
     @cached_property
     def _inverter_node(self) -> CanNode:

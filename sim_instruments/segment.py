@@ -14,6 +14,10 @@ from sim_instruments.physics.swing import Shaft
 from sim_instruments.physics.windings import FloatArray, Windings
 
 Outcome = Literal["none", "standstill", "breakaway", "trip voltage", "trip current", "lost step", "let go"]
+#: Gauss-Legendre's points and weights on −1 … 1, and where in a segment transients are looked at more closely.
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_NEAR = 0.5 ** np.arange(24.0)
+
 SupplyMode = Literal["off", "cv", "cc", "unregulated", "tripped"]
 
 
@@ -161,14 +165,16 @@ class Segment:
 
         Fine near the segment's start, where transients are, and fine enough for the rotor's turning.
         """
-        turned = abs(float(np.diff(self.motion.angle(np.array([start, end])))[0])) * self.windings.pole_pairs
+        first, last = self.motion.angle(np.array([start, end])).tolist()
+        turned = abs(last - first) * self.windings.pole_pairs
         pieces = int(min(max(4.0 * turned / math.pi, 1.0), 512.0)) + 1
         edges = np.linspace(start, end, pieces + 1)
         if not math.isinf(self.start):
-            near = self.start + (end - self.start) * 0.5 ** np.arange(24.0)
-            edges = np.unique(np.concatenate([edges, near[(near > start) & (near < end)]]))
-        points, weights = np.polynomial.legendre.leggauss(8)
-        half = 0.5 * np.diff(edges)
+            near = self.start + (end - self.start) * _NEAR
+            inside = near[(near > start) & (near < end)]
+            if len(inside):
+                edges = np.unique(np.concatenate([edges, inside]))
+        half = 0.5 * (edges[1:] - edges[:-1])
         middle = 0.5 * (edges[1:] + edges[:-1])
-        times = (middle[:, np.newaxis] + half[:, np.newaxis] * points).ravel()
-        return times, (half[:, np.newaxis] * weights).ravel()
+        times = (middle[:, np.newaxis] + half[:, np.newaxis] * _POINTS).ravel()
+        return times, (half[:, np.newaxis] * _WEIGHTS).ravel()

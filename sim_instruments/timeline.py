@@ -2,6 +2,7 @@
 
 import math
 import threading
+from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -48,18 +49,29 @@ class Timeline:
         self.settings = Settings(ambient_temperature=ambient_temperature)
         self._clock = clock
         self.now = clock.now()
-        self._state = State(initial_angle, 0.0, np.zeros(3), 0.0, ambient_temperature)
-        self._depth = 0
-        first = plan(self.parts, self.settings, self._state, self.now)
+        #: The state at the present time, None where nobody has asked for it yet.
+        self._state: State | None = State(initial_angle, 0.0, np.zeros(3), 0.0, ambient_temperature)
+        self._begin = self._state
+        first = plan(self.parts, self.settings, self._begin, self.now)
         # Before the first moment the bench has stood like this for ever.
         self._past: list[Segment] = [replace(first, start=-math.inf, end=self.now)]
-        self._begin = self._state
-        self.present = first
+        self._starts = [-math.inf]
+        #: The present segment, None where its laws are yet to be found.
+        self._present: Segment | None = first
 
     @property
     def state(self) -> State:
         """The state at the present time."""
+        if self._state is None:
+            self._state = self._state_at(self.now, ended=False)
         return self._state
+
+    @property
+    def present(self) -> Segment:
+        """The segment that lasts now."""
+        if self._present is None:
+            self._present = plan(self.parts, self.settings, self._begin, self.now)
+        return self._present
 
     @contextmanager
     def observing(self) -> Iterator[None]:
@@ -70,40 +82,47 @@ class Timeline:
 
     @contextmanager
     def changing(self) -> Iterator[Settings]:
-        """Hold the lock, give the settings to change, and go on from the present with what they make of it."""
+        """Hold the lock, give the settings to change, and go on from the present with what they make of it.
+
+        What is changed at one and the same time takes effect together, once somebody looks or time goes on.
+        """
         with self.lock:
-            self._advance()
+            if self._present is not None or self._clock.now() > self.now:
+                self._advance()
+            # The state that the old settings have led to: taken before they change.
+            _ = self.state
             yield self.settings
-            self._cut(self.now, self._state)
+            self._cut(self.now, self.state)
 
     def set_winding_temperature(self, temperature: float) -> None:
         """Put the winding at a temperature (°C); to be called while changing."""
-        self._state = replace(self._state, temperature=temperature)
+        self._state = replace(self.state, temperature=temperature)
 
     def winding_temperature(self) -> float:
         """Return the winding's temperature (°C) now."""
-        return self._state.temperature
+        return self.state.temperature
 
     def windings(self) -> Windings:
         """Return the motor's windings at the present temperature."""
-        return Windings(self.parts.motor, self._state.temperature)
+        return Windings(self.parts.motor, self.winding_temperature())
 
     # The past
 
     def sample(self, quantity: Callable[[Segment, FloatArray], FloatArray], times: FloatArray) -> FloatArray:
         """Return a quantity at past times (s, any order). Raises ValueError for times to come or no longer kept."""
-        values = np.zeros(len(times))
         if not len(times):
-            return values
-        self._check_known(float(times.min()), float(times.max()))
-        segments = [*self._past, self.present]
-        starts = np.array([segment.start for segment in segments])
-        index = np.searchsorted(starts, times, side="right") - 1
-        for number in np.unique(index):
+            return np.zeros(0)
+        first, last = float(times.min()), float(times.max())
+        self._check_known(first, last)
+        low, high = self._number(first), self._number(last)
+        if low == high:
+            return quantity(self._segment(low), np.minimum(times, self.now))
+        values = np.zeros(len(times))
+        starts = np.array([self._segment(number).start for number in range(low + 1, high + 1)])
+        index = low + np.searchsorted(starts, times, side="right")
+        for number in np.unique(index).tolist():
             chosen = index == number
-            segment = segments[number]
-            at = np.minimum(times[chosen], self.now)
-            values[chosen] = quantity(segment, at)
+            values[chosen] = quantity(self._segment(number), np.minimum(times[chosen], self.now))
         return values
 
     def mean(
@@ -148,13 +167,21 @@ class Timeline:
         """
         last = self.now if until is None else min(until, self.now)
         begin = last - gate
-        for segment in [*self._past, self.present]:
+        for number in range(max(self._number(begin), 0), len(self._past) + 1):
+            segment = self._segment(number)
             end = min(segment.end, last)
             start = max(segment.start, begin)
             if end > start:
                 inside = [time for time in segment.reversals if start < time < end]
                 for first, second in pairwise([start, *inside, end]):
                     yield segment, first, second
+
+    def _number(self, time: float) -> int:
+        """Return the place of the segment at a time (s): from the oldest that is kept to the present one."""
+        return len(self._past) if time >= self.present.start else bisect_right(self._starts, time) - 1
+
+    def _segment(self, number: int) -> Segment:
+        return self.present if number == len(self._past) else self._past[number]
 
     def _check_known(self, first: float, last: float) -> None:
         if last > self.now + 1e-12:
@@ -176,17 +203,21 @@ class Timeline:
             self._happen()
             self._cut(end, state)
         if now > self.now:
-            self.now = now
-            self._state = self._state_at(now, ended=False)
-            self._past = [segment for segment in self._past if segment.end >= now - HISTORY]
+            self.now, self._state = now, None
+            old = 0
+            while old < len(self._past) and self._past[old].end < now - HISTORY:
+                old += 1
+            del self._past[:old], self._starts[:old]
 
     def _cut(self, time: float, state: State) -> None:
-        """End the present segment and begin the next one."""
-        if time > self.present.start:
-            self._past.append(replace(self.present, end=time))
+        """End the present segment; the next one begins."""
+        ended = self._present
+        if ended is not None and time > ended.start:
+            self._past.append(replace(ended, end=time))
+            self._starts.append(ended.start)
         self._begin = self._state = state
         self.now = max(self.now, time)
-        self.present = plan(self.parts, self.settings, state, time)
+        self._present = None
 
     def _happen(self) -> None:
         """Let happen what the present segment's end brings about."""

@@ -125,6 +125,24 @@ def test_can_frames_are_answered_before_the_call_returns(bench: VirtualBench) ->
         end.send(can.Message(arbitration_id=SDO_REQUEST, data=READ_STATUS))
 
 
+def test_heartbeats_go_by_the_bench_clock(bench: VirtualBench) -> None:
+    bench.address("inverter")
+    end, seen = bench.can_bus("bench"), []
+    end.hand_over(lambda frame: seen.append(frame.arbitration_id))
+    threads = threading.active_count()
+    # 1017H, producer heartbeat time: 100 ms.
+    end.send(
+        can.Message(arbitration_id=SDO_REQUEST, data=bytes.fromhex("2B 17 10 00 64 00 00 00"), is_extended_id=False)
+    )
+    for _ in range(30):
+        bench.clock.sleep(0.05)
+    assert seen.count(0x705) == pytest.approx(1.5 / 0.1, abs=1.1)
+    bench.clock.sleep(3600.0)
+    assert seen.count(0x705) < 20
+    assert threading.active_count() == threads
+    end.shutdown()
+
+
 def test_what_is_not_there_is_named(bench: VirtualBench, virtual_bench: VirtualBench) -> None:
     with pytest.raises(LookupError, match="in-process://supply"):
         bench.stream("in-process://supply")
