@@ -11,6 +11,7 @@ from bench.errors import InputError
 from bench.panel.access import Access
 from bench.panel.pages.history import compare_page, history_page
 from bench.panel.pages.login import login_page
+from bench.panel.pages.motor_form import motor_page
 from bench.panel.pages.run import run_page
 from bench.panel.pages.start import start_page
 from bench.panel.panel import Panel
@@ -42,8 +43,12 @@ def build(panel: Panel, access: Access | None) -> None:
     app.on_shutdown(panel.close)
 
     @ui.page("/")
-    async def start(request: Request) -> None:
-        start_page(panel, _session(request))
+    async def start(request: Request, motor: str = "") -> None:
+        start_page(panel, _session(request), motor)
+
+    @ui.page("/motor")
+    async def new_motor(request: Request) -> None:
+        motor_page(panel, _session(request))
 
     @ui.page("/runs/{name}")
     async def run(request: Request, name: str) -> None:

@@ -11,6 +11,7 @@ from bench.files.shipped_motors import shipped_motors
 from bench.panel.launch import Order
 from bench.panel.offer import Offered, check_station
 from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.motor_form import motor_files
 from bench.panel.pages.roles import role_name
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -18,17 +19,18 @@ from bench.virtual_station import VIRTUAL
 from procedures.text import Text, text
 
 
-def start_page(panel: Panel, session: Session) -> None:
-    """Build the page."""
+def start_page(panel: Panel, session: Session, motor: str = "") -> None:
+    """Build the page; `motor` is the name of the motor file that is chosen already."""
     with frame(panel, session, text("Measure")) as reader:
-        _StartPage(panel, session, reader).build()
+        _StartPage(panel, session, reader, motor).build()
 
 
 class _StartPage:
-    def __init__(self, panel: Panel, session: Session, reader: Reader) -> None:
+    def __init__(self, panel: Panel, session: Session, reader: Reader, motor: str) -> None:
         self._panel = panel
         self._session = session
         self._reader = reader
+        self._chosen = motor
         self._boxes: dict[str, ui.checkbox] = {}
         self._roles: frozenset[str] | None = None
         self._offered: Mapping[str, Offered] = {}
@@ -46,6 +48,13 @@ class _StartPage:
                     _motors(self._panel.motors), label=say(text("Motor type")), on_change=self._motor_chosen
                 ).props("outlined")
                 self._motor.classes("w-full")
+                known = {Path(path).stem: path for path in motor_files(self._panel.motors)}
+                if self._chosen in known:
+                    self._motor.set_value(known[self._chosen])
+                if self._session.may_change:
+                    ui.button(say(text("New motor …")), on_click=lambda: ui.navigate.to("/motor")).props(
+                        "flat no-caps dense"
+                    )
                 self._person = (
                     ui.input(say(text("Operator's name")), value=self._session.person)
                     .props("outlined")
@@ -197,5 +206,4 @@ class _StartPage:
 
 def _motors(folder: Path) -> dict[str, str]:
     """Return the motors to choose from, by what the command line calls them."""
-    own = {str(path): path.stem for path in sorted(folder.glob("*.toml"))} if folder.is_dir() else {}
-    return own | {name: f"{name} (virtual)" for name in shipped_motors()}
+    return motor_files(folder) | {name: f"{name} (virtual)" for name in shipped_motors()}

@@ -1,0 +1,30 @@
+"""Motor files made at the panel."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.errors import InputError
+from bench.files.motor_sections import NameplateSection
+from bench.files.toml_file import validate
+from bench.files.toml_text import toml_text
+from bench.record.disk import write_file
+
+
+def save_motor(folder: Path, nameplate: Mapping[str, Any]) -> Path:
+    """Write a motor file of this nameplate and return its path.
+
+    Raises InputError where the nameplate is not right, a motor of this name is there already, or it cannot be written.
+    """
+    validate(NameplateSection, dict(nameplate), "nameplate")
+    name = re.sub(r"[^\w.-]+", "-", str(nameplate["name"])).strip("-.").lower() or "motor"
+    path = folder / f"{name}.toml"
+    if path.exists():
+        raise InputError(f"{path}: there is a motor of this name already; choose another name, or edit the file")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_file(path, toml_text({"nameplate": dict(nameplate)}).encode())
+    except OSError as error:
+        raise InputError(f"{path}: the motor file was not written: {error}") from error
+    return path

@@ -1,0 +1,125 @@
+"""A motor's nameplate as a form, made from the same model as the file: units, ranges, what is needed."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from annotated_types import Ge, Gt, Le, Lt
+from nicegui import ui
+from pydantic.fields import FieldInfo
+
+from bench.errors import InputError
+from bench.files.motor_sections import NameplateSection
+from bench.panel.motor_store import save_motor
+from bench.panel.pages.frame import Reader, frame
+from bench.panel.panel import Panel
+from bench.panel.sessions import Session
+from procedures.nameplate import Connection
+from procedures.text import Text, text
+
+_LABELS: Mapping[str, Text] = {
+    "name": text("Name"),
+    "connection": text("Connection of the windings"),
+    "rated_current": text("Rated current (phase, peak)"),
+    "maximum_current": text("Maximum current (phase, peak)"),
+    "rated_speed_rpm": text("Rated speed"),
+    "rated_voltage": text("Rated voltage"),
+    "pole_pairs": text("Pole pairs (data sheet)"),
+    "maximum_speed_rpm": text("Maximum speed"),
+    "maximum_winding_temperature": text("Maximum winding temperature"),
+    "serial_number": text("Serial number"),
+}
+_TEXTS = ("name", "serial_number")
+
+
+def motor_page(panel: Panel, session: Session) -> None:
+    """Build the form for a new motor."""
+    with frame(panel, session, text("New motor")) as reader:
+        if not session.may_change:
+            ui.label(reader.say(text("Only an engineer may enter motors."))).classes("text-xl")
+            return
+        _MotorForm(panel, reader).build()
+
+
+class _MotorForm:
+    def __init__(self, panel: Panel, reader: Reader) -> None:
+        self._panel = panel
+        self._reader = reader
+        self._fields: dict[str, Any] = {}
+        self._colours: dict[str, ui.input] = {}
+
+    def build(self) -> None:
+        say = self._reader.say
+        ui.label(say(text("New motor"))).classes("text-2xl font-bold mb-2")
+        with ui.element("section").classes("mb-card grid gap-3 grid-cols-1 md:grid-cols-2 max-w-4xl"):
+            for name, field in NameplateSection.model_fields.items():
+                if name == "wire_colours":
+                    continue
+                self._fields[name] = self._field(name, field)
+            for terminal in ("A", "B", "C"):
+                label = say(text("Colour of wire {terminal}", terminal=terminal))
+                self._colours[terminal] = ui.input(label).props("outlined dense")
+        self._fault = ui.label().props("role=alert").classes("text-lg mt-3").style("color:#7a130d")
+        ui.button(say(text("Save")), on_click=self._save, color=None).classes("mb-go text-xl px-8 mt-2")
+
+    def _field(self, name: str, field: FieldInfo) -> Any:
+        say = self._reader.say
+        label = say(_LABELS.get(name, Text(name))) + (" *" if field.is_required() else "")
+        if name == "connection":
+            options = {Connection.WYE.value: say(text("star (wye)")), Connection.DELTA.value: say(text("delta"))}
+            return ui.select(options, label=label).props("outlined dense")
+        made = ui.input(label).props("outlined dense")
+        if name not in _TEXTS:
+            made.props(f'inputmode=decimal suffix="{_unit(field)}" hint="{_range(field)}"')
+        return made
+
+    def _save(self) -> None:
+        try:
+            path = save_motor(self._panel.motors, self._given())
+        except InputError as error:
+            self._fault.set_text(str(error))
+            return
+        ui.navigate.to(f"/?motor={path.stem}")
+
+    def _given(self) -> dict[str, Any]:
+        given: dict[str, Any] = {}
+        for name, field in self._fields.items():
+            typed = str(field.value or "").strip()
+            if typed:
+                given[name] = typed if name in (*_TEXTS, "connection") else _number(typed)
+        colours = {terminal: str(field.value).strip() for terminal, field in self._colours.items() if field.value}
+        return given | ({"wire_colours": colours} if colours else {})
+
+
+def _unit(field: FieldInfo) -> str:
+    extra = field.json_schema_extra
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
+def _range(field: FieldInfo) -> str:
+    """Return the bounds as a reader expects them: `> 0 … 10000`."""
+    low, high = "", ""
+    for bound in field.metadata:
+        match bound:
+            case Gt():
+                low = f"> {bound.gt:g}"
+            case Ge():
+                low = f"{bound.ge:g}"
+            case Lt():
+                high = f"< {bound.lt:g}"
+            case Le():
+                high = f"{bound.le:g}"
+    return f"{low} … {high}" if low or high else ""
+
+
+def _number(typed: str) -> object:
+    word = typed.replace(",", ".")
+    try:
+        return int(word) if word.lstrip("+-").isdigit() else float(word)
+    except ValueError:
+        return typed
+
+
+def motor_files(folder: Path) -> dict[str, str]:
+    """Return the motors of a folder by path, with the name that is shown."""
+    return {str(path): path.stem for path in sorted(folder.glob("*.toml"))} if folder.is_dir() else {}

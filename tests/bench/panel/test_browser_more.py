@@ -1,0 +1,111 @@
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from bench.cli import main
+from bench.panel.access import add_person
+from tests.bench.panel.conftest import Server
+
+Serve = Callable[..., Server]
+NewPage = Callable[[], Page]
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    """Two finished runs of one motor, as the command line makes them."""
+    for seed, serial in (("1", "SN-1"), ("2", "SN-2")):
+        arguments = [
+            "run",
+            "stator-resistance",
+            "dq-inductance-time-constant",
+            "--station",
+            "virtual",
+            "--motor",
+            "lg-400w",
+        ]
+        arguments += [
+            "--runs",
+            str(tmp_path / "runs"),
+            "--seed",
+            seed,
+            "--serial-number",
+            serial,
+            "--person",
+            "A. Smith",
+        ]
+        with pytest.raises(SystemExit, match="0"):
+            main(arguments)
+    return tmp_path / "runs"
+
+
+def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPage, runs: Path) -> None:
+    server, page = serve("--virtual"), new_page()
+    page.goto(f"{server.url}/history")
+    expect(page.get_by_text("2 of 2 runs")).to_be_visible()
+    page.get_by_label("Search").fill("sn-2 lg-400w")
+    expect(page.get_by_text("1 of 2 runs")).to_be_visible()
+    page.get_by_label("Search").fill("")
+    expect(page.get_by_text("2 of 2 runs")).to_be_visible()
+    for box in page.get_by_role("checkbox", name=re.compile("^Choose ")).all():
+        box.click()
+    page.get_by_role("button", name="Compare the two chosen").click()
+    page.wait_for_url("**/compare/**")
+    expect(page.get_by_role("row", name=re.compile("Stator resistance .* mΩ"))).to_be_visible()
+    page.goto(f"{server.url}/runs/{sorted(path.name for path in runs.iterdir())[0]}")
+    page.get_by_label("Record", exact=True).click()
+    page.get_by_role("option").first.click()
+    expect(page.locator("canvas").first).to_be_visible()
+    page.get_by_label("Name", exact=True).fill("J. Doe")
+    page.get_by_role("button", name="Sign off").click()
+    expect(page.get_by_text(re.compile(r"J\. Doe \(engineer\)"))).to_be_visible()
+    page.get_by_label("Export for").click()
+    page.get_by_role("option", name="JSON").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Export", exact=True).click()
+    assert "stator_resistance" in Path(download.value.path()).read_text()
+
+
+def test_a_motor_is_entered_by_its_nameplate(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    server, page = serve("--virtual", "--motors", str(tmp_path / "motors")), new_page()
+    page.goto(f"{server.url}/motor")
+    page.get_by_label("Name *").fill("Pump drive 3")
+    page.get_by_label("Connection of the windings").click()
+    page.get_by_role("option", name="delta").click()
+    page.get_by_label("Rated current").fill("-2")
+    page.get_by_role("button", name="Save").click()
+    expect(page.get_by_role("alert")).to_contain_text("rated_current")
+    page.get_by_label("Rated current").fill("2,5")
+    page.get_by_label("Colour of wire A").fill("red")
+    page.get_by_role("button", name="Save").click()
+    page.wait_for_url("**/?motor=pump-drive-3")
+    plate = tomllib.loads((tmp_path / "motors" / "pump-drive-3.toml").read_text())["nameplate"]
+    assert plate == {"name": "Pump drive 3", "connection": "delta", "rated_current": 2.5, "wire_colours": {"A": "red"}}
+
+
+def test_a_network_asks_for_a_login_and_a_viewer_only_watches(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    people = tmp_path / "people.toml"
+    add_person(people, "bo", "viewer", "battery staple")
+    server, page = serve("--virtual", "--people", str(people)), new_page()
+    page.goto(f"{server.url}/history")
+    page.wait_for_url("**/login")
+    page.get_by_label("Name").fill("bo")
+    page.get_by_label("Password").fill("wrong wrong")
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("alert")).to_be_visible()
+    page.get_by_label("Name").fill("bo")
+    page.get_by_label("Password").fill("battery staple")
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("button", name="Start", exact=True)).to_be_disabled()
+    expect(page.get_by_role("button", name="Take the control")).to_be_hidden()
+    page.goto(f"{server.url}/motor")
+    expect(page.get_by_text("Only an engineer may enter motors.")).to_be_visible()
+
+
+def test_a_network_without_people_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["serve", "--virtual", "--host", "0.0.0.0"])  # noqa: S104  that is what is refused
+    assert "--people FILE" in capsys.readouterr().err
