@@ -9,6 +9,7 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 from GTC.lib import UncertainReal
+from numpy.typing import NDArray
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, ProbeKind, Reading
@@ -23,8 +24,9 @@ from procedures.actions import (
     VoltageProbe,
 )
 from procedures.bench import ProcedureError, Role
+from procedures.curves import curve
 from procedures.driven import driving_speed_rad
-from procedures.estimation.back_emf import fit_back_emf, flux_by_integration, peak_amplitude
+from procedures.estimation.back_emf import BackEmfFit, fit_back_emf, flux_by_integration, peak_amplitude
 from procedures.estimation.repeats import mean_of_estimates
 from procedures.procedure import Procedure, Settings
 from procedures.recording import ranged_record
@@ -34,6 +36,8 @@ from procedures.text import text
 
 _POINTS = 20_000
 _RPM = math.pi / 30.0
+#: Periods of the waveform that go into the findings.
+_SHOWN_PERIODS = 2.0
 #: Relative drift over a record beyond which the flux is taken by integration.
 _DRIFT = 1e-3
 
@@ -281,6 +285,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 },
                 "drift": fit.drift,
                 "residual": fit.residual_rms.tolist(),
+                "waveform": _periods(time, samples, fit, _SHOWN_PERIODS),
             },
         )
 
@@ -334,3 +339,14 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         ]
         # The EMF is the mean of channels, each of which is calibrated for itself.
         return mean * sum(gains[1:], gains[0]) / len(gains)
+
+
+def _periods(
+    time: NDArray[np.float64], samples: NDArray[np.float64], fit: BackEmfFit, periods: float
+) -> dict[str, list[float]]:
+    """Return the first periods of every channel (V) as recorded and as fitted, for whoever draws them."""
+    shown = time <= time[0] + periods / fit.frequency
+    columns = {"time": time[shown] - time[0]}
+    for number, (recorded, left) in enumerate(zip(samples, fit.residuals, strict=True), 1):
+        columns |= {f"channel_{number}": recorded[shown], f"fitted_{number}": (recorded - left)[shown]}
+    return curve(**columns)

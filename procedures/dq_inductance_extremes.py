@@ -20,6 +20,7 @@ from procedures.actions import (
     meter_across,
 )
 from procedures.bench import Role
+from procedures.curves import curve
 from procedures.estimation import rotor_sweep
 from procedures.estimation.connections import phase_factor
 from procedures.estimation.timed_sweep import fit_timed_sweep
@@ -153,6 +154,9 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
             "saliency_p_value": p_value,
             "residual": fit.residual_rms,
         }
+        self.findings["sweep"] |= curve(
+            sweep.inductance.size, angle=0.5 * fit.course, fitted=sweep.inductance - fit.residuals
+        )
         if significant and motor_class == "SPMSM" and 2.0 * amplitude > _NOTEWORTHY * mean:
             self.notice(
                 "E3",

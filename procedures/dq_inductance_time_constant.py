@@ -26,6 +26,7 @@ from procedures.actions import (
 )
 from procedures.alignment import Alignment, aligning
 from procedures.bench import Role
+from procedures.curves import curve
 from procedures.estimation.connections import ReadingConnection, phase_factor
 from procedures.estimation.repeats import mean_of_estimates, mean_of_readings
 from procedures.estimation.step_response import apparent_inductance, fit_step_response, time_constant_63
@@ -291,6 +292,11 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             "time_constant": float(inductance.x) / float(resistance.x),
             "time_constant_63": tau,
             "residual_current": fits[-1].residual_rms,
+            "fit": curve(
+                time=last.current.time,
+                fitted=last.current.values - fits[-1].residuals,
+                residual=fits[-1].residuals,
+            ),
         }
         self._compare_with_bridge_resistance(axis, tau, total_resistance)
         self.report(

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from GTC.lib import UncertainReal
@@ -13,6 +13,7 @@ from pydantic import Field
 from drivers.interfaces import Accuracy, DynamometerReading
 from procedures.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.bench import ProcedureError, Role
+from procedures.curves import curve
 from procedures.driven import driving_speed_rad
 from procedures.estimation import inertia as estimation
 from procedures.estimation.fit import Fit
@@ -149,6 +150,9 @@ class Inertia(Procedure[InertiaSettings]):
         zero = self._zero(ramps.driven)
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
+        self.findings["ramps"] = _curves(ramps, total)
+        if tare and own:
+            self.findings["tare_ramps"] = _curves(tare, own)
         simple, no_load = self._two_points(ramps)
         simple_tare, tare_drag = (
             self._two_points(tare) if tare else (self.settings.tare_inertia, self.settings.tare_coulomb_friction)
@@ -272,13 +276,7 @@ class Inertia(Procedure[InertiaSettings]):
                     "the torque is shaft power over mechanical speed, P/ω; the note's P/(p·ω) would be the pole pairs too small"
                 ),
             )
-        driven, coast = ramps.driven, ramps.coast
-        return estimation.fit_ramps(
-            [
-                estimation.Ramp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution),
-                estimation.Ramp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution),
-            ]
-        )
+        return estimation.fit_ramps(_to_fit(ramps))
 
     def _two_points(self, ramps: Ramps) -> tuple[float, float]:
         """Return the note's figures, from points near the ends of each ramp."""
@@ -337,3 +335,24 @@ class Inertia(Procedure[InertiaSettings]):
                     difference=difference,
                 ),
             )
+
+
+def _to_fit(ramps: Ramps) -> list[estimation.Ramp]:
+    """Return both ramps as the estimator takes them."""
+    driven, coast = ramps.driven, ramps.coast
+    return [
+        estimation.Ramp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution),
+        estimation.Ramp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution),
+    ]
+
+
+def _curves(ramps: Ramps, fit: Fit) -> dict[str, Any]:
+    """Return what was read and what was fitted on both ramps, for whoever draws them."""
+    made: dict[str, Any] = {}
+    fitted = estimation.fitted_speeds(_to_fit(ramps), fit)
+    for name, ramp, (time, speed) in zip(("driven", "coast"), (ramps.driven, ramps.coast), fitted, strict=True):
+        made[name] = {
+            **curve(time=ramp.time, speed=ramp.speed),
+            "fit": curve(time=time, fitted=speed),
+        }
+    return made

@@ -151,7 +151,12 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             )
         for name, accuracy in zip(("supply, current", "voltmeter"), accuracies, strict=True):
             quantity = unc.instrument(name, quantity, Accuracy(gain=accuracy.gain, source=accuracy.source))
-        self.findings[label] = {"current": currents, "voltage": voltages, "resistance": fit.value("resistance")}
+        self.findings[label] = {
+            "current": currents,
+            "voltage": voltages,
+            "residual": fit.residuals.tolist(),
+            "resistance": fit.value("resistance"),
+        }
         return LineSlope(quantity, (np.array(times), i, v))
 
     @step("E9/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")

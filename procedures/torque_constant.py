@@ -121,6 +121,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             "currents": currents,
             "torques": torques,
             "friction_torque": -fit.value("offset"),
+            "residuals": fit.residuals.tolist(),
             "speed": speed,
             "winding_temperature": measured_at,
         }

@@ -38,8 +38,12 @@ class Ramp:
 
 @dataclass(frozen=True)
 class _Run:
-    """The part of a ramp that turns, in one direction: `driven` is the torque, `torque_noise` its level's uncertainty."""
+    """The part of a ramp that turns, in one direction: `driven` is the torque, `torque_noise` its level's uncertainty.
 
+    `time` runs from 0; the part begins at `begin` (s) of the ramp.
+    """
+
+    begin: float
     time: FloatArray
     speed: FloatArray
     driven: FloatArray
@@ -103,7 +107,8 @@ def _turning(ramp: Ramp, number: int) -> _Run:
         raise EstimationError(f"the torque of ramp {number} is not a number; enter it, or 0 for a coast-down")
     else:
         torque = np.full(part.stop - part.start, float(torque))
-    return _Run(time[part] - time[part][0], speed[part], torque, sign, torque_noise, ramp.speed_resolution)
+    begin = float(time[part][0])
+    return _Run(begin, time[part] - begin, speed[part], torque, sign, torque_noise, ramp.speed_resolution)
 
 
 def _integral(time: FloatArray, values: FloatArray) -> FloatArray:
@@ -221,6 +226,17 @@ def fit_ramps(ramps: Sequence[Ramp]) -> Fit:
             "the speed falls as the torque drives: the torque's sign is reversed, or ramps are interchanged"
         )
     return _fit(runs, np.array([1.0, solution[1], solution[2]]) / solution[0], SHARED, False)
+
+
+def fitted_speeds(ramps: Sequence[Ramp], fit: Fit) -> list[tuple[FloatArray, FloatArray]]:
+    """Return for each ramp that was fitted the times (s) and the fitted speeds (rad/s) of the part that turns."""
+    found, taken = [], 0
+    for k, ramp in enumerate(ramps):
+        run = _turning(ramp, k + 1)
+        left = fit.residuals[taken : taken + run.speed.size]
+        taken += run.speed.size
+        found.append((run.begin + run.time, run.speed - left))
+    return found
 
 
 def fit_coast_down(time: ArrayLike, speed: ArrayLike, *, speed_resolution: float = 0.0) -> Fit:

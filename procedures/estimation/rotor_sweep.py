@@ -18,10 +18,12 @@ NAMES = ("mean", "amplitude", "phase")
 class SweepFit(Fit):
     """L = mean − amplitude·cos(2θ + phase): names `mean`, `amplitude` (H), `phase` (rad).
 
-    `periods` of the inductance were seen; `constant_squares` is Σ(L − mean L)², `tried` how many independent courses of
+    `course` (n,) is 2θ + phase at each reading (rad), so that its multiples of 2π are the d axis; `periods` of the inductance
+    were seen; `constant_squares` is Σ(L − mean L)², `tried` how many independent courses of
     2θ the data were compared with, `course_parameters` how many parameters 2θ itself took from the data.
     """
 
+    course: FloatArray
     periods: float
     constant_squares: float
     tried: float
@@ -74,6 +76,7 @@ def sweep_fit(
         degrees_of_freedom=float(freedom),
         residuals=residuals,
         residual_rms=float(np.sqrt(squares / inductance.size)),
+        course=course + phase,
         periods=float(np.ptp(course)) / (2 * np.pi),
         constant_squares=float(spread @ spread),
         tried=tried,
