@@ -23,6 +23,8 @@ _STYLE = """
   .mb-state-off { background: #e7f4ec; color: #0b4a28; border: 1px solid var(--go); }
   .mb-emergency { background: var(--stop); color: #fff; font-size: 1.5rem; font-weight: 700; padding: 1rem 1.25rem;
     border-radius: 10px; white-space: pre-line; }
+  .mb-card svg[role=img] { display: block; width: 100%; height: auto; }
+  .nicegui-content { padding-top: 0; }
   .mb-number { font-variant-numeric: tabular-nums; }
   .mb-table { border-collapse: collapse; width: 100%; }
   .mb-table th, .mb-table td { text-align: left; padding: .35rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; }

@@ -32,7 +32,11 @@ class QuestionCard:
         self._drawn = ""
         self._input: ui.input | None = None
         say = reader.say
-        with ui.element("section").classes("mb-card").props(f'aria-label="{say(text("The present step"))}"'):
+        with (
+            ui.element("section")
+            .classes("mb-card shrink-0 overflow-hidden")
+            .props(f'aria-label="{say(text("The present step"))}"')
+        ):
             self._place = ui.label().classes("text-base").style("color:#44505c")
             self._step = ui.label().classes("text-2xl font-semibold leading-snug mb-3")
             self._task = ui.element("div").classes("w-full").props("aria-live=polite")

@@ -58,7 +58,7 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     page.goto(f"{server.url}/runs/{sorted(path.name for path in runs.iterdir())[0]}")
     page.get_by_label("Record", exact=True).click()
     page.get_by_role("option").first.click()
-    expect(page.locator("canvas").first).to_be_visible()
+    expect(page.get_by_role("region", name="Waveforms").locator("canvas").first).to_be_visible()
     page.get_by_label("Name", exact=True).fill("J. Doe")
     page.get_by_role("button", name="Sign off").click()
     expect(page.get_by_text(re.compile(r"J\. Doe \(engineer\)"))).to_be_visible()
