@@ -3,11 +3,16 @@
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bench.errors import UsageError
+from bench.errors import InputError, UsageError
+from bench.files.station import Station
 from bench.files.toml_file import nearest, validate
 from procedures.procedure import Procedure, Settings
+from procedures.text import Translate, text
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 Catalogue = Mapping[str, type[Procedure[Any]]]
 
@@ -42,6 +47,29 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
         )
         for name in wanted
     ]
+
+
+def possible(plan: list[Planned], station: Station, console: "Console", translate: Translate) -> list[Planned]:
+    """Return the procedures that the station has the instruments for, and say which are left out."""
+    possible = []
+    for planned in plan:
+        missing = sorted(role.value for role in planned.procedure.roles - set(station.entries))
+        if missing:
+            left_out = text(
+                "{procedure} is left out: the station has no {roles}", procedure=planned.name, roles=missing
+            )
+            console.print(left_out.render(translate), markup=False)
+        else:
+            possible.append(planned)
+    return possible
+
+
+def check_roles(plan: Sequence[Planned], station: Station) -> None:
+    """Raise InputError where the station has not the instruments that a procedure needs."""
+    for planned in plan:
+        missing = [f"[instruments.{role.value}]" for role in planned.procedure.roles if role not in station.entries]
+        if missing:
+            raise InputError(f"{station.source}: {planned.name} needs {', '.join(sorted(missing))}; add it to the file")
 
 
 def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalogue) -> None:

@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.clock import wall_date
-from bench.errors import InputError
 from bench.fault_hooks import StepTeller, recording
 from bench.files.motor_file import MotorFile
-from bench.files.station import Station
 from bench.instruments import StationInstruments
 from bench.language import translator
-from bench.plan import Catalogue, Planned, make_plan
+from bench.plan import Catalogue, Planned, check_roles, make_plan, possible
 from bench.progress import Progress
 from bench.record.disk import Reserve
 from bench.record.journal import Journal
@@ -29,7 +27,6 @@ from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
 from bench.software import software
 from bench.surroundings import Place, place
-from procedures.text import Translate, text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -88,8 +85,8 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         faults=wishes.faults,
     ) as where:
         if list(wishes.procedures) == ["all"]:
-            plan = _possible(plan, where.station, console, translate)
-        _check_roles(plan, where.station)
+            plan = possible(plan, where.station, console, translate)
+        check_roles(plan, where.station)
         used = {role for planned in plan for role in planned.procedure.roles}
         overdue = where.station.check_calibrations(today(), used)
         versions = software()
@@ -142,28 +139,6 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             warnings=overdue,
         )
         return Finished(folder, view, conclude(folder, view, translate), where.hand_time())
-
-
-def _possible(plan: list[Planned], station: Station, console: "Console", translate: Translate) -> list[Planned]:
-    """Return the procedures that the station has the instruments for, and say which are left out."""
-    possible = []
-    for planned in plan:
-        missing = sorted(role.value for role in planned.procedure.roles - set(station.entries))
-        if missing:
-            left_out = text(
-                "{procedure} is left out: the station has no {roles}", procedure=planned.name, roles=missing
-            )
-            console.print(left_out.render(translate), markup=False)
-        else:
-            possible.append(planned)
-    return possible
-
-
-def _check_roles(plan: Sequence[Planned], station: Station) -> None:
-    for planned in plan:
-        missing = [f"[instruments.{role.value}]" for role in planned.procedure.roles if role not in station.entries]
-        if missing:
-            raise InputError(f"{station.source}: {planned.name} needs {', '.join(sorted(missing))}; add it to the file")
 
 
 def _check_instruments(

@@ -67,7 +67,7 @@ class VirtualBench:
     CAN nodes are reached in process by `stream` and `can_bus`: the same bytes and frames, handed over on the caller's thread,
     so that nothing depends on the wall's clock. With them, `line` is how the dynamometer is reached, the tachometer has a
     pseudo-terminal, `can_interface` is how inverter and six-step drive are ("virtual" or "udp_multicast").
-    `six_step` is the six-step drive, whose machine `motor` must be.
+    `six_step` is the six-step drive, whose machine `motor` must be; `supply_output` is the supply's that goes to the motor.
     """
 
     def __init__(
@@ -80,6 +80,7 @@ class VirtualBench:
         dynamometer: DynamometerMachine | None = None,
         inverter: InverterStage | None = None,
         supply: SupplyStage | None = None,
+        supply_output: int = 1,
         leads: Leads | None = None,
         ambient_temperature: float = 25.0,
         star_point_accessible: bool = False,
@@ -103,7 +104,7 @@ class VirtualBench:
             seed=seed,
             dynamometer=dynamometer,
             inverter=inverter,
-            supply=supply or _supply_stage(),
+            supply=supply or _supply_stage(supply_output),
             leads=leads or Leads(lcr_resistance=6.0e-3, lcr_inductance=0.2e-6),
             ambient_temperature=ambient_temperature,
             star_point_accessible=star_point_accessible,
@@ -113,6 +114,7 @@ class VirtualBench:
         #: The roles of this bench.
         self.roles: tuple[Role, ...] = ROLES if six_step is None else (*ROLES, "drive")
         self._seed = seed
+        self._supply_output = supply_output
         self._lcr_options = lcr_options
         self._scope_bits = scope_bits
         self._pole_pairs, self._rated_torque = dynamometer_pole_pairs, dynamometer_rated_torque
@@ -129,7 +131,7 @@ class VirtualBench:
     @cached_property
     def supply(self) -> KeysightE36313A:
         """The supply's face."""
-        return KeysightE36313A(self.world, self._generator("supply"), self.errors.supply)
+        return KeysightE36313A(self.world, self._generator("supply"), self.errors.supply, wired=self._supply_output)
 
     @cached_property
     def lcr_meter(self) -> KeysightE4980A:
@@ -336,9 +338,9 @@ class VirtualBench:
         return np.random.default_rng((self._seed, _DRIVE_PLACE if role == "drive" else ROLES.index(role)))
 
 
-def _supply_stage() -> SupplyStage:
-    """Return output 1 of the E36313A; its load regulation of 2 mV over 10 A is its output resistance."""
-    rating = RATINGS[1]
+def _supply_stage(output: int) -> SupplyStage:
+    """Return an output of the E36313A; the load regulation of output 1, 2 mV over 10 A, is its output resistance."""
+    rating = RATINGS[output]
     return SupplyStage(
         maximum_voltage=rating.voltage * 1.01, maximum_current=rating.current * 1.01, output_resistance=2.0e-4
     )

@@ -40,6 +40,7 @@ def run(
     fault: tuple[str, ...] = (),
     runs: Path = Path("runs"),
     continue_on_error: bool = False,
+    rehearse: bool = False,
 ) -> int:
     """Run procedures one after the other and print what they found.
 
@@ -81,6 +82,8 @@ def run(
         Folder in which the run's own folder is made.
     continue_on_error
         Go on with the next procedure where one fails.
+    rehearse
+        Try the plan on a virtual twin of the station and list every set point and action; nothing of the station is opened.
 
     """
     folder = existing_run_folder(resume, runs) if resume else None
@@ -104,27 +107,26 @@ def run(
     if station is None or motor is None:
         raise UsageError("--station FILE|virtual and --motor FILE are needed")
     chosen = language_of(language)
-    done = run_session(
-        Wishes(
-            procedures=procedures,
-            motor=_numbered(load_motor(motor), serial_number),
-            station=station,
-            language=chosen,
-            runs=runs,
-            operator=operator,
-            person=person,
-            answers=answers,
-            assignments=set_,
-            seed=seed or 0,
-            trace=trace,
-            faults=_given(faults, fault),
-            go_on=continue_on_error,
-            resume=folder,
-            repeat=repeat,
-        ),
-        catalogue(),
-        console_on(sys.stderr),
+    wishes = Wishes(
+        procedures=procedures,
+        motor=_numbered(load_motor(motor), serial_number),
+        station=station,
+        language=chosen,
+        runs=runs,
+        operator=operator,
+        person=person,
+        answers=answers,
+        assignments=set_,
+        seed=seed or 0,
+        trace=trace,
+        faults=_given(faults, fault),
+        go_on=continue_on_error,
+        resume=folder,
+        repeat=repeat,
     )
+    if rehearse:
+        return _rehearse(wishes, json=json)
+    done = run_session(wishes, catalogue(), console_on(sys.stderr))
     translate = translator(chosen)
     if json:
         print_json(done.result)
@@ -134,6 +136,19 @@ def run(
         print_end(done.view, done.folder, translate)
         return 1
     return 0
+
+
+def _rehearse(wishes: Wishes, *, json: bool) -> int:
+    from bench.commands.rehearse_output import print_rehearsal
+    from bench.rehearsal.rehearse import rehearse
+
+    done = rehearse(wishes, catalogue(), console_on(sys.stderr))
+    translate = translator(wishes.language)
+    if json:
+        print_json(done.as_dict(translate))
+    else:
+        print_rehearsal(done, translate)
+    return 0 if done.good else 1
 
 
 def _numbered(motor: MotorFile, serial_number: str) -> MotorFile:

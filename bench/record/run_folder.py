@@ -12,6 +12,8 @@ from bench.files.toml_file import nearest
 from bench.record.disk import write_file
 from bench.record.encoding import plain, to_bytes
 
+#: What a rehearsal's folder holds in place of a run's journal, so that neither is taken for the other.
+REHEARSAL = "rehearsal.jsonl"
 #: Stands for the run that began last.
 LATEST = "latest"
 #: Runs that a message names.
@@ -73,6 +75,10 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
     for path in (Path(reference), runs / reference):
         if (path / "journal.jsonl").is_file():
             return RunFolder(path)
+        if (path / REHEARSAL).is_file():
+            raise InputError(
+                f"{path}: this is a rehearsal; nothing was measured, and it cannot be resumed or shown as a run"
+            )
     there = run_folders(runs)
     if reference == LATEST and there:
         return there[-1]

@@ -70,7 +70,7 @@ class _Output:
 
 
 class KeysightE36313A(ScpiInstrument):
-    """Face of the supply; output 1 is wired to the bench, outputs 2 and 3 feed nothing."""
+    """Face of the supply; output `wired` goes to the bench, the others feed nothing."""
 
     channels = len(RATINGS)
 
@@ -81,10 +81,12 @@ class KeysightE36313A(ScpiInstrument):
         errors: SupplyErrors | None = None,
         *,
         serial: str = "MY59001234",
+        wired: int = 1,
     ) -> None:
         identity = f"Keysight Technologies,E36313A,{serial},2.1.0-1.0.4-1.12"
         super().__init__(world.clock, generator, identity, queue_depth=20, queue_bit=0x04)
         self._world = world
+        self._wired = wired
         self._random = generator
         self._unit = errors or SupplyErrors()
         self._outputs = {channel: _Output(rating) for channel, rating in RATINGS.items()}
@@ -184,7 +186,7 @@ class KeysightE36313A(ScpiInstrument):
             exactly(call.arguments, 1, 2)
             value = boolean(call.arguments[0])
             for channel in self._channels(call.arguments[1:]):
-                if name == "on" and value and channel == 1 and self._world.supply.tripped is not None:
+                if name == "on" and value and channel == self._wired and self._world.supply.tripped is not None:
                     # A latched protection holds the output off until it is cleared.
                     raise ScpiError(-221)
                 setattr(self._outputs[channel], name, value)
@@ -197,10 +199,10 @@ class KeysightE36313A(ScpiInstrument):
         self.tree.add(header, command=set_flag, query=get_flag)
 
     def _flag(self, channel: int, name: str) -> bool:
-        if name == "on" and channel == 1 and self._world.supply.tripped is not None:
+        if name == "on" and channel == self._wired and self._world.supply.tripped is not None:
             return False
         told = bool(getattr(self._outputs[channel], name))
-        if name == "on" and channel == 1:
+        if name == "on" and channel == self._wired:
             return self._world.supply.sticky.shown(told, self._world.supply.is_on)
         return told
 
@@ -211,7 +213,7 @@ class KeysightE36313A(ScpiInstrument):
         return channel_list(arguments[0], len(self._outputs))
 
     def _apply(self) -> None:
-        output, unit = self._outputs[1], self._unit
+        output, unit = self._outputs[self._wired], self._unit
         with self._world.lock:
             supply = self._world.supply
             stage = supply.stage
@@ -289,7 +291,7 @@ class KeysightE36313A(ScpiInstrument):
     def _reading(self, channel: int, quantity: str) -> float:
         index = 0 if quantity == "voltage" else 1
         rating, unit = RATINGS[channel], self._unit
-        if channel == 1:
+        if channel == self._wired:
             supply = self._world.supply
             true = supply.voltage(_MEASURING_TIME) if index == 0 else supply.current(_MEASURING_TIME)
         else:
@@ -303,9 +305,9 @@ class KeysightE36313A(ScpiInstrument):
 
     def _condition(self, channel: int) -> int:
         """Return the condition of one output: 0 off or unregulated, 1 CC, 2 CV, 3 fault."""
-        if channel != 1:
+        if channel != self._wired:
             return _CONSTANT_VOLTAGE if self._outputs[channel].on else 0
-        if not self._flag(1, "on") and self._world.supply.tripped is None:
+        if not self._flag(self._wired, "on") and self._world.supply.tripped is None:
             return 0
         return {"cc": _CONSTANT_CURRENT, "cv": _CONSTANT_VOLTAGE, "tripped": _FAULT}.get(self._world.supply.mode(), 0)
 
@@ -330,11 +332,13 @@ class KeysightE36313A(ScpiInstrument):
     def _tripped(self, call: Call, which: str) -> str:
         exactly(call.arguments, 0, 1)
         tripped = self._world.supply.tripped
-        return ",".join(str(int(channel == 1 and tripped == which)) for channel in self._channels(call.arguments))
+        return ",".join(
+            str(int(channel == self._wired and tripped == which)) for channel in self._channels(call.arguments)
+        )
 
     def _clear_protection(self, call: Call) -> None:
         exactly(call.arguments, 0, 1)
-        if 1 in self._channels(call.arguments):
+        if self._wired in self._channels(call.arguments):
             self._world.supply.clear_trip()
             self._apply()
 

@@ -174,3 +174,21 @@ def test_a_unit_has_the_errors_it_is_given(virtual_bench: VirtualBench) -> None:
     assert true == pytest.approx(2.02, abs=1e-3)
     unit.write(b"MEAS:VOLT?")
     assert float(unit.read(100, 1.0)[0]) == pytest.approx(true * 0.99, abs=1e-3)
+
+
+def test_another_output_may_be_the_one_that_is_wired(virtual_bench: VirtualBench) -> None:
+    bench = VirtualBench(virtual_bench.world.motor, supply_output=2)
+    manager = pyvisa.ResourceManager(bench.visa_library)
+    supply = manager.open_resource(bench.address("supply"), read_termination="\n")
+    bench.world.connect({"A": "supply+", "B": "supply-"})
+    bench.world.lock_rotor()
+    supply.write("VOLT 12,(@2);:CURR 0.8,(@2);:OUTP ON,(@1,2)")
+    bench.clock.sleep(0.5)
+    assert supply.query("STAT:QUES:INST:ISUM2:COND?;:STAT:QUES:INST:ISUM1:COND?") == "+1;+2"
+    assert bench.world.supply.current(0.01) == pytest.approx(0.8, abs=2e-3)
+    supply.write("CURR:PROT:STAT ON,(@2)")
+    bench.clock.sleep(0.5)
+    assert supply.query("CURR:PROT:TRIP? (@1,2);:OUTP? (@1,2)") == "0,1;1,0"
+    supply.close()
+    manager.close()
+    bench.close()

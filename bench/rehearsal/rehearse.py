@@ -1,0 +1,201 @@
+"""Tries a plan on the twin and gives the script; nothing of the station is opened."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.errors import UsageError
+from bench.files.station import Station, load_station
+from bench.instruments import StationInstruments
+from bench.language import translator
+from bench.plan import Catalogue, check_roles, make_plan, possible
+from bench.progress import Progress
+from bench.record.disk import write_file
+from bench.record.encoding import plain, to_bytes
+from bench.record.journal import Journal
+from bench.record.run_folder import REHEARSAL, new_run_folder
+from bench.record.run_view import RunView
+from bench.record.unrecorded import Unrecorded
+from bench.rehearsal.script import Script, highest_as_dict
+from bench.rehearsal.twin import Twin, twin_of
+from bench.runner import Runner
+from bench.safety.interrupts import Interrupts
+from bench.safety.limits import NO_LIMIT, Limit, known_pole_pairs
+from bench.session import Wishes
+from bench.software import software
+from bench.virtual_station import VIRTUAL, virtual_station
+from procedures.bench import Role
+from procedures.text import Translate, english
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+#: Folder under that of the runs; its own are no runs and hold no `journal.jsonl`, so that none can be resumed.
+FOLDER = "rehearsals"
+SCRIPT = "rehearsal.json"
+
+#: Where an instrument says how much of a parameter it takes itself.
+_OWN = {
+    "voltage": "maximum_voltage",
+    "current limit": "maximum_current",
+    "current": "maximum_current",
+    "frequency": "maximum_frequency",
+    "speed": "maximum_speed",
+    "speed limit": "maximum_speed",
+    "torque": "maximum_torque",
+}
+
+
+@dataclass(frozen=True)
+class Rehearsed:
+    """A rehearsal that has ended: its folder, its script, what was assumed, and how it ended."""
+
+    path: Path
+    twin: Twin
+    script: Script
+    view: RunView
+    hand_time: float
+    station: Station
+    wishes: Wishes
+
+    @property
+    def good(self) -> bool:
+        """Whether every procedure came to its end and no limit would be passed."""
+        return self.view.status == "completed" and not self.script.violations
+
+    def as_dict(self, translate: Translate = english) -> dict[str, Any]:
+        """Return it as `rehearsal.json` holds it."""
+        return {
+            "rehearsal": str(self.path),
+            "good": self.good,
+            "status": self.view.status,
+            "cause": self.view.cause or None,
+            "motor": {"name": self.wishes.motor.nameplate.name, "source": self.wishes.motor.source},
+            "station": {"name": self.station.name, "source": self.station.source},
+            "assumed": [
+                {"name": one.name, "value": one.value, "unit": one.unit, "why": one.why.render(translate)}
+                for one in self.twin.assumed
+            ],
+            "differences": [difference.render(translate) for difference in self.twin.differences],
+            "procedures": [
+                {
+                    "name": procedure.name,
+                    "section": procedure.section,
+                    "status": "failed" if procedure.cause else "completed",
+                    "cause": procedure.cause or None,
+                    "bench_time": procedure.duration,
+                    "hand_time": procedure.hand_time,
+                    "steps": [
+                        {
+                            "id": step.identifier,
+                            "text": step.sentence,
+                            "time": step.began - procedure.began,
+                            "lines": [line.as_dict() for line in step.lines],
+                        }
+                        for step in procedure.steps
+                    ],
+                }
+                for procedure in self.script.procedures
+            ],
+            "highest": highest_as_dict(self.script.highest),
+            "reached": [
+                {"instrument": name, "value": value, "unit": unit}
+                for (name, unit), value in sorted(self.script.reached.items())
+            ],
+            "violations": [{"procedure": name, "message": message} for name, message in self.script.violations],
+            "bench_time": self.view.bench_time,
+            "hand_time": self.hand_time,
+        }
+
+
+def rehearse(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Rehearsed:
+    """Run the plan on the twin of the station, every procedure whatever becomes of those before.
+
+    Raises InputError for a plan, station or motor that a run would refuse.
+    """
+    if wishes.resume or wishes.faults or wishes.answers or wishes.operator not in ("", "virtual"):
+        raise UsageError(
+            "--rehearse tries a whole plan with virtual hands: leave out --resume, --faults, --fault, --answers and --operator"
+        )
+    plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
+    translate = translator(wishes.language)
+    station = _station(wishes)
+    if list(wishes.procedures) == ["all"]:
+        plan = possible(plan, station, console, translate)
+    check_roles(plan, station)
+    with twin_of(station, wishes.motor, wishes.seed) as twin:
+        place, view = twin.place, RunView()
+        folder = new_run_folder(wishes.runs / FOLDER, f"rehearsal-{wishes.motor.nameplate.name}")
+        journal = Journal(folder.path / REHEARSAL, place.clock.now, durable=frozenset())
+        instruments: StationInstruments
+
+        def own(name: str, parameter: str) -> Limit:
+            return _own_limit(place.station, instruments, name, parameter)
+
+        names = {role.value: entry.name for role, entry in place.station.entries.items()}
+        script = Script(place.clock.now, place.hand_time, own, names, translate)
+        journal.listen(view.apply)
+        journal.listen(script.hear)
+        journal.listen(Progress(console, [planned.name for planned in plan], live=True).hear)
+        instruments = StationInstruments(
+            place.station,
+            wishes.motor.nameplate,
+            place.clock,
+            journal,
+            Unrecorded(),
+            place.visa,
+            place.prompts,
+            in_process=place.in_process,
+            trace=wishes.trace,
+            pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
+            observe=script.set_point,
+        )
+        runner = Runner(
+            instruments,
+            place.operator,
+            place.clock,
+            journal,
+            view,
+            wishes.motor.nameplate,
+            translate,
+            place.station.way_down,
+            Interrupts(),
+        )
+        about = {
+            "rehearsal": str(folder.path),
+            "motor": wishes.motor.source,
+            "station": station.source,
+            "procedures": [planned.name for planned in plan],
+            "settings": list(wishes.assignments),
+            "seed": wishes.seed,
+            "software": dict(software()),
+        }
+        runner.run(plan, "rehearsal_started", about, go_on=True)
+        done = Rehearsed(folder.path, twin, script, view, place.hand_time(), station, wishes)
+    write_file(done.path / SCRIPT, to_bytes(_json(done.as_dict(translate))))
+    return done
+
+
+def _own_limit(station: Station, instruments: StationInstruments, name: str, parameter: str) -> Limit:
+    """Return what an instrument itself takes of a parameter, which its driver's options may have lowered."""
+    entry = next(entry for entry in station.entries.values() if entry.name == name)
+    key = _OWN.get(parameter, "")
+    bound = getattr(instruments.get(entry.role), key, None) if key else None
+    if bound is None:
+        return NO_LIMIT
+    if bound == getattr(entry.options, key, None):
+        return Limit(bound, f"the station (instruments.{entry.role.value}.{key})")
+    return Limit(bound, "the model")
+
+
+def _station(wishes: Wishes) -> Station:
+    if wishes.station != VIRTUAL:
+        return load_station(Path(wishes.station))
+    roles = [role.value for role in Role if role is not Role.DRIVE or wishes.motor.six_step is not None]
+    return virtual_station(dict.fromkeys(roles, "-"))
+
+
+def _json(made: dict[str, Any]) -> str:
+    import json
+
+    return json.dumps(plain(made), ensure_ascii=False, allow_nan=False, indent=2) + "\n"

@@ -1,0 +1,211 @@
+"""What a rehearsal did, in order: procedure, step, then every action, set point and energised block, each against its limit."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from bench.files.limits import SECTIONS
+from bench.safety.limits import Limit, SetPoint
+from procedures.bench import Role
+from procedures.text import Translate
+
+#: Events of an energised block, and what the script calls them.
+_BLOCKS = {"energised": "on", "de_energised": "off"}
+#: Errors that say that a limit would be passed.
+_REFUSALS = ("SetpointError: ", "LimitError: ")
+_LIMITED = frozenset(role.value for role in SECTIONS)
+
+#: Gives the largest value that an instrument by its name takes of a parameter by itself.
+Own = Callable[[str, str], Limit]
+
+
+@dataclass(frozen=True)
+class Line:
+    """One thing that happens: `kind` is action, set point, on, off or setting; `times` counts it where it is repeated at once."""
+
+    kind: str
+    instrument: str = ""
+    call: str = ""
+    words: tuple[str, ...] = ()
+    set_point: SetPoint | None = None
+    times: int = 1
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON; a limit that does not exist is null."""
+        made: dict[str, Any] = {"kind": self.kind}
+        if self.instrument:
+            made |= {"instrument": self.instrument, "call": self.call}
+        if self.words:
+            made["text"] = list(self.words)
+        if self.set_point is not None:
+            made |= _told(self.set_point)
+        return made | ({"times": self.times} if self.times > 1 else {})
+
+
+@dataclass
+class StepScript:
+    """One step: its place in the document, its sentence, when it began (bench time, s), and what happens in it."""
+
+    identifier: str
+    sentence: str
+    began: float
+    lines: list[Line] = field(default_factory=list)
+
+    def add(self, line: Line) -> None:
+        """Append a line, or count the last one where it is the same."""
+        if self.lines and replace(self.lines[-1], times=1) == line:
+            self.lines[-1] = replace(line, times=self.lines[-1].times + 1)
+        else:
+            self.lines.append(line)
+
+
+@dataclass
+class ProcedureScript:
+    """One procedure: its steps, how long it takes (bench time, s), of that by hand, and why it did not end well."""
+
+    name: str
+    section: str
+    began: float
+    hands_before: float
+    duration: float = 0.0
+    hand_time: float = 0.0
+    cause: str = ""
+    steps: list[StepScript] = field(default_factory=list)
+
+
+class Script:
+    """Hears the journal and the guards of a rehearsal; `names` are the instruments', by role."""
+
+    def __init__(
+        self,
+        now: Callable[[], float],
+        hand_time: Callable[[], float],
+        own: Own,
+        names: Mapping[str, str],
+        translate: Translate,
+    ) -> None:
+        self._now = now
+        self._hand_time = hand_time
+        self._own = own
+        self._names = names
+        self._translate = translate
+        self._sentences: Mapping[str, str] = {}
+        self._open: list[StepScript] = []
+        self.procedures: list[ProcedureScript] = []
+        #: The largest set point by instrument and parameter.
+        self.highest: dict[tuple[str, str], SetPoint] = {}
+        #: The largest readings on the twin by instrument and unit.
+        self.reached: dict[tuple[str, str], float] = {}
+        #: What would pass a limit: the procedure, and the refusal in full.
+        self.violations: list[tuple[str, str]] = []
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take an event of the journal."""
+        take = getattr(self, f"_{kind}", None)
+        if take is not None:
+            take(data)
+        elif kind in _BLOCKS:
+            self._add(Line(_BLOCKS[kind], self._names[data["instrument"]], data["call"]))
+
+    def set_point(self, point: SetPoint) -> None:
+        """Take a set point from a guard; the instrument's own range bounds it as well."""
+        own = self._own(point.instrument, point.parameter)
+        if own.value < point.bound:
+            point = replace(point, bound=own.value, owner=own.owner)
+        self._add(Line("set point", point.instrument, point.call, set_point=point))
+        key = (point.instrument, point.parameter)
+        before = self.highest.get(key)
+        if math.isfinite(point.value) and (before is None or abs(point.value) > abs(before.value)):
+            self.highest[key] = point
+
+    def _procedure_started(self, data: Mapping[str, Any]) -> None:
+        self._sentences = data["steps"]
+        self.procedures.append(ProcedureScript(data["procedure"], data["section"], self._now(), self._hand_time()))
+
+    def _procedure_finished(self, _: Mapping[str, Any]) -> None:
+        self._end()
+
+    def _procedure_failed(self, data: Mapping[str, Any]) -> None:
+        self._end()
+        self.procedures[-1].cause = data["cause"]
+
+    def _end(self) -> None:
+        here = self.procedures[-1]
+        here.duration, here.hand_time = self._now() - here.began, self._hand_time() - here.hands_before
+
+    def _step_started(self, data: Mapping[str, Any]) -> None:
+        words = self._sentences.get(data["step"], data["text"])
+        self._open.append(StepScript(data["step"], words, data["time"]))
+        self.procedures[-1].steps.append(self._open[-1])
+
+    def _step_finished(self, _: Mapping[str, Any]) -> None:
+        self._open.pop()
+
+    def _step_failed(self, _: Mapping[str, Any]) -> None:
+        self._open.pop()
+
+    def _action(self, data: Mapping[str, Any]) -> None:
+        lines = data["details"].lines({})
+        self._add(Line("action", words=tuple(line.render(self._translate) for line in lines)))
+
+    def _setting(self, data: Mapping[str, Any]) -> None:
+        # What a guard judged stands there as a set point already.
+        if data["instrument"] not in _LIMITED:
+            said = [*data.get("arguments", ()), *data.get("named", {}).values()]
+            self._add(
+                Line("setting", self._names[data["instrument"]], data["call"], tuple(_short(value) for value in said))
+            )
+
+    def _reading(self, data: Mapping[str, Any]) -> None:
+        value = data["value"]
+        if not isinstance(value, Mapping) or data["instrument"] not in _LIMITED:
+            return
+        found = {value["unit"]: value["value"]} if "unit" in value else {}
+        found |= {unit: value[name] for name, unit in (("speed", "rad/s"), ("torque", "N·m")) if name in value}
+        for unit, reached in found.items():
+            key = (self._names[data["instrument"]], unit)
+            self.reached[key] = max(self.reached.get(key, 0.0), abs(reached))
+
+    def _instrument_error(self, data: Mapping[str, Any]) -> None:
+        if data["instrument"] in {*_LIMITED, Role.TACHOMETER.value} and data["error"].startswith(_REFUSALS):
+            self.violations.append((self._where(), data["error"].partition(": ")[2]))
+
+    def _where(self) -> str:
+        return self.procedures[-1].name if self.procedures else ""
+
+    def _add(self, line: Line) -> None:
+        # A block that was entered in one step may be left between two: that belongs to the one before.
+        steps = self._open or (self.procedures[-1].steps if self.procedures else [])
+        if steps:
+            steps[-1].add(line)
+
+
+def _told(point: SetPoint) -> dict[str, Any]:
+    return {
+        "parameter": point.parameter,
+        "value": point.value if math.isfinite(point.value) else str(point.value),
+        "unit": point.unit,
+        "limit": point.bound if math.isfinite(point.bound) else None,
+        "whose": point.owner if math.isfinite(point.bound) else None,
+        "allowed": point.allowed,
+    }
+
+
+def highest_as_dict(highest: Mapping[tuple[str, str], SetPoint]) -> dict[str, dict[str, Any]]:
+    """Return the largest set points by instrument and parameter, each with its limit."""
+    made: dict[str, dict[str, Any]] = {}
+    for (instrument, parameter), point in highest.items():
+        told = _told(point)
+        made.setdefault(instrument, {})[parameter] = {key: told[key] for key in ("value", "unit", "limit", "whose")}
+    return made
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_short(item)}" for key, item in value.items() if item is not None)
+    if isinstance(value, list | tuple):
+        return " ".join(_short(item) for item in value)
+    return str(value)
