@@ -159,7 +159,7 @@ class Script:
 
     def _reading(self, data: Mapping[str, Any]) -> None:
         value = data["value"]
-        if not isinstance(value, Mapping) or data["instrument"] not in _LIMITED:
+        if not isinstance(value, Mapping):
             return
         found = {value["unit"]: value["value"]} if "unit" in value else {}
         found |= {unit: value[name] for name, unit in (("speed", "rad/s"), ("torque", "N·m")) if name in value}

@@ -103,9 +103,10 @@ def test_chinese_is_spoken() -> None:
     console = Console(file=said, width=100, color_system=None)
     operator = TerminalOperator(console, translator("zh"), {}, lambda _: "")
     operator.perform(ALL_OPEN)
-    TerminalPrompt(operator, "supply", catalogue("zh")).confirm("Set the supply to 1 V, current limit 2 A.")
+    told = "Set the supply to 1 V, current limit 2 A; over-current protection on where it has one."
+    TerminalPrompt(operator, "supply", catalogue("zh")).confirm(told)
     assert "连接电机端子" in said.getvalue()
-    assert "直流电源: 将电源设为 1 V，电流限制 2 A。" in said.getvalue()
+    assert "直流电源: 将电源设为 1 V，限流 2 A；如有过流保护，请打开。" in said.getvalue()
 
 
 @pytest.fixture

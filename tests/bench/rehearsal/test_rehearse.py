@@ -152,7 +152,7 @@ def test_the_largest_set_points_stand_against_the_least_limit(rehearse: Rehearse
         "the motor (nameplate.maximum_speed_rpm)",
     )
     reached = {(one["instrument"], one["unit"]): one["value"] for one in made["reached"]}
-    assert reached["dynamometer", "rad/s"] == pytest.approx(314.0, abs=1.0)
+    assert reached["tachometer", "rad/s"] == pytest.approx(314.0, abs=1.0)
 
 
 def test_nothing_of_the_station_is_touched_and_a_motor_is_assumed(
