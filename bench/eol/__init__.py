@@ -1,0 +1,1 @@
+"""End of line: plans, limits, batches and their records."""

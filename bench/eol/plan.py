@@ -1,0 +1,199 @@
+"""A plan: what is measured of every motor of a type, within which limits, and what follows a failure."""
+
+import hashlib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from bench.eol.limits import Guard, Limits
+from bench.errors import InputError
+from bench.files.toml_file import Section, nearest, read, validate
+
+OnFailure = Literal["stop", "go_on", "retry"]
+_MOST_RETRIES = 10
+
+
+class _Plan(Section):
+    """`[plan]`: the plan itself."""
+
+    name: str = Field(min_length=1, description="the plan's name")
+    motor: str = Field(
+        min_length=1, description="the type: a motor file beside the plan, or the name of a shipped motor"
+    )
+    serial_pattern: str = Field(
+        default=r"\S{1,64}", description="regular expression that a whole serial number matches"
+    )
+    guard: Guard = Field(default=Guard.STRICT, description="strict, shared or lenient")
+    minimum_ratio: float = Field(
+        default=1.0, ge=0.0, le=1000.0, strict=True, description="least tolerance over the width of the 95 % interval"
+    )
+    on_failure: OnFailure = Field(default="stop", description="stop, go_on or retry")
+    retries: int = Field(default=1, ge=1, le=_MOST_RETRIES, strict=True, description="how often, where retry is chosen")
+    order: Literal["listed", "time over failure rate"] = "listed"
+
+    @field_validator("serial_pattern")
+    @classmethod
+    def _compiles(cls, pattern: str) -> str:
+        try:
+            re.compile(pattern)
+        except re.error as error:
+            raise ValueError(f"serial_pattern = {pattern!r} is no regular expression: {error}") from None
+        return pattern
+
+
+class _Procedure(Section):
+    """`[[procedure]]`: one measurement, with its settings."""
+
+    name: str = Field(min_length=1, description="as motorbench procedures lists it")
+    settings: dict[str, Any] = Field(default_factory=dict, description="EOL settings by name")
+    every: int = Field(default=1, ge=1, le=1_000_000, strict=True, description="measured of every n-th motor")
+    on_failure: OnFailure | None = Field(default=None, description="instead of the plan's")
+    retries: int | None = Field(default=None, ge=1, le=_MOST_RETRIES, strict=True)
+
+
+class _Limit(Section):
+    """`[[limit]]`: bounds on one parameter, absolute or in per cent of its type value or of a golden motor's."""
+
+    parameter: str = Field(min_length=1, description="a parameter's name, as results give it")
+    low: float | None = Field(default=None, strict=True, allow_inf_nan=False, description="in the parameter's unit")
+    high: float | None = Field(default=None, strict=True, allow_inf_nan=False, description="in the parameter's unit")
+    percent: float | None = Field(
+        default=None, gt=0.0, le=1000.0, strict=True, description="± per cent of the reference"
+    )
+    of: Literal["type", "golden"] = Field(default="type", description="what per cent are taken of")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "_Limit":
+        absolute = self.low is not None or self.high is not None
+        if absolute == (self.percent is not None):
+            raise ValueError(f"limit on {self.parameter}: give low and high (or one of them), or percent")
+        if self.low is not None and self.high is not None and self.low > self.high:
+            raise ValueError(f"limit on {self.parameter}: low = {self.low:g} is above high = {self.high:g}")
+        return self
+
+
+class PlanFile(Section):
+    """A plan's whole file."""
+
+    plan: _Plan
+    procedure: list[_Procedure] = Field(min_length=1, description="at least one")
+    limit: list[_Limit] = Field(default_factory=list)
+    golden: dict[str, float] = Field(default_factory=dict, description="figures of a golden motor by parameter")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "PlanFile":
+        for what, names in (
+            ("procedure", [procedure.name for procedure in self.procedure]),
+            ("limit", [limit.parameter for limit in self.limit]),
+        ):
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ValueError(f"{what} {twice[0]} stands twice")
+        for limit in self.limit:
+            if limit.of == "golden" and limit.percent is not None and limit.parameter not in self.golden:
+                raise ValueError(f"limit on {limit.parameter}: golden.{limit.parameter} is missing")
+        return self
+
+
+@dataclass(frozen=True)
+class Check:
+    """One procedure of a plan: its settings, of every how many-th motor, and what follows a failure."""
+
+    name: str
+    settings: Mapping[str, Any]
+    every: int
+    on_failure: OnFailure
+    retries: int
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A plan that was read; `limits` by parameter, resolved where they do not need the type's values."""
+
+    source: str
+    content: str
+    sha256: str
+    name: str
+    motor: str
+    serial_pattern: str
+    guard: Guard
+    minimum_ratio: float
+    order: str
+    checks: tuple[Check, ...]
+    relative: Mapping[str, float]
+    absolute: Mapping[str, Limits]
+
+    def limits(self, expected: Mapping[str, float]) -> dict[str, Limits]:
+        """Return all limits, per cent taken of the type's `expected` values. Raises InputError where one is missing."""
+        found = dict(self.absolute)
+        for parameter, percent in self.relative.items():
+            if parameter not in expected:
+                raise InputError(
+                    f"{self.source}: limit on {parameter}: the type has no value for it; "
+                    f"add expected.{parameter} to the motor file {self.motor}, or give low and high"
+                )
+            found[parameter] = _about(expected[parameter], percent)
+        return found
+
+    def check_serial(self, serial: str) -> None:
+        """Refuse a serial number (InputError) that does not match the plan's pattern or cannot be printed."""
+        if not serial.isprintable() or len(serial) > 64:
+            raise InputError(f"serial number {serial!r}: allowed are up to 64 printable characters")
+        if re.fullmatch(self.serial_pattern, serial) is None:
+            raise InputError(f"serial number {serial!r} does not match the plan's pattern {self.serial_pattern!r}")
+
+
+def load_plan(path: Path, procedures: Sequence[str]) -> Plan:
+    """Read a plan; `procedures` are the names there are. Raises InputError naming file, key and what is allowed."""
+    content, data = read(path, "plan")
+    file = validate(PlanFile, data, str(path))
+    for check in file.procedure:
+        if check.name not in procedures:
+            raise InputError(f"{path}: procedure {check.name!r}: {nearest(check.name, list(procedures))}")
+    plan = file.plan
+    absolute = {
+        limit.parameter: Limits(
+            -math.inf if limit.low is None else limit.low, math.inf if limit.high is None else limit.high
+        )
+        for limit in file.limit
+        if limit.percent is None
+    }
+    golden = {
+        limit.parameter: limit.percent for limit in file.limit if limit.percent is not None and limit.of == "golden"
+    }
+    absolute |= {parameter: _about(file.golden[parameter], percent) for parameter, percent in golden.items()}
+    beside = path.parent / plan.motor
+    return Plan(
+        source=str(path),
+        content=content.decode("utf-8"),
+        sha256=hashlib.sha256(content).hexdigest(),
+        name=plan.name,
+        motor=str(beside) if beside.is_file() else plan.motor,
+        serial_pattern=plan.serial_pattern,
+        guard=plan.guard,
+        minimum_ratio=plan.minimum_ratio,
+        order=plan.order,
+        checks=tuple(
+            Check(p.name, p.settings, p.every, p.on_failure or plan.on_failure, p.retries or plan.retries)
+            for p in file.procedure
+        ),
+        relative={
+            limit.parameter: limit.percent for limit in file.limit if limit.percent is not None and limit.of == "type"
+        },
+        absolute=absolute,
+    )
+
+
+def plan_schema() -> dict[str, Any]:
+    """Return the plan file's JSON schema, for editors."""
+    return PlanFile.model_json_schema()
+
+
+def _about(reference: float, percent: float) -> Limits:
+    spread = abs(reference) * percent / 100.0
+    return Limits(reference - spread, reference + spread)

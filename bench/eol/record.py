@@ -1,0 +1,66 @@
+"""What is kept of every motor, plain: stores, statistics and exports all take this."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+
+from bench.eol.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One figure of a motor: value and standard uncertainty in `unit`, expanded uncertainty (95 %), limits, verdict.
+
+    `low` and `high` are infinite where there is no limit.
+    """
+
+    parameter: str
+    value: float
+    unit: str
+    standard_uncertainty: float
+    expanded: float
+    low: float
+    high: float
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class CheckRecord:
+    """One attempt at one procedure of the plan: how long it took (s of bench time), what came of it, and why not."""
+
+    procedure: str
+    attempt: int
+    verdict: Verdict
+    duration: float
+    cause: str = ""
+
+
+@dataclass(frozen=True)
+class MotorRecord:
+    """One motor's passage through a plan. `identifier` is its own for ever: a record that arrives twice is stored once.
+
+    `started` and `ended` are UTC. `number` counts within the batch from 1; `first_pass` tells whether it passed with every
+    check's first attempt. `run` names the run's folder, `journal_sha256` its journal's end, `waveforms` each file's SHA-256.
+    """
+
+    identifier: str
+    batch: str
+    number: int
+    plan: str
+    plan_sha256: str
+    station: str
+    socket: str
+    person: str
+    model: str
+    serial_number: str
+    started: datetime
+    ended: datetime
+    verdict: Verdict
+    first_pass: bool
+    bench_time: float
+    measured: tuple[Measured, ...] = ()
+    checks: tuple[CheckRecord, ...] = ()
+    cause: str = ""
+    run: str = ""
+    journal_sha256: str = ""
+    waveforms: Mapping[str, str] = field(default_factory=dict)
