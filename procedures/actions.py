@@ -300,6 +300,21 @@ class EnterReading(_Sentence):
         )
 
 
+@dataclass(frozen=True)
+class Mend:
+    """Put right what a measurement found wrong; gives whether it was done, so that it is measured again.
+
+    `finding` says what was found, `wanted` the connection as it should be, a line each. Whoever cannot mend gives up.
+    """
+
+    finding: Text
+    wanted: tuple[Text, ...]
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, the finding first."""
+        return [text("Put the wiring right: {finding}", finding=self.finding), *self.wanted]
+
+
 Action = (
     Connect
     | ConnectProbes
@@ -315,6 +330,7 @@ Action = (
     | CoupleDynamometer
     | UncoupleDynamometer
     | EnterReading
+    | Mend
 )
 
 LINE_PAIRS: tuple[tuple[Terminal, Terminal], ...] = (

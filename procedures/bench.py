@@ -17,10 +17,11 @@ from drivers.interfaces import (
     Tachometer,
     Voltmeter,
 )
-from procedures.actions import Action
+from procedures.actions import Action, Mend
 from procedures.steps import Step
 from procedures.text import Text, text
 from procedures.uncertainty import Uncertainties
+from procedures.wiring.standing import Standing
 
 
 class Role(Enum):
@@ -40,7 +41,10 @@ class Operator(Protocol):
     """Whoever has hands: a person at a terminal or a panel, a virtual operator, a switch matrix."""
 
     def perform(self, action: Action) -> object:
-        """Do it and return what it gives: a float for `EnterReading`, angles in rad for `MarkRestPositions`, else None."""
+        """Do it and return what it gives.
+
+        A float for `EnterReading`, angles in rad for `MarkRestPositions`, whether it was done for `Mend`, else None.
+        """
 
 
 class Recorder(Protocol):
@@ -77,7 +81,8 @@ class Bench:
         self.clock = clock
         self.recorder = recorder
         self.uncertainties = Uncertainties(session)
-        self._dynamometer_coupled: bool | None = None
+        #: What the actions done so far leave, and what is known of the wiring.
+        self.standing = Standing()
 
     def has(self, role: Role) -> bool:
         """Tell whether the station has an instrument in this role."""
@@ -135,6 +140,10 @@ class Bench:
         """Have a reading entered."""
         return float(cast("float", self._perform(action)))
 
+    def mended(self, mend: Mend) -> bool:
+        """Have something put right; tell whether it was."""
+        return self._perform(mend) is True
+
     @contextmanager
     def step(self, step: Step, values: dict[str, object]) -> Iterator[None]:
         """Run one step: it begins in the journal, and its end or its failure stands there too."""
@@ -153,6 +162,7 @@ class Bench:
         said = [str(line) for line in action.lines({})]
         self.recorder.event("action", action=type(action).__name__, details=action, text=said)
         given = self._operator.perform(action)
+        self.standing.after(action)
         self.recorder.event("action_done", action=type(action).__name__, given=given)
         return given
 

@@ -25,15 +25,17 @@ from procedures.estimation.connections import ReadingConnection, phase_factor
 from procedures.estimation.misalignment import Held, excess
 from procedures.estimation.repeats import mean_of_readings
 from procedures.inductance import CONVENTION, connection_of, require, short_correct
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.text import text
+from procedures.wiring.by_bridge import BridgeSettings
+from procedures.wiring.settings import WiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.
 _TELLING = 4.0
 
 
-class DqInductanceAlignedSettings(Settings):
+class DqInductanceAlignedSettings(WiringSettings):
     """Settings of §3.3.3."""
 
     align_share: float = Field(
@@ -95,14 +97,15 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
             short_correct(self.bench, self.bench.lcr_meter)
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
+        self.wiring.supply.connect(ALIGN_D)
         self.bench.perform(ReleaseRotor())
-        self.bench.perform(ALIGN_D)
         energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
 
     @step("3.3.3-d/2", "The rotor rests on d: lock it, then switch the supply off", by_hand=True)
     def lock_d(self, energised: ExitStack) -> None:
         """Lock before the current goes, so that cogging cannot move the rotor."""
         self.bench.perform(LockRotor())
+        self.wiring.supply.held(ALIGN_D)
         energised.close()
 
     @step("3.3.3-d/3", "Read the inductance of A against B and C together", by_hand=True)
@@ -113,14 +116,16 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     @step("3.3.3-q/1", "Supply on: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
         """Turn the rotor to where phase A sees its q axis."""
+        # Connected and proved while the shaft is still locked: nothing moves, and no EMF is in the reading.
+        self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())
-        self.bench.perform(ALIGN_Q)
         energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
 
     @step("3.3.3-q/2", "The rotor rests on q: lock it, then switch the supply off", by_hand=True)
     def lock_q(self, energised: ExitStack) -> None:
         """Lock before the current goes."""
         self.bench.perform(LockRotor())
+        self.wiring.supply.held(ALIGN_Q)
         energised.close()
 
     @step("3.3.3-q/3", "Read the inductance of A against B and C together", by_hand=True)
@@ -137,8 +142,8 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         bridge = self.bench.lcr_meter
         connection = meter_series_parallel()
         require(connection_of(connection), ReadingConnection.SERIES_PARALLEL)
-        self.bench.perform(connection)
-        bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
+        at = BridgeSettings(self.settings.frequency, self.settings.level, self.settings.aperture)
+        self.wiring.bridge.connect(connection, at)
         statistics, taken = self._repeated(f"L_{axis}")
         self.findings[f"reading_{axis}"] = float(statistics.x)
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
@@ -146,7 +151,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
             return Position(reading, 0.0)
         lines = []
         for high, low in ((Terminal.A, Terminal.B), (Terminal.C, Terminal.A)):
-            self.bench.perform(meter_across(high, low))
+            self.wiring.bridge.connect(meter_across(high, low), at)
             lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}")[0])
         # The bridge's own errors are the same in both, and fall out of the difference.
         return Position(reading, taken.resistance, lines[0] - lines[1])

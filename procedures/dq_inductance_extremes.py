@@ -25,9 +25,11 @@ from procedures.estimation import rotor_sweep
 from procedures.estimation.connections import phase_factor
 from procedures.estimation.timed_sweep import fit_timed_sweep
 from procedures.inductance import CONVENTION, connection_of, short_correct
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.text import text
+from procedures.wiring.by_bridge import BridgeSettings
+from procedures.wiring.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
 _CAUTIOUS_POLE_PAIRS = 10
@@ -41,7 +43,7 @@ _NOTEWORTHY = 0.005
 _NAMES = (("d_axis_inductance", "d"), ("q_axis_inductance", "q"))
 
 
-class DqInductanceExtremesSettings(Settings):
+class DqInductanceExtremesSettings(WiringSettings):
     """Settings of §3.3.2."""
 
     frequency: float = Field(default=1000.0, gt=0.0, le=1e6, description="test frequency, Hz")
@@ -97,7 +99,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
         if self.settings.short_correction:
             short_correct(self.bench, bridge)
-        self.bench.perform(meter_across(Terminal.A, Terminal.B))
+        at = BridgeSettings(self.settings.frequency, self.settings.level, self.settings.aperture)
+        self.wiring.bridge.connect(meter_across(Terminal.A, Terminal.B), at)
         if bridge.read_by_hand:
             return 0.0
         started = self.bench.clock.now()

@@ -15,7 +15,6 @@ from procedures.actions import (
     ALIGN_Q,
     STEP_NEGATIVE,
     STEP_POSITIVE,
-    ConnectProbes,
     CurrentProbe,
     LockRotor,
     Node,
@@ -31,10 +30,11 @@ from procedures.estimation.connections import ReadingConnection, phase_factor
 from procedures.estimation.repeats import mean_of_estimates, mean_of_readings
 from procedures.estimation.step_response import apparent_inductance, fit_step_response, time_constant_63
 from procedures.inductance import CONVENTION
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.recording import configure, record
 from procedures.steps import step
 from procedures.text import text
+from procedures.wiring.settings import WiringSettings
 
 _POINTS = 10_000
 _PRE_TRIGGER = 0.3
@@ -52,7 +52,7 @@ class Polarity(Enum):
     ALONG = "along"
 
 
-class DqInductanceTimeConstantSettings(Settings):
+class DqInductanceTimeConstantSettings(WiringSettings):
     """Settings of §3.3.1."""
 
     align_share: float = Field(
@@ -109,8 +109,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         """Align with up to the rated current, as far as the supply gives it: friction holds a weakly aligned rotor off."""
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
+        self.wiring.supply.connect(ALIGN_D)
         self.bench.perform(ReleaseRotor())
-        self.bench.perform(ALIGN_D)
         current = self._align_current()
         self.findings["aligning_current"] = current
         if current <= 0.15 * self.nameplate.rated_current:
@@ -129,6 +129,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     def lock_d(self, energised: ExitStack) -> None:
         """Lock under current, then switch it off."""
         self.bench.perform(LockRotor())
+        self.wiring.supply.held(ALIGN_D)
         energised.close()
 
     @step(
@@ -164,14 +165,16 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     @step("3.3.1-q/1", "Align the rotor to q: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
         """Turn the rotor to where phase A sees its q axis."""
+        # Connected and proved while the shaft is still locked: nothing moves, and no EMF is in the reading.
+        self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())
-        self.bench.perform(ALIGN_Q)
         energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
 
     @step("3.3.1-q/2", "Lock the shaft against the torque of the step", by_hand=True)
     def lock_q(self, energised: ExitStack) -> None:
         """Lock under current, then switch it off."""
         self.bench.perform(LockRotor())
+        self.wiring.supply.held(ALIGN_Q)
         energised.close()
 
     @step(
@@ -226,8 +229,10 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         scope = self.bench.oscilloscope
         v_channel = scope.channels(ProbeKind.VOLTAGE)[0]
         i_channel = scope.channels(ProbeKind.CURRENT)[0]
-        self.bench.perform(
-            ConnectProbes((VoltageProbe(v_channel, Node.A, Node.B), CurrentProbe(i_channel, Terminal.A)))
+        self.wiring.supply.probed(
+            STEP_POSITIVE if forward else STEP_NEGATIVE,
+            VoltageProbe(v_channel, Node.A, Node.B),
+            CurrentProbe(i_channel, Terminal.A),
         )
         sign = 1.0 if forward else -1.0
         current = (share or self.settings.step_share) * self.nameplate.rated_current

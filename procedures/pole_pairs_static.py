@@ -11,9 +11,10 @@ from procedures.actions import ALIGN_D, MarkRestPositions, ReleaseRotor, TurnToR
 from procedures.alignment import aligning
 from procedures.bench import ProcedureError, Role
 from procedures.estimation import pole_pairs
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.text import text
+from procedures.wiring.settings import WiringSettings
 
 #: A mark so near (rad) to the first one come round again is that one.
 _CLOSE = math.radians(5.0)
@@ -23,7 +24,7 @@ _FEW = 3
 _SAME_PLACE = math.radians(10.0)
 
 
-class PolePairsStaticSettings(Settings):
+class PolePairsStaticSettings(WiringSettings):
     """Settings of §3.1.2.1."""
 
     current_share: float = Field(
@@ -56,7 +57,7 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
-        self.bench.perform(ALIGN_D)
+        self.wiring.supply.connect(ALIGN_D)
 
     @step(
         "3.1.2.1/2",

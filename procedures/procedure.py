@@ -5,19 +5,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args
 
 from GTC.lib import UncertainReal
-from pydantic import BaseModel, ConfigDict
 
 from procedures.bench import Bench, ProcedureError, Role
 from procedures.nameplate import Connection, Nameplate
 from procedures.result import Notice, Parameter, ProcedureResult
+from procedures.settings import Settings
 from procedures.steps import Step, steps_of
 from procedures.text import Text, text
+from procedures.wiring.proof import Proof
+from procedures.wiring.settings import WiringSettings
+from procedures.wiring.wiring import Wiring
 
-
-class Settings(BaseModel):
-    """Base of a procedure's settings: immutable, unknown names refused, values checked."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+__all__ = ["Procedure", "Settings"]
 
 
 C = TypeVar("C", bound=Settings)
@@ -44,6 +43,9 @@ class Procedure(ABC, Generic[C]):
         self._parameters: list[Parameter] = []
         self._notices: list[Notice] = []
         self.findings: dict[str, Any] = {}
+        checks = settings if isinstance(settings, WiringSettings) else WiringSettings()
+        #: Has connections made, and proves them.
+        self.wiring = Wiring(Proof(bench, nameplate, checks, known, self.findings, self.notice))
 
     @classmethod
     def settings_type(cls) -> type[Settings]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, Aperture, Wanted
+from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, Wanted
 from procedures.actions import (
     LINE_PAIRS,
     SeparateMeterLeads,
@@ -21,11 +21,12 @@ from procedures.estimation import resistance
 from procedures.estimation.repeats import mean_of_readings
 from procedures.foresight import cannot_support, relative_uncertainty, temperature_uncertainty
 from procedures.nameplate import Nameplate
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.result import Notice
 from procedures.steps import step
 from procedures.temperature import COLD, copper_factor, winding_temperature
 from procedures.text import text
+from procedures.wiring.settings import WiringSettings
 
 Pair = tuple[Terminal, Terminal]
 
@@ -33,7 +34,7 @@ Pair = tuple[Terminal, Terminal]
 NOTE_COEFFICIENT = 0.004
 
 
-class StatorResistanceSettings(Settings):
+class StatorResistanceSettings(WiringSettings):
     """Settings of §3.2."""
 
     frequency: float = Field(default=20.0, gt=0.0, le=1e6, description="test frequency, Hz")
@@ -146,19 +147,34 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     @step("3.2.2/3", "Measure the three line resistances: AB, BC, CA", by_hand=True)
     def measure_lines(self) -> LineReadings:
         """Return the three line-to-line readings (Ω)."""
+        readings = {pair: self._line(pair) for pair in LINE_PAIRS}
+
+        def read_again(number: int) -> None:
+            readings[LINE_PAIRS[number]] = self._line(LINE_PAIRS[number])
+
+        self.wiring.bridge.compare_lines(
+            [meter_across(*pair) for pair in LINE_PAIRS],
+            lambda: [mean_of_readings([r.resistance for r in read])[0] for read in readings.values()],
+            read_again,
+        )
         values: dict[Pair, float] = {}
         quantities: dict[Pair, UncertainReal] = {}
         accuracies: dict[Pair, Accuracy] = {}
-        for pair in LINE_PAIRS:
-            self.bench.perform(meter_across(*pair))
-            readings = [self.bench.lcr_meter.measure(Wanted.RESISTANCE) for _ in range(self.settings.repeats)]
-            mean, uncertainty, freedom = mean_of_readings([r.resistance for r in readings])
+        for pair, read in readings.items():
+            mean, uncertainty, freedom = mean_of_readings([r.resistance for r in read])
             label = pair[0].value + pair[1].value
             statistics = self.bench.uncertainties.statistical(f"repeats of R_{label}", mean, uncertainty, freedom)
             values[pair] = mean
-            accuracies[pair] = readings[-1].resistance_accuracy
+            accuracies[pair] = read[-1].resistance_accuracy
             quantities[pair] = self.bench.uncertainties.instrument("LCR meter", statistics, accuracies[pair])
+        error = max(a.gain + a.offset / values[pair] for pair, a in accuracies.items())
+        self.bench.standing.lines.read_by_bridge(list(values.values()), error, self.settings.frequency)
         return LineReadings(values, quantities, accuracies)
+
+    def _line(self, pair: Pair) -> list[ImpedanceReading]:
+        first = self.wiring.bridge.line(meter_across(*pair), self.settings.frequency)
+        rest = [self.bench.lcr_meter.measure(Wanted.RESISTANCE) for _ in range(self.settings.repeats - 1)]
+        return [first, *rest]
 
     @step("3.2.2/4", "From line to phase: half the mean reading for a wye, one and a half for a delta")
     def to_phase(self, lines: LineReadings) -> tuple[UncertainReal, UncertainReal]:

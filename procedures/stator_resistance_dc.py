@@ -24,17 +24,18 @@ from procedures.bench import ProcedureError, Role
 from procedures.estimation import resistance
 from procedures.estimation.fit import FloatArray
 from procedures.estimation.linear import least_squares
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.temperature import COLD, check_temperature, copper_factor, warmed, winding_temperature
 from procedures.text import text
+from procedures.wiring.settings import WiringSettings
 
 Pair = tuple[Terminal, Terminal]
 #: A drift is taken for one beyond so many standard uncertainties.
 _CLEAR = 3.0
 
 
-class StatorResistanceDcSettings(Settings):
+class StatorResistanceDcSettings(WiringSettings):
     """Settings of the four-wire measurement."""
 
     current_share: float = Field(
@@ -122,9 +123,11 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         voltages: list[float] = []
         accuracies: tuple[Accuracy, Accuracy] = (Accuracy(), Accuracy())
         high, low = pair
-        self.bench.perform(ConnectVoltmeter(high, low))
+        sensing = ConnectVoltmeter(high, low)
+        self.bench.perform(sensing)
         for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
-            self.bench.perform(Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE}))
+            fed = Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE})
+            self.wiring.supply.four_wires(fed, sensing, ranged=bool(currents))
             # The first level again at the end: a winding that warms or cools shows there.
             for level in (*levels, levels[0]):
                 current, voltage = self._reading(float(level), choose_range=not currents)
@@ -164,6 +167,9 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         """Report the phase's resistance; each phase alone stands in the findings."""
         lines = [slopes[pair].resistance for pair in LINE_PAIRS]
         ab, bc, ca = (float(line.x) for line in lines)
+        self.bench.standing.lines.read_by_four_wires(
+            (ab, bc, ca), max(3.0 * float(line.u) / float(line.x) for line in lines)
+        )
         phases = resistance.phase_resistances(ab, bc, ca, self.winding)
         names = ("AB", "BC", "CA") if self.is_delta else ("A", "B", "C")
         copper = (self.settings.coefficient, self.settings.reference_temperature)
@@ -197,8 +203,12 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             current = flowing_current(bench, level)
             # One range for all readings of a pair: each range has a zero and a gain of its own.
             if choose_range:
-                bench.voltmeter.configure(bench.supply.measure_voltage().value, self.settings.power_line_cycles)
-            return current, bench.voltmeter.measure_voltage()
+                output = supply.measure_voltage()
+                bench.voltmeter.configure(output.value, self.settings.power_line_cycles)
+            voltage = bench.voltmeter.measure_voltage()
+            if choose_range:
+                self.wiring.supply.seen_leads(output, current, voltage)
+            return current, voltage
 
     def _check_warming(self, before: float, rise: float) -> float:
         """Return how warm (°C) the winding may be after a pair; raises ProcedureError where that is above the motor's limit.

@@ -5,24 +5,30 @@ from typing import Literal
 
 from sim_instruments.settings import Terminal
 
-Node = Literal["A", "B", "C", "N", "star"]
+Node = Literal["A", "B", "C", "N", "star", "loose"]
 
-NODES: tuple[Node, ...] = ("A", "B", "C", "N", "star")
+NODES: tuple[Node, ...] = ("A", "B", "C", "N", "star", "loose")
 
 
 @dataclass(frozen=True)
 class VoltageProbe:
-    """Differential voltage between two nodes."""
+    """Differential voltage between two nodes; none where a lead is loose."""
 
     positive: Node
     negative: Node
 
+    @property
+    def loose(self) -> bool:
+        """Whether a lead touches nothing."""
+        return "loose" in (self.positive, self.negative)
+
 
 @dataclass(frozen=True)
 class CurrentProbe:
-    """Current into a terminal."""
+    """Current into a terminal, `sign` −1 where the probe is the wrong way round."""
 
     terminal: Terminal
+    sign: int = 1
 
 
 Probe = VoltageProbe | CurrentProbe

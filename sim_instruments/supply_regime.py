@@ -14,6 +14,9 @@ from sim_instruments.stages import SupplyStage
 
 #: Below this current (A) a falling output opens.
 OPENING_CURRENT = 1e-4
+#: A current (A) is at the limit within this: after an hour of bench time a double's step of time is 1e-12 s, in which a small
+#: winding's current rises by some 1e-7 A.
+_CURRENT_STEP = 1e-7
 #: Constant current gives way to constant voltage this much (relative, and in V) above the level, lest the two alternate.
 _HYSTERESIS = 1e-6
 
@@ -46,7 +49,7 @@ def regime(
             return None
         return _falling(stage, time, voltage, OPENING_CURRENT, "off", opens=True)
     if network.drives_current:
-        tolerance = 1e-9 * max(limit, 1e-3)
+        tolerance = _CURRENT_STEP * (1.0 + limit)
         if current > limit + tolerance:
             return _falling(stage, time, voltage, limit, "unregulated", opens=False)
         if current >= limit - tolerance:

@@ -20,6 +20,7 @@ from sim_instruments.settings import SOCKETS, TERMINALS, FloatArray, Socket, Ter
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step_output import SixStepOutput
 from sim_instruments.six_step_stage import SixStepStage
+from sim_instruments.slips import Slips
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.supply_output import SupplyOutput
 from sim_instruments.timeline import Timeline
@@ -82,7 +83,9 @@ class World:
         #: What breaks besides the wires.
         self.damage = Damage((self._timeline, self.dynamometer.alone), outputs)
         self._probes: dict[int, Probe] = {}
-        self._sense: tuple[Terminal, Terminal] | None = None
+        self._sense: VoltageProbe | None = None
+        #: What hands will do other than they are told.
+        self.slips = Slips()
 
     # What hands do
 
@@ -105,10 +108,10 @@ class World:
                 )
             complete[terminal] = known
         with self._timeline.changing() as settings:
-            settings.wiring = complete
+            settings.wiring = self.slips.connected(complete)
 
     def attach_voltage_probe(self, channel: int, positive: Node, negative: Node) -> None:
-        """Put a channel's differential probe on two nodes: A, B, C, N or star (artificial, of equal resistors).
+        """Put a channel's differential probe on two nodes: A, B, C, N, star (artificial, of equal resistors) or loose.
 
         Raises ValueError for an unknown node, or N where the star point is not accessible.
         """
@@ -118,13 +121,13 @@ class World:
             if node == "N" and not self.star_point_accessible:
                 raise ValueError("node 'N': this motor's star point is not accessible; use the artificial 'star'")
         with self.lock:
-            self._probes[channel] = VoltageProbe(positive, negative)
+            self._probes[channel] = self.slips.voltage(channel, VoltageProbe(positive, negative))
 
     def attach_current_probe(self, channel: int, terminal: Terminal) -> None:
         """Clip a channel's current probe round the wire into a terminal. Raises ValueError for an unknown one."""
         self._check_terminal(terminal)
         with self.lock:
-            self._probes[channel] = CurrentProbe(terminal)
+            self._probes[channel] = self.slips.current(channel, CurrentProbe(terminal))
 
     def detach_probe(self, channel: int) -> None:
         """Take a channel's probe off; it then senses nothing."""
@@ -141,7 +144,7 @@ class World:
         if positive == negative:
             raise ValueError(f"the voltmeter's leads must be on two different terminals, not {positive} twice")
         with self.lock:
-            self._sense = (positive, negative)
+            self._sense = self.slips.voltage(None, VoltageProbe(positive, negative))
 
     def detach_voltmeter(self) -> None:
         """Take the voltmeter's leads off; it then senses nothing."""
@@ -249,8 +252,10 @@ class World:
                 return np.zeros_like(wanted)
             flat = wanted.ravel()
             if isinstance(probe, CurrentProbe):
-                row = TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal))
-                values = self._timeline.sample(lambda segment, at: segment.terminal_currents(at)[row], flat)
+                row, sign = TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal)), probe.sign
+                values = sign * self._timeline.sample(lambda segment, at: segment.terminal_currents(at)[row], flat)
+            elif probe.loose:
+                values = np.zeros_like(flat)
             else:
                 plus, minus = self._node_row(probe.positive), self._node_row(probe.negative)
                 values = self._timeline.sample(
@@ -265,9 +270,9 @@ class World:
         Raises ValueError for times to come or older than the history kept.
         """
         with self._timeline.observing():
-            if self._sense is None:
+            if self._sense is None or self._sense.loose:
                 return 0.0
-            plus, minus = (self._node_row(terminal) for terminal in self._sense)
+            plus, minus = self._node_row(self._sense.positive), self._node_row(self._sense.negative)
 
             def difference(segment: Segment, at: FloatArray) -> FloatArray:
                 nodes = segment.node_potentials(at)
@@ -325,6 +330,7 @@ class World:
                 "faults": {
                     **asdict(settings.faults),
                     "stuck_output": self.damage.stuck_outputs,
+                    "slips": self.slips.listed(),
                 },
             }
 
@@ -384,6 +390,8 @@ class World:
             return 3
         if node == "star":
             return 4
+        if node == "loose":
+            raise ValueError("node 'loose' has no potential")
         return TERMINALS.index(settings.motor_terminal(node))
 
     @staticmethod

@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING
 
 from bench.phrasebook import translate_said
 from bench.safety.interrupts import Interrupted
-from procedures.actions import Action, EnterReading, MarkRestPositions
+from procedures.actions import Action, EnterReading, MarkRestPositions, Mend
 from procedures.text import Text, Translate, text
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+
+#: What a person types who does not want to go on.
+_NO = ("n", "no", "否")
 
 
 class TerminalOperator:
@@ -40,6 +44,8 @@ class TerminalOperator:
         self._console.print(f"\n[bold]▶ {_plain(lines[0])}[/bold]")
         for line in lines[1:]:
             self._console.print(f"    {_plain(line)}")
+        if isinstance(action, Mend):
+            return self._line(text("Put right? Press Enter to measure again, or type n to give up")).lower() not in _NO
         if isinstance(action, MarkRestPositions):
             return self._angles(text("angles in degrees, separated by spaces"))
         self._line(text("Done? Press Enter"))

@@ -16,6 +16,7 @@ from procedures.actions import (
     EnterReading,
     LockRotor,
     MarkRestPositions,
+    Mend,
     ReleaseRotor,
     SeparateMeterLeads,
     ShortMeterLeads,
@@ -161,6 +162,9 @@ class VirtualOperator:
                 self._at_rest(world.uncouple_dynamometer)
             case EnterReading():
                 return self._read(action)
+            case Mend():
+                # These hands did as they were told; what is wrong all the same is for a person to find.
+                return False
             case _:
                 assert_never(action)
         return None

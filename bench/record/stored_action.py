@@ -11,6 +11,7 @@ from procedures.actions import (
     ConnectVoltmeter,
     CurrentProbe,
     EnterReading,
+    Mend,
     Node,
     Socket,
     Terminal,
@@ -43,6 +44,8 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
     if kind is EnterReading:
         # The journal holds the quantity's English words, which are its template.
         return EnterReading(**{**details, "quantity": Text(details["quantity"])})
+    if kind is Mend:
+        return Mend(Text(details["finding"]), tuple(Text(line) for line in details["wanted"]))
     return kind(**{field.name: details[field.name] for field in fields(kind)})
 
 

@@ -39,6 +39,10 @@ class Supply(Instrument, Protocol):
     def maximum_current(self) -> float:
         """Largest current limit (A) this output may be set to."""
 
+    @property
+    def read_by_hand(self) -> bool:
+        """Whether a person sets and reads it, and is not asked for more than a step needs."""
+
     def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
         """Set voltage level (V), current limit (A), and the protections of an output that holds what is `regulated`.
 

@@ -8,6 +8,10 @@ from drivers.interfaces.identity import Accuracy, Instrument, Reading
 class Voltmeter(Instrument, Protocol):
     """A digital multimeter as a DC voltmeter, for the sense leads of a four-wire resistance measurement."""
 
+    @property
+    def read_by_hand(self) -> bool:
+        """Whether a person reads it, and is not asked for more than a step needs."""
+
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Set the smallest range (V) that holds `full_scale`, and the integration time in power-line cycles.
 

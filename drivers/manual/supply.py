@@ -42,6 +42,11 @@ class ManualSupply:
         """Largest current limit (A) that may be set: the station's limit."""
         return self._options.maximum_current
 
+    @property
+    def read_by_hand(self) -> bool:
+        """Always so."""
+        return True
+
     def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
         """Have voltage (V), current limit (A) and protections set; raises SetpointError before anything is asked."""
         check_setpoint(self._name, "voltage", voltage, "V", 0.0, self.maximum_voltage, "the station")

@@ -23,6 +23,11 @@ class ManualVoltmeter:
         """The model the station file names."""
         return Identity("", self._options.model)
 
+    @property
+    def read_by_hand(self) -> bool:
+        """Always so."""
+        return True
+
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Have DC volts set, the smallest range (V) that holds `full_scale`, and the integration time in line cycles.
 

@@ -56,6 +56,11 @@ class Keysight34461A:
         """Who answered *IDN? when this was opened."""
         return self._identity
 
+    @property
+    def read_by_hand(self) -> bool:
+        """Never: it answers by itself."""
+        return False
+
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Set the smallest range (V) that holds `full_scale`, and the integration time in power-line cycles.
 

@@ -96,6 +96,11 @@ class KeysightE36300:
         """Largest current limit (A) that may be set: the lesser of the model's and the station's."""
         return self._maximum_current
 
+    @property
+    def read_by_hand(self) -> bool:
+        """Never: it answers by itself."""
+        return False
+
     def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
         """Set voltage (V), current limit (A), over-voltage and over-current protection, and read each of them back.
 

@@ -15,6 +15,7 @@ from sim_instruments.injection.on_bench import (
     Swapped,
     ThermalRunaway,
 )
+from sim_instruments.injection.on_hands import MisClamped, MisClipped, MisPlaced
 from sim_instruments.injection.on_lines import LineFault, Unplugged, WrongIdentity
 
 AnyFault = Annotated[
@@ -23,6 +24,9 @@ AnyFault = Annotated[
     | Unplugged
     | OpenPhase
     | Swapped
+    | MisClipped
+    | MisPlaced
+    | MisClamped
     | StuckRotor
     | MotorUnplugged
     | StuckOutput

@@ -1,0 +1,9 @@
+"""What all settings of procedures share."""
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Settings(BaseModel):
+    """Base of a procedure's settings: immutable, unknown names refused, values checked."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

@@ -1,0 +1,1 @@
+"""Is it wired as told? Every connection is verified by a measurement before anything rests on it."""
