@@ -10,7 +10,7 @@ from typing import Any
 from bench.operators.line import OperatorLine
 from bench.record.stored_result import store_text
 from bench.safety.interrupts import Interrupted
-from procedures.actions import Action, EnterReading, MarkRestPositions
+from procedures.actions import Action, EnterReading, MarkRestPositions, Mend
 from procedures.bench import Operator
 from procedures.text import Text
 
@@ -51,6 +51,9 @@ class DistantOperator:
         if isinstance(action, MarkRestPositions) and self._hands is None:
             return [math.radians(angle) for angle in self._ask({**said, "kind": "angles"}, _angles)]
         self._ask(said, _nothing)
+        if isinstance(action, Mend) and self._hands is None:
+            # Who does not want to go on aborts.
+            return True
         return self._hands.perform(action) if self._hands else None
 
     def number(

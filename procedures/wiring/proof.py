@@ -83,4 +83,4 @@ class Proof:
         named = words.found(found.possible, self.nameplate.wire_colours)
         if found.evidence is None:
             return named
-        return text("{mistakes} ({evidence})", mistakes=named, evidence=found.evidence)
+        return Text("{mistakes} ({evidence})", {"mistakes": named, "evidence": found.evidence})

@@ -1,0 +1,254 @@
+"""Wires and probes elsewhere than told: every procedure says so before anything rests on it, through the real drivers."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from pyvisa import ResourceManager
+
+from bench.files.motor_file import load_motor
+from bench.instruments import StationInstruments
+from bench.operators.virtual import VirtualOperator
+from bench.plan import make_plan
+from bench.virtual_station import virtual_station
+from procedures.actions import Action, Mend
+from procedures.bench import Bench
+from procedures.catalogue import catalogue
+from procedures.estimation.intervals import Interval
+from procedures.wiring.proof import WiringError
+from sim_instruments.bench import VirtualBench
+from tests.studies.measured_motor import NoRecord
+
+MOTOR = "lg-400w"
+#: Lines (Ω) of this motor and the leads of the virtual bench, as a run that has measured them knows them.
+LINES, LEADS = (0.0322, 0.0317, 0.0321), Interval(0.0035, 0.0045)
+
+
+class Record(NoRecord):
+    def __init__(self) -> None:
+        self.events: list[tuple[str, dict[str, Any]]] = []
+
+    def event(self, kind: str, **data: Any) -> None:
+        self.events.append((kind, data))
+
+
+@dataclass
+class Mending:
+    """Hands that mend what they are told to, by having every slip gone, and do all else on the virtual bench."""
+
+    hands: VirtualOperator
+    mend: Any
+    asked: list[Mend] = field(default_factory=list)
+
+    def perform(self, action: Action) -> object:
+        if isinstance(action, Mend):
+            self.asked.append(action)
+            self.mend()
+            return True
+        return self.hands.perform(action)
+
+
+@pytest.fixture
+def bench():
+    motor = load_motor(MOTOR)
+    with VirtualBench(motor.virtual_motor(), seed=2, sockets=False) as virtual:
+        yield virtual
+
+
+class Measuring:
+    """Runs one procedure at a time on the bench as it was prepared; `taught` is a run that has measured the lines before."""
+
+    def __init__(self, bench: VirtualBench, instruments: StationInstruments, record: Record) -> None:
+        self._bench = bench
+        self._instruments = instruments
+        self._record = record
+
+    @property
+    def events(self) -> list[tuple[str, dict[str, Any]]]:
+        return self._record.events
+
+    def __call__(self, name: str, *, taught: bool = True, operator: Any = None, settings: tuple[str, ...] = ()) -> Any:
+        (planned,) = make_plan([name], settings, catalogue())
+        hands = operator or VirtualOperator(self._bench.world, 2)
+        bench = Bench(self._instruments.available(), hands, self._bench.clock, self._record)
+        if taught:
+            bench.standing.lines.read_by_bridge(LINES, 0.1, 20.0)
+            bench.standing.lines.read_by_four_wires(LINES, 0.005)
+            bench.standing.lines.seen_leads(LEADS)
+        return planned.procedure(bench, load_motor(MOTOR).nameplate, planned.settings, {}).run()
+
+
+@pytest.fixture
+def measure(bench):
+    record, motor = Record(), load_motor(MOTOR)
+    instruments = StationInstruments(
+        virtual_station(bench.addresses()),
+        motor.nameplate,
+        bench.clock,
+        record,
+        record,
+        lambda: ResourceManager(bench.visa_library),
+        lambda _: None,
+        in_process=bench,
+    )
+    yield Measuring(bench, instruments, record)
+    instruments.close()
+
+
+def refused(measure, name, **how) -> str:
+    with pytest.raises(WiringError) as found:
+        measure(name, **how)
+    return str(found.value)
+
+
+def outcomes(result) -> list[str]:
+    return [entry["outcome"] for entry in result.findings["wiring"]]
+
+
+SUPPLY_AND_BRIDGE = (
+    "pole-pairs-static",
+    "stator-resistance",
+    "stator-resistance-dc",
+    "dq-inductance-extremes",
+    "dq-inductance-aligned",
+    "dq-inductance-time-constant",
+)
+
+
+@pytest.mark.parametrize("name", SUPPLY_AND_BRIDGE)
+def test_an_open_phase_that_carries_all_current_stops_every_procedure(bench, measure, name):
+    bench.world.set_open_phase("A")
+    said = refused(measure, name)
+    assert "A (white)" in said
+    assert "open" in said
+    assert not bench.world.truth()["energised"]
+    # Nothing beyond a few per cent of the rated 29 A was ever set.
+    levels = [data["arguments"][1] for kind, data in measure.events if kind == "energising"]
+    assert all(level <= 0.051 * 29.0 for level in levels)
+
+
+@pytest.mark.parametrize("terminal", ["B", "C"])
+@pytest.mark.parametrize("name", ["dq-inductance-aligned", "dq-inductance-time-constant"])
+def test_one_of_two_parallel_wires_missing_is_named_before_anything_is_read(bench, measure, name, terminal):
+    bench.world.slips.wire(terminal, "open")
+    said = refused(measure, name)
+    assert "B (green), C (black)" in said
+    assert "the supply reads 0.036" in said
+
+
+def test_the_open_terminal_that_is_connected(bench, measure):
+    bench.world.slips.wire("A", "supply+", 5)
+    assert "A (white) is connected, and should be open" in refused(measure, "dq-inductance-aligned")
+
+
+@pytest.mark.parametrize(
+    ("occasion", "terminal", "socket", "said"),
+    [(2, "B", "open", "B (green), C (black)"), (3, "C", "lcr_low", "C (black) is connected, and should be open")],
+)
+@pytest.mark.parametrize("taught", [True, False])
+def test_bridge_on_an_aligned_rotor(bench, measure, occasion, terminal, socket, said, taught):
+    bench.world.slips.wire(terminal, socket, occasion)
+    found = refused(measure, "dq-inductance-aligned", taught=taught)
+    if taught:
+        assert said in found
+    else:
+        # Two readings differ as they should not: it is one or the other.
+        assert "C (black) is connected" in found
+        assert "at the connection before, B (green) is open" in found
+
+
+def test_bridge_between_two_lines(bench, measure):
+    bench.world.slips.wire("C", "lcr_low")
+    assert "C (black) is connected" in refused(measure, "dq-inductance-extremes")
+
+
+@pytest.mark.parametrize(("occasion", "third"), [(1, "C (black)"), (2, "A (white)"), (3, "B (green)")])
+def test_three_lines_tell_each_other(bench, measure, occasion, third):
+    bench.world.slips.wire("CAB"[occasion - 1], "lcr_low", occasion)
+    assert f"{third} is connected, and should be open" in refused(measure, "stator-resistance", taught=False)
+
+
+def test_clipped_bridge_leads_are_no_winding(bench, measure):
+    bench.world.connect({"A": "lcr_high", "B": "lcr_low"})
+    clip = bench.world.short_leads
+    # Nobody takes them apart.
+    bench.world.short_leads = lambda _shorted: clip(True)
+    assert "two leads touch each other" in refused(measure, "stator-resistance")
+
+
+@pytest.mark.parametrize("taught", [True, False])
+def test_voltmeter_the_wrong_way_round(bench, measure, taught):
+    bench.world.slips.voltage_leads(None, "B", "A")
+    said = refused(measure, "stator-resistance-dc", taught=taught)
+    assert "voltmeter" in said
+    assert "are interchanged" in said
+
+
+def test_voltmeter_on_the_open_terminal_or_nothing(bench, measure):
+    bench.world.slips.voltage_leads(None, "C", None)
+    assert "the voltmeter's high lead is on C (black) instead of A (white)" in refused(measure, "stator-resistance-dc")
+    bench.world.slips.voltage_leads(None, None, "loose")
+    assert "the voltmeter's low lead does not touch B (green)" in refused(measure, "stator-resistance-dc")
+
+
+@pytest.mark.parametrize(
+    ("leads", "said"),
+    [
+        (("B", "A"), "channel 1: tip and reference, or high and low, are interchanged"),
+        ((None, "loose"), "the reference of channel 1 does not touch B (green)"),
+        (("C", None), "the tip of channel 1 is on C (black) instead of A (white)"),
+    ],
+)
+def test_voltage_probe_of_a_step(bench, measure, leads, said):
+    bench.world.slips.voltage_leads(1, *leads)
+    assert said in refused(measure, "dq-inductance-time-constant")
+
+
+def test_current_probe_of_a_step(bench, measure):
+    bench.world.slips.current_probe(4, turned=True)
+    assert "channel 4: the current probe's arrow points away" in refused(measure, "dq-inductance-time-constant")
+    bench.world.slips.current_probe(4, "B")
+    assert "round the wire of B (green) instead of A (white)" in refused(measure, "dq-inductance-time-constant")
+
+
+@pytest.mark.parametrize("terminal", ["B", "C"])
+def test_a_probe_tells_which_of_two_parallel_wires_is_missing(bench, measure, terminal):
+    bench.world.slips.wire(terminal, "open", 2)
+    said = refused(measure, "dq-inductance-time-constant")
+    assert f"as told: {terminal} (" in said
+    assert "is open" in said
+
+
+def test_as_told_is_proved(measure):
+    result = measure("dq-inductance-time-constant")
+    assert set(outcomes(result)) <= {"proved", "not proved"}
+    by_probes = [entry for entry in result.findings["wiring"] if entry["by"] == "oscilloscope"]
+    assert [entry["outcome"] for entry in by_probes] == ["proved", "proved"]
+    assert by_probes[0]["terminals"] == {"A": "supply-", "B": "supply+", "C": "supply+"}
+    assert [kind for kind, _ in measure.events].count("wiring_checked") == len(outcomes(result))
+
+
+def test_interchanged_wires_that_read_the_same_are_listed_and_not_accused(bench, measure):
+    bench.world.slips.exchange("B", "C", None)
+    result = measure("dq-inductance-time-constant")
+    entry = next(e for e in result.findings["wiring"] if e["outcome"] == "proved" and e["by"] == "supply")
+    assert {"kind": "exchanged", "terminals": ["A", "B"]} in entry["possible"]
+
+
+def test_what_is_mended_is_measured_again(bench, measure):
+    bench.world.slips.wire("B", "open")
+    told = {"A": "lcr_high", "B": "lcr_low"}
+    hands = Mending(VirtualOperator(bench.world, 2), lambda: bench.world.connect(told))
+    result = measure("dq-inductance-extremes", operator=hands)
+    assert outcomes(result) == ["wrong", "proved"]
+    (mend,) = hands.asked
+    assert "B (green)" in str(mend.finding)
+    assert "B (green) → LCR meter, low" in [str(line) for line in mend.wanted]
+
+
+def test_it_is_not_asked_for_ever(bench, measure):
+    bench.world.set_open_phase("B")
+    hands = Mending(VirtualOperator(bench.world, 2), lambda: None)
+    with pytest.raises(WiringError):
+        measure("dq-inductance-extremes", operator=hands, settings=("wiring_attempts=4",))
+    assert len(hands.asked) == 3
