@@ -53,7 +53,8 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
 
     @step("3.1.2.1/1", "Connect phase A to the supply's plus, B and C together to minus", by_hand=True)
     def connect(self) -> None:
-        """Any one phase to plus will do, the other two to minus."""
+        """Any one phase to plus will do, the other two to minus. A current that cannot be had is refused before all work."""
+        self._holding_current()
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
@@ -66,8 +67,7 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
     )
     def energise(self, energised: ExitStack) -> None:
         """Leave the supply on until the stack is closed."""
-        current = self.current_level(self.settings.current_share, "holding current")
-        energised.enter_context(aligning(self.bench, current, self.settings.settle))
+        energised.enter_context(aligning(self.bench, self._holding_current(), self.settings.settle))
         self.bench.perform(TurnToRest())
 
     @step("3.1.2.1/3", "Mark every stable position over one full turn", by_hand=True)
@@ -148,3 +148,6 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
                     advice=advice,
                 )
             )
+
+    def _holding_current(self) -> float:
+        return self.current_level(self.settings.current_share, "holding current")

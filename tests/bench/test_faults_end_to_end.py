@@ -95,7 +95,7 @@ def test_an_instrument_that_misbehaves(run: Run, role: str, fault: Fault, proced
 def test_an_open_phase_is_found_and_the_output_switched_off(run: Run) -> None:
     code, result, truth = run(lambda bench: bench.world.set_open_phase("A"), "pole-pairs-static")
     assert code == 1
-    assert "the path is open" in result["cause"]
+    assert "A (white) is open" in result["cause"]
     assert not truth["output_on"]
 
 

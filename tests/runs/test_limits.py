@@ -44,8 +44,8 @@ def test_a_winding_that_warms_beyond_its_limit_is_seen_by_its_resistance(motorbe
     status, result = motorbench("run", "stator-resistance-dc", "--station", "virtual", "--motor", motor, *settings)
     assert status == 1
     assert "is above 25.1 °C, the limit of the motor (nameplate.maximum_winding_temperature)" in result["cause"]
-    # It is seen after the first pair of terminals, so the others are not energised.
-    assert len(energised(result["run"])) == 10
+    # It is seen after the first pair of terminals (five levels and the wiring's check, both polarities): no other is energised.
+    assert len(energised(result["run"])) == 12
     cooler = motor_file(maximum_winding_temperature=80.0)
     status, result = motorbench("run", "stator-resistance-dc", "--station", "virtual", "--motor", cooler, *settings)
     assert status == 0, result.get("cause")

@@ -116,6 +116,10 @@ def test_descriptions_can_be_pickled_and_told(kind: str) -> None:
         more = {"terminal": "A"}
     if kind == "swapped":
         more = {"pair": ["A", "B"]}
+    if kind == "mis_clipped":
+        more = {"terminal": "A", "socket": "open"}
+    if kind == "mis_clamped":
+        more = {"channel": 4, "turned": True}
     given = {"fault": kind, "step": "3.2.2/1", **more}
     described = FAULT.validate_python(given)
     assert pickle.loads(pickle.dumps(described)) == described  # noqa: S301
@@ -161,3 +165,38 @@ def test_what_this_bench_cannot_have_is_refused_at_once(
     with pytest.raises(ValueError, match=named):
         add(virtual_bench, **given)
     assert virtual_bench.injector.listed() == []
+
+
+def test_hands_that_slip_and_hands_that_do_not(virtual_bench: VirtualBench) -> None:
+    world = virtual_bench.world
+    add(virtual_bench, fault="mis_clipped", terminal="B", socket="open", connection=2)
+    add(virtual_bench, fault="mis_clipped", terminal="A", exchanged_with="C", connection=None)
+    told = {"A": "supply+", "B": "supply-"}
+    seen = []
+    for _ in range(3):
+        world.connect(told)
+        seen.append(world.truth()["wiring"])
+    right = {"A": "open", "B": "supply-", "C": "supply+"}
+    assert seen == [right, {**right, "B": "open"}, right]
+    virtual_bench.injector.clear()
+    world.connect(told)
+    assert world.truth()["wiring"] == {"A": "supply+", "B": "supply-", "C": "open"}
+
+
+def test_probes_that_slip(virtual_bench: VirtualBench) -> None:
+    world = virtual_bench.world
+    add(virtual_bench, fault="mis_placed", channel=1, negative="loose")
+    add(virtual_bench, fault="mis_clamped", channel=4, turned=True)
+    world.attach_voltage_probe(1, "A", "B")
+    world.attach_voltage_probe(2, "A", "B")
+    world.attach_current_probe(4, "A")
+    world.connect({"A": "supply+", "B": "supply-"})
+    world.lock_rotor()
+    world.supply.set_voltage(1.0)
+    world.supply.set_current_limit(0.5)
+    world.supply.switch(True)
+    world.clock.sleep(1.0)
+    now = [world.clock.now()]
+    assert world.probe_signal(1, now)[0] == 0.0
+    assert world.probe_signal(2, now)[0] > 0.0
+    assert world.probe_signal(4, now)[0] == pytest.approx(-0.5)
