@@ -95,5 +95,5 @@ def _settings(procedure: type[Procedure[Any]]) -> list[str]:
 def _value(typed: str) -> Any:
     try:
         return tomllib.loads(f"value = {typed}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (tomllib.TOMLDecodeError, RecursionError):
         return typed

@@ -14,7 +14,7 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
         there = waveform_names(path)
         names = [n for n in there if not selected or n == selected or n.startswith(selected.rstrip("/") + "/")]
         waveforms = {name: read_waveform(path, name) for name in names}
-    except (OSError, KeyError) as error:
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
         raise CaptureError(str(path), f"cannot be read as HDF5 with waveforms: {error}") from error
     if not waveforms:
         raise CaptureError(str(path), f"no waveform '{selected}' in it; there are: {', '.join(there) or 'none'}")

@@ -100,5 +100,5 @@ def _time(word: str) -> float:
 def _value(typed: str) -> Any:
     try:
         return tomllib.loads(f"value = {typed}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (tomllib.TOMLDecodeError, RecursionError):
         return typed

@@ -43,6 +43,8 @@ def parse(content: bytes, name: str) -> dict[str, Any]:
         raise InputError(f"{name}: not UTF-8 text (byte {error.start})") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{name}: not valid TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{name}: lists or tables stand too deep in one another") from None
 
 
 def validate(model: type[M], data: Mapping[str, Any], name: str, prefix: str = "") -> M:

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from bench.record.disk import write_file
 from bench.record.errors import RecordError
 
+#: No record holds more samples; a broken file may claim any number.
+MOST_SAMPLES = 100_000_000
+
 FloatArray = NDArray[np.float64]
 
 
@@ -114,7 +117,7 @@ def file_image(waveforms: Mapping[str, WaveformLike]) -> bytes:
 
 
 def waveform_names(path: Path) -> list[str]:
-    """Return the names of all waveforms in a file, in order. Raises OSError where it is no HDF5 file."""
+    """Return the names of all waveforms in a file, in order. Raises OSError, or RuntimeError, where it is no whole HDF5 file."""
     import h5py
 
     found: list[str] = []
@@ -129,7 +132,11 @@ def waveform_names(path: Path) -> list[str]:
 
 
 def read_waveform(path: Path, reference: str) -> StoredWaveform:
-    """Return a waveform by name or reference. Raises KeyError where there is none of that name, OSError for no HDF5 file."""
+    """Return a waveform by name or reference.
+
+    Raises KeyError where there is none of that name, ValueError where it is no waveform, OSError or RuntimeError where
+    the file is no whole HDF5 file.
+    """
     import h5py
 
     name = reference.rpartition("#")[2]
@@ -138,13 +145,21 @@ def read_waveform(path: Path, reference: str) -> StoredWaveform:
             raise KeyError(f"no waveform '{name}' in {path.name}")
         group = file[name]
         return StoredWaveform(
-            time=np.asarray(group["time"], dtype=np.float64),
-            values=np.asarray(group["values"], dtype=np.float64),
+            time=_samples(group, "time"),
+            values=_samples(group, "values"),
             unit=str(group.attrs.get("unit", "")),
             resolution=float(group.attrs.get("resolution", 0.0)),
             channel=int(group.attrs.get("channel", 0)),
             clipped=bool(group.attrs.get("clipped", False)),
         )
+
+
+def _samples(group: Any, name: str) -> FloatArray:
+    found = group[name]
+    shape, kind = getattr(found, "shape", None), getattr(getattr(found, "dtype", None), "kind", "")
+    if shape is None or len(shape) != 1 or kind not in "iuf" or shape[0] > MOST_SAMPLES:
+        raise ValueError(f"{group.name}/{name} is no list of up to {MOST_SAMPLES} numbers")
+    return np.asarray(found, dtype=np.float64)
 
 
 def _dataset(group: Any, name: str, values: FloatArray) -> Any:

@@ -22,7 +22,8 @@ def parse_number(text: str) -> float:
     Raises ValueError where it is none, or one that SCPI does not know ("nan", "inf").
     """
     value = float(text)
-    if not math.isfinite(value):
+    # Python takes 1_5 and digits of other scripts, too.
+    if not math.isfinite(value) or "_" in text or not text.isascii():
         raise ValueError(f"'{text}' is not a number")
     return value
 

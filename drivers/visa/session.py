@@ -22,6 +22,8 @@ IDENTITY_QUERY = "*IDN?"
 
 #: An error queue holds at most this many entries on the instruments supported (E4980A 100, others 30 or fewer).
 LONGEST_QUEUE = 128
+#: No instrument supported sends a longer block (bytes); a VISA library may set aside at once what is asked for.
+LONGEST_BLOCK = 64 * 1024 * 1024
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
 #: What a resource raises that does not work; PyVISA-py's HiSLIP says by RuntimeError that the connection was dropped.
@@ -358,7 +360,12 @@ class ScpiSession:
         digits = bytes(self._read_exactly(int(start[1:]), command))
         if not digits.isdigit():
             raise CommunicationError(self.name, f"a block's length must be digits, not {digits!r}", command=command)
-        return int(digits)
+        length = int(digits)
+        if length > LONGEST_BLOCK:
+            raise CommunicationError(
+                self.name, f"a block of {length} bytes is announced, more than {LONGEST_BLOCK}", command=command
+            )
+        return length
 
     def _read_exactly(self, count: int, command: str) -> bytes | bytearray:
         library, handle = self._resource.visalib, self._resource.session
