@@ -52,6 +52,7 @@ def _segment(
         amplitude,
         ripple=stage.current_ripple,
         switching_frequency=stage.switching_frequency,
+        source=made.open_source(),
     )
     return made.segment(motion, circuit, end, law, live=True, in_step=in_step)
 

@@ -37,6 +37,11 @@ class Plan:
         """The rotor's electrical angle (rad)."""
         return self.state.angle * self.windings.pole_pairs
 
+    def open_source(self) -> VoltageSource:
+        """Return the supply's output where nothing is connected to it: whatever it does, it does without a current."""
+        source = absent(self.time) if self.output is None else self.output.source
+        return source if isinstance(source, VoltageSource) else absent(self.time)
+
     def loops(self) -> FloatArray:
         """Return the loop currents (A) that the circuit starts with."""
         return self.network.loop_currents(self.state.winding_currents, self.electrical_angle)

@@ -107,5 +107,5 @@ def _segment(
     motor = made.parts.motor
     windings = Windings(motor, motor.resistance_temperature)
     network = made.parts.network(windings, made.settings, supplied=False)
-    circuit = Commutated(network, motion, stage, speed, uniform=uniform)
+    circuit = Commutated(network, motion, stage, speed, source=made.open_source(), uniform=uniform)
     return replace(made, windings=windings).segment(motion, circuit, end, law, live=True)

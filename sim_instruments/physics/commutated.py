@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network
-from sim_instruments.physics.source import constant
+from sim_instruments.physics.source import VoltageSource
 from sim_instruments.physics.windings import FloatArray
 from sim_instruments.six_step.circuit import Observables
 from sim_instruments.six_step.steady_state import SteadyState
@@ -36,13 +36,21 @@ class Commutated:
     """
 
     def __init__(
-        self, network: Network, motion: Motion, stage: SixStepStage, speed: float, *, uniform: bool = True
+        self,
+        network: Network,
+        motion: Motion,
+        stage: SixStepStage,
+        speed: float,
+        *,
+        source: VoltageSource,
+        uniform: bool = True,
     ) -> None:
         self.network = network
         self.motion = motion
         self._stage = stage
         self._speed = speed
         self._uniform = uniform
+        self._source = source
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
@@ -53,8 +61,8 @@ class Commutated:
         return self._waveform(times, SteadyState.winding_voltages)
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
-        """Return zeros: no supply is part of this circuit."""
-        return constant(times, 0.0)
+        """Return the output voltage (V) of a supply that is no part of this circuit: its terminals are open."""
+        return self._source.at(times)
 
     def torque(self, times: FloatArray) -> FloatArray:
         """Return the currents' torque (N·m, shape (n,)), its mean over a state at the present speed."""

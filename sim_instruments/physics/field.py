@@ -7,7 +7,7 @@ import numpy as np
 
 from sim_instruments.physics.motion import Motion, Ramp
 from sim_instruments.physics.network import Network
-from sim_instruments.physics.source import constant
+from sim_instruments.physics.source import VoltageSource
 from sim_instruments.physics.windings import FloatArray
 
 _PHASES = np.arange(3)[:, np.newaxis] * (2.0 * math.pi / 3.0)
@@ -29,12 +29,14 @@ class ImpressedField:
         *,
         ripple: float,
         switching_frequency: float,
+        source: VoltageSource,
     ) -> None:
         self.network = network
         self.motion = motion
         self.field = field
         self.amplitude = amplitude
         self._ripple = ripple
+        self._source = source
         self._switching = 2.0 * math.pi * switching_frequency
         # Of all winding currents that give the terminals theirs, those without a circulating part.
         self._to_windings = np.linalg.pinv(network.windings.incidence)
@@ -81,8 +83,8 @@ class ImpressedField:
         return result
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
-        """Return zeros: no supply is part of this circuit."""
-        return constant(times, 0.0)
+        """Return the output voltage (V) of a supply that is no part of this circuit: its terminals are open."""
+        return self._source.at(times)
 
 
 class Synchronous:

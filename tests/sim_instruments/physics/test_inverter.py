@@ -201,3 +201,16 @@ def test_q_current_keeps_within_the_voltage() -> None:
         assert np.all(voltage[flows] <= 20.0 * (1 + 1e-9))
         full = np.hypot(0.1 * wanted + speeds * 0.008, speeds * 1e-4 * wanted) <= 20.0
         assert np.allclose(current[full], wanted)
+
+
+def test_a_supply_beside_it_comes_to_its_level_and_falls_again(lab: Any) -> None:
+    world, clock = running(lab.lg_400w(), 20.0, 5.0, 2.0)
+    world.supply.set_voltage(5.0)
+    world.supply.switch(True)
+    clock.sleep(1.0)
+    assert world.supply.voltage() == pytest.approx(5.0)
+    # One segment up and one that holds: it does not rise again and again.
+    assert clock.now() - world._timeline.present.start > 0.9
+    world.supply.switch(False)
+    clock.sleep(1.0)
+    assert world.supply.voltage() == 0.0
