@@ -11,7 +11,8 @@ from bench.record.errors import RecordError
 from bench.record.journal import Journal
 from bench.record.run_view import RunView, message
 from bench.record.stored_result import store, store_notice
-from bench.safety.interrupts import Interrupted, Interrupts, held_back
+from bench.safety.guardian_link import Guard, Unguarded
+from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.way_down import WayDown, failures
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
@@ -50,6 +51,7 @@ class Runner:
     translate: Translate
     way_down: WayDown = field(default_factory=WayDown)
     interrupts: Interrupts = field(default_factory=Interrupts)
+    guard: Guard = field(default_factory=Unguarded)
 
     def run(
         self,
@@ -94,8 +96,8 @@ class Runner:
                 status = "failed"
                 causes.append(message(error, self.translate))
             finally:
-                with held_back():
-                    unsafe = self._down()
+                with self.interrupts.held_back():
+                    unsafe = self._down(causes)
                     causes += unsafe
                     if unsafe and status == "completed":
                         status = "failed"
@@ -144,13 +146,25 @@ class Runner:
             )
             if not isinstance(error, Exception) or isinstance(error, RecordError):
                 raise
-            self.way_down.walk(self.instruments.opened(), self.journal, self.clock)
+            self._walk()
             return cause
         return ""
 
-    def _down(self) -> list[str]:
-        unsafe = failures(self.way_down.walk(self.instruments.opened(), self.journal, self.clock))
-        return unsafe + list(self.instruments.close())
+    def _down(self, causes: Sequence[str]) -> list[str]:
+        self.guard.going_down()
+        try:
+            why = "\n".join(causes) or "the procedures have ended"
+            self.journal.event("way_down_started", cause=why, **self.interrupts.delays())
+        except OSError:
+            # The way down does not need the journal; what needs it is said when the run is finished.
+            pass
+        unsafe = self._walk()
+        unsafe += self.instruments.close()
+        return [*unsafe, *self.guard.dismiss(journal_lost=self.journal.failure is not None)]
+
+    def _walk(self) -> list[str]:
+        opened, hurry = self.instruments.opened(), self.interrupts.hurry
+        return failures(self.way_down.walk(opened, self.journal, self.clock, hurry=hurry))
 
     def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:
         ended = {"status": status, "cause": "\n".join(causes), "bench_time": bench_time, "wall_time": wall_time}

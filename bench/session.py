@@ -1,6 +1,7 @@
 """One run from the command line's wishes to the written result."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
@@ -23,6 +24,7 @@ from bench.record.unrecorded import Unrecorded
 from bench.record.waveforms import WaveformFolder
 from bench.resume import begun, check_identities, check_unchanged
 from bench.runner import Runner
+from bench.safety.guarding import guarded
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
 from bench.software import software
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What the command line asks for; `language` is settled already."""
+    """What the command line asks for; `language` is settled already. Without `guardian`, none is started: for tests."""
 
     procedures: Sequence[str]
     motor: MotorFile
@@ -53,6 +55,7 @@ class Wishes:
     go_on: bool = False
     resume: RunFolder | None = None
     repeat: Sequence[str] = ()
+    guardian: bool = True
 
 
 @dataclass(frozen=True)
@@ -73,17 +76,20 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
     plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
     translate = translator(wishes.language)
     interrupts = Interrupts()
-    with place(
-        wishes.station,
-        wishes.motor,
-        wishes.operator,
-        answers=wishes.answers,
-        seed=wishes.seed,
-        console=console,
-        language=wishes.language,
-        interrupts=interrupts,
-        faults=wishes.faults,
-    ) as where:
+    with (
+        place(
+            wishes.station,
+            wishes.motor,
+            wishes.operator,
+            answers=wishes.answers,
+            seed=wishes.seed,
+            console=console,
+            language=wishes.language,
+            interrupts=interrupts,
+            faults=wishes.faults,
+        ) as where,
+        ExitStack() as leaving,
+    ):
         if list(wishes.procedures) == ["all"]:
             plan = possible(plan, where.station, console, translate)
         check_roles(plan, where.station)
@@ -98,8 +104,10 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
         folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
+        where, guard = leaving.enter_context(guarded(where, used, folder.path, interrupts, wanted=wishes.guardian))
         journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=Reserve(folder.reserve))
         journal.listen(view.apply)
+        journal.listen(guard.hear)
         live = wishes.station == "virtual" or wishes.operator == "answers"
         where.listen_to_faults(recording(journal))
         journal.listen(StepTeller(where.step_started).hear)
@@ -126,6 +134,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             translate,
             where.station.way_down,
             interrupts,
+            guard,
         )
         about = _about(wishes, plan, where, folder, versions)
         if previous:

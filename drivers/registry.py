@@ -61,7 +61,8 @@ class Surroundings:
 
     `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA. Instruments on
     one CAN bus that are handed the same `can_buses` share the connection to it. `in_process` opens the addresses of
-    instruments that this process itself plays.
+    instruments that this process itself plays. With `guarding`, a second process holds the connection for the way down
+    only: nothing that the first one could notice is asked when it is opened.
     """
 
     clock: Clock
@@ -70,6 +71,7 @@ class Surroundings:
     traffic: Traffic | None = None
     can_buses: CanBuses = field(default_factory=CanBuses)
     in_process: InProcess | None = None
+    guarding: bool = False
 
     def manager(self) -> "ResourceManager":
         """Return the VISA manager; raises ValueError where none was handed in."""
@@ -126,7 +128,9 @@ def _open_e4980a(address: str, options: E4980AOptions, given: Surroundings, name
 def _open_e36300(address: str, options: E36300Options, given: Surroundings, name: str) -> Supply:
     from drivers.visa.keysight_e36300 import open_keysight_e36300
 
-    return open_keysight_e36300(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+    return open_keysight_e36300(
+        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, guarding=given.guarding
+    )
 
 
 def _open_infiniivision(address: str, options: InfiniiVisionOptions, given: Surroundings, name: str) -> Oscilloscope:
@@ -139,7 +143,13 @@ def _open_delta_dyn200(address: str, options: DeltaDyn200Options, given: Surroun
     from drivers.modbus.delta_dyn200 import open_delta_dyn200
 
     return open_delta_dyn200(
-        address, given.clock, options, name=name, traffic=given.traffic, in_process=given.in_process
+        address,
+        given.clock,
+        options,
+        name=name,
+        traffic=given.traffic,
+        in_process=given.in_process,
+        guarding=given.guarding,
     )
 
 
@@ -154,13 +164,29 @@ def _open_lutron(address: str, options: LutronTachometerOptions, given: Surround
 def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Inverter:
     from drivers.can_bus.cia402_inverter import open_cia402_inverter
 
-    return open_cia402_inverter(address, given.clock, options, name=name, traffic=given.traffic, buses=given.can_buses)
+    return open_cia402_inverter(
+        address,
+        given.clock,
+        options,
+        name=name,
+        traffic=given.traffic,
+        buses=given.can_buses,
+        guarding=given.guarding,
+    )
 
 
 def _open_six_step(address: str, options: Cia402SixStepOptions, given: Surroundings, name: str) -> BldcDrive:
     from drivers.can_bus.cia402_six_step import open_cia402_six_step
 
-    return open_cia402_six_step(address, given.clock, options, name=name, traffic=given.traffic, buses=given.can_buses)
+    return open_cia402_six_step(
+        address,
+        given.clock,
+        options,
+        name=name,
+        traffic=given.traffic,
+        buses=given.can_buses,
+        guarding=given.guarding,
+    )
 
 
 def _open_34461a(address: str, options: Keysight34461AOptions, given: Surroundings, name: str) -> Voltmeter:

@@ -42,8 +42,16 @@ class _Instrument(Section):
     name: str = ""
 
 
+class GuardianSection(Section):
+    """`[guardian]`: how long (s) a run may be silent, or not get on, before its guardian takes the way down."""
+
+    heartbeat: float = Field(default=0.6, ge=0.2, le=10.0, json_schema_extra={"unit": "s"})
+    stalled: float = Field(default=60.0, ge=1.0, le=3600.0, json_schema_extra={"unit": "s"})
+
+
 class _File(Section):
     station: _Station
+    guardian: GuardianSection = Field(default_factory=GuardianSection)
     instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
     way_down: list[WayDownSection] = Field(default_factory=list)
 
@@ -78,6 +86,7 @@ class Station:
     overdue: Literal["warn", "refuse"] = "warn"
     control: str = ""
     way_down: WayDown = field(default_factory=WayDown)
+    guardian: GuardianSection = field(default_factory=GuardianSection)
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -117,6 +126,7 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
         way_down_of(
             file.way_down, {role: entry.driver.name == registry.MANUAL for role, entry in entries.items()}, source
         ),
+        file.guardian,
     )
 
 

@@ -38,7 +38,9 @@ DURABLE = frozenset(
 CLOSING = frozenset(
     {
         "instrument_error",
+        "de_energising",
         "de_energised",
+        "way_down_started",
         "step_failed",
         "procedure_failed",
         "made_safe",

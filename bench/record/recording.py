@@ -1,7 +1,7 @@
 """Everything that instruments are told and give, in the journal without procedures or drivers doing anything."""
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from types import TracebackType
@@ -122,6 +122,10 @@ class _Energised(AbstractContextManager[Any]):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
+        if error is not None:
+            # Said before it is tried, so that somebody may notice where it is not done.
+            with suppress(OSError):
+                self._recorder.event("de_energising", **self._said, error=f"{type(error).__name__}: {error}")
         try:
             swallowed = self._inner.__exit__(kind, error, trace)
         except BaseException as failure:

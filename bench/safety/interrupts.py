@@ -5,6 +5,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from time import monotonic
 from types import FrameType
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -25,6 +26,11 @@ class Interrupts:
         self._lock = threading.Lock()
         self._wish = ""
         self._begun = False
+        self._signals = 0
+        #: Set by the second Ctrl-C or signal: still the way down, but no waiting on it.
+        self.hurry = threading.Event()
+        self._seen: float | None = None
+        self._raised: float | None = None
 
     def request(self, by: str) -> None:
         """Have the run interrupted in its main thread, from any thread; the first wish counts.
@@ -35,12 +41,13 @@ class Interrupts:
             if self._wish:
                 return
             self._wish = by
+            self._seen = self._seen or monotonic()
             begun = self._begun
         if begun:
             os.kill(os.getpid(), signal.SIGTERM)
 
     def raise_if_requested(self) -> None:
-        """Raise Interrupted where somebody wished for it before the run could be interrupted."""
+        """Raise Interrupted where somebody wished for it and no signal could say so."""
         if self._wish:
             raise Interrupted(self._wish)
 
@@ -48,15 +55,18 @@ class Interrupts:
     def raising(self) -> Iterator[None]:
         """Within the block, the first Ctrl-C, SIGTERM, SIGHUP or `request` raises Interrupted in the main thread.
 
-        Those that follow do nothing: what the first one set going is the way down, and it is walked to its end.
+        Those that follow interrupt nothing: what the first one set going is the way down, and it is walked to its end.
         """
         interrupted = False
 
         def interrupt(number: int, _frame: FrameType | None) -> None:
             nonlocal interrupted
+            self._count()
             if interrupted:
                 return
             interrupted = True
+            self._raised = monotonic()
+            self._seen = self._seen or self._raised
             raise Interrupted(self._wish or ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name))
 
         with _handled(interrupt):
@@ -69,16 +79,28 @@ class Interrupts:
                 with self._lock:
                     self._begun = False
 
+    @contextmanager
+    def held_back(self) -> Iterator[None]:
+        """Within the block those signals interrupt nothing: the way down is walked to its end."""
 
-@contextmanager
-def held_back() -> Iterator[None]:
-    """Within the block those signals do nothing: the way down is walked to its end."""
+        def count(_number: int, _frame: FrameType | None) -> None:
+            self._count()
 
-    def nothing(_number: int, _frame: FrameType | None) -> None:
-        return None
+        with _handled(count):
+            yield
 
-    with _handled(nothing):
-        yield
+    def delays(self) -> dict[str, float]:
+        """Return how long (s) after the cause was seen the run was interrupted, and how long after it this was asked."""
+        if self._seen is None:
+            return {}
+        now = monotonic()
+        return {"interrupted_after": (self._raised or now) - self._seen, "started_after": now - self._seen}
+
+    def _count(self) -> None:
+        self._signals += 1
+        # The signal that a request sends to this process is nobody's impatience.
+        if self._signals - bool(self._wish) > 1:
+            self.hurry.set()
 
 
 @contextmanager

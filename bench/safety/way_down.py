@@ -29,6 +29,8 @@ class Outcome:
     item: Item
     error: str = ""
     found: Measured | None = None
+    #: Whether the instrument is still busy with it.
+    pending: bool = False
 
     @property
     def words(self) -> str:
@@ -51,13 +53,14 @@ class WayDown:
         *,
         hurry: threading.Event | None = None,
         patience: float = PATIENCE,
+        longest: float = LONGEST,
     ) -> list[Outcome]:
         """Do every item whose instrument is there, in order, whatever becomes of those before; return the outcomes.
 
-        One that does not answer within `patience` (s) is left to itself while the next begin. Once `hurry` is set,
-        measurements are not repeated and nobody waits for a person.
+        One that does not answer within `patience` (s) is left to itself while the next begin, and given up `longest` (s)
+        after the last. Once `hurry` is set, measurements are not repeated and nobody waits for a person.
         """
-        return _Walk(self, instruments, recorder, clock, hurry or threading.Event(), patience).walk()
+        return _Walk(self, instruments, recorder, clock, hurry or threading.Event(), patience, longest).walk()
 
 
 class _Walk:
@@ -69,6 +72,7 @@ class _Walk:
         clock: Clock,
         hurry: threading.Event,
         patience: float,
+        longest: float,
     ) -> None:
         self._items = [item for item in way.items if item.role in instruments]
         self._by_hand = way.by_hand
@@ -77,6 +81,7 @@ class _Walk:
         self._clock = clock
         self._hurry = hurry
         self._patience = patience
+        self._longest = longest
         self._lanes: dict[str, Lane] = {}
 
     def walk(self) -> list[Outcome]:
@@ -87,12 +92,12 @@ class _Walk:
                 partial(perform, item, self._instruments[item.role], self._clock, self._hurry),
             )
             self._lane(item.role).submit(call)
-            if self._wait(item, call, item.within + LONGEST if item.measures else self._patience):
+            if self._wait(item, call, item.within + self._longest if item.measures else self._patience):
                 outcomes.append(self._outcome(item, call))
             else:
                 late.append((item, call))
         for item, call in late:
-            self._wait(item, call, math.inf if item.role in self._by_hand else LONGEST)
+            self._wait(item, call, math.inf if item.role in self._by_hand else self._longest)
             outcomes.append(self._outcome(item, call))
         for lane in self._lanes.values():
             lane.end()
@@ -122,7 +127,7 @@ class _Walk:
             found, error = call.error.found, str(call.error)
         elif call.error is not None:
             error = f"{type(call.error).__name__}: {call.error}"
-        outcome = Outcome(item, error, found)
+        outcome = Outcome(item, error, found, not call.done.is_set())
         self._record(outcome)
         return outcome
 

@@ -28,7 +28,8 @@ ASSUMED_SOURCE = "assumed, 5 % of rated: no drive profile states an accuracy; en
 
 
 class Cia402Inverter:
-    """A CiA 402 drive by its node's SDO client; the node is identified when this is made.
+    """A CiA 402 drive by its node's SDO client; the node is identified when this is made, unless it is held for the way
+    down only (`guarding`).
 
     Raises IdentityError where the node is no drive or another one, CommunicationError where it does not answer.
     """
@@ -42,13 +43,18 @@ class Cia402Inverter:
         name: str = "inverter",
         traffic: Traffic | None = None,
         connection: Connection | None = None,
+        guarding: bool = False,
     ) -> None:
-        self._node = Cia402Node(client, clock, options, name=name, traffic=traffic, connection=connection)
+        self._node = Cia402Node(
+            client, clock, options, name=name, traffic=traffic, connection=connection, guarding=guarding
+        )
         self._objects = objects = self._node.objects
         self._power = self._node.power
         self._clock = clock
         self._options = options
         self._name = name
+        if guarding:
+            return
         rated = objects.read(RATED_CURRENT, 0, 4) * CURRENT_STEP
         if rated <= 0:
             raise ReportedError(name, "rated current (0x6075) is 0", remedy="Set up the drive for its motor first")
@@ -183,6 +189,7 @@ def open_cia402_inverter(
     name: str = "inverter",
     traffic: Traffic | None = None,
     buses: CanBuses | None = None,
+    guarding: bool = False,
 ) -> Cia402Inverter:
     """Open a node at `can://interface/channel?node=5&bitrate=500000`, the interface as python-can names it.
 
@@ -191,7 +198,9 @@ def open_cia402_inverter(
     """
     place = (buses or CanBuses()).node(address, name)
     try:
-        return Cia402Inverter(place.client, clock, options, name=name, traffic=traffic, connection=place)
+        return Cia402Inverter(
+            place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding
+        )
     except BaseException:
         place.disconnect()
         raise

@@ -36,7 +36,8 @@ FREQUENCY_OF_HALL_EDGES = Accuracy(
 
 
 class Cia402SixStep:
-    """A six-step drive by its node's SDO client; the node is identified when this is made.
+    """A six-step drive by its node's SDO client; the node is identified when this is made, unless it is held for the way
+    down only (`guarding`).
 
     Raises IdentityError where the node is no drive or another one, CommunicationError where it does not answer.
     """
@@ -50,12 +51,16 @@ class Cia402SixStep:
         name: str = "drive",
         traffic: Traffic | None = None,
         connection: Connection | None = None,
+        guarding: bool = False,
     ) -> None:
-        self._node = Cia402Node(client, clock, options, name=name, traffic=traffic, connection=connection)
+        self._node = Cia402Node(
+            client, clock, options, name=name, traffic=traffic, connection=connection, guarding=guarding
+        )
         self._clock = clock
         self._options = options
         self._name = name
-        self._node.watch()
+        if not guarding:
+            self._node.watch()
 
     @property
     def identity(self) -> Identity:
@@ -122,6 +127,7 @@ def open_cia402_six_step(
     name: str = "drive",
     traffic: Traffic | None = None,
     buses: CanBuses | None = None,
+    guarding: bool = False,
 ) -> Cia402SixStep:
     """Open a node at `can://interface/channel?node=6&bitrate=500000`, the interface as python-can names it.
 
@@ -130,7 +136,9 @@ def open_cia402_six_step(
     """
     place = (buses or CanBuses()).node(address, name)
     try:
-        return Cia402SixStep(place.client, clock, options, name=name, traffic=traffic, connection=place)
+        return Cia402SixStep(
+            place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding
+        )
     except BaseException:
         place.disconnect()
         raise

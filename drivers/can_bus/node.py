@@ -33,8 +33,9 @@ class Connection(Protocol):
 
 
 class Cia402Node:
-    """A drive by its node's SDO client; the node is identified when this is made.
+    """A drive by its node's SDO client; the node is identified when this is made, unless `guarding`.
 
+    A drive has one SDO channel: a second client that asked beside the first would spoil its replies.
     Raises IdentityError where the node is no drive or another one, CommunicationError where it does not answer.
     """
 
@@ -47,6 +48,7 @@ class Cia402Node:
         name: str,
         traffic: Traffic | None = None,
         connection: Connection | None = None,
+        guarding: bool = False,
     ) -> None:
         self.objects = NodeObjects(client, name, traffic=traffic)
         self.power = PowerStateMachine(
@@ -57,7 +59,7 @@ class Cia402Node:
         self._name = name
         self._connection = connection
         self._watchdog = HeartbeatWatchdog(self.objects)
-        self.identity = self._identify()
+        self.identity = Identity("", "") if guarding else self._identify()
 
     def watch(self) -> None:
         """Arm the drive's watch over this process where the station asks for it and the drive has one.

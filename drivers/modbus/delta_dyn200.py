@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 
 from drivers.in_process import InProcess
 from drivers.interfaces import (
@@ -33,13 +34,19 @@ SETTLED_READINGS = 3
 
 
 class DeltaDyn200:
-    """A dynamometer on one Modbus line; both units are asked for when this is made.
+    """A dynamometer on one Modbus line; both units are asked for when this is made, with `guarding` when first needed.
 
     Raises CommunicationError where one of them does not answer, ReportedError where the drive is in fault.
     """
 
     def __init__(
-        self, line: ModbusLine, clock: Clock, options: DeltaDyn200Options, *, name: str = "dynamometer"
+        self,
+        line: ModbusLine,
+        clock: Clock,
+        options: DeltaDyn200Options,
+        *,
+        name: str = "dynamometer",
+        guarding: bool = False,
     ) -> None:
         self._line = line
         self._clock = clock
@@ -48,15 +55,26 @@ class DeltaDyn200:
         self._maximum_speed, self._speed_owner = lesser(maximum_speed(options.pole_pairs), options.maximum_speed)
         self._maximum_torque, self._torque_owner = lesser(options.rated_torque, options.maximum_torque)
         self._drive = DeltaC2000(line, options.drive_unit, clock, options.pole_pairs, options.rated_torque)
-        self._drive.check_fault()
-        self._transducer = Dyn200(line, options.transducer_unit)
-        full_scale = options.transducer_range or options.rated_torque
-        self._torque_accuracy = options.torque_accuracy or Accuracy(
+        if not guarding:
+            self._drive.check_fault()
+        self._asked = None if guarding else Dyn200(line, options.transducer_unit)
+
+    @cached_property
+    def _transducer(self) -> Dyn200:
+        return self._asked or Dyn200(self._line, self._options.transducer_unit)
+
+    @cached_property
+    def _torque_accuracy(self) -> Accuracy:
+        full_scale = self._options.transducer_range or self._options.rated_torque
+        return self._options.torque_accuracy or Accuracy(
             offset=TORQUE_SHARE * full_scale,
             resolution=self._transducer.torque_resolution,
             source=TORQUE_SOURCE,
         )
-        self._speed_accuracy = options.speed_accuracy or Accuracy(
+
+    @cached_property
+    def _speed_accuracy(self) -> Accuracy:
+        return self._options.speed_accuracy or Accuracy(
             offset=self._transducer.speed_resolution,
             resolution=self._transducer.speed_resolution,
             source=SPEED_SOURCE,
@@ -245,6 +263,7 @@ def open_delta_dyn200(
     name: str = "dynamometer",
     traffic: Traffic | None = None,
     in_process: InProcess | None = None,
+    guarding: bool = False,
 ) -> DeltaDyn200:
     """Open the dynamometer at `tcp://host:port` or `rtu:///dev/…?baudrate=…`, or through `in_process` at `in-process://…`.
 
@@ -252,7 +271,7 @@ def open_delta_dyn200(
     """
     line = open_line(address, name, traffic=traffic, in_process=in_process)
     try:
-        return DeltaDyn200(line, clock, options, name=name)
+        return DeltaDyn200(line, clock, options, name=name, guarding=guarding)
     except (CommunicationError, ReportedError):
         line.close()
         raise

@@ -54,10 +54,19 @@ def decode_regulation(condition: int) -> OutputMode | None:
 class KeysightE36300:
     """One output of a Keysight E36311A, E36312A or E36313A; the instrument is identified when this is made.
 
+    With `guarding`, errors that wait in the queue are left to the process that made them.
     Raises IdentityError where another instrument, or one without this output, answers.
     """
 
-    def __init__(self, session: ScpiSession, clock: Clock, options: E36300Options, *, name: str = "supply") -> None:
+    def __init__(
+        self,
+        session: ScpiSession,
+        clock: Clock,
+        options: E36300Options,
+        *,
+        name: str = "supply",
+        guarding: bool = False,
+    ) -> None:
         self._session = session
         self._clock = clock
         self._options = options
@@ -79,7 +88,8 @@ class KeysightE36300:
         self._maximum_voltage, self._voltage_owner = lesser(self._output.maximum_voltage, options.maximum_voltage)
         self._maximum_current, self._current_owner = lesser(self._output.maximum_current, options.maximum_current)
         check_setpoint(name, "over_current_delay", options.over_current_delay, "s", 0.0, LONGEST_DELAY, "the model")
-        session.check_errors()
+        if not guarding:
+            session.check_errors()
 
     @property
     def identity(self) -> Identity:
@@ -278,10 +288,11 @@ def open_keysight_e36300(
     *,
     name: str = "supply",
     traffic: Traffic | None = None,
+    guarding: bool = False,
 ) -> KeysightE36300:
     """Open one output of an E36300 series supply at a VISA address.
 
     Raises CommunicationError where nothing answers, IdentityError where something else does.
     """
     session = open_session(address, manager, name, traffic=traffic)
-    return open_driver(session, lambda session: KeysightE36300(session, clock, options, name=name))
+    return open_driver(session, lambda session: KeysightE36300(session, clock, options, name=name, guarding=guarding))

@@ -1,0 +1,62 @@
+"""The guardian's process: its charge on standard input, its answers on standard output."""
+
+import os
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from bench.files.station import make_station
+from bench.files.toml_file import parse
+from bench.guardian.charge import charge_of, decode, encode
+from bench.guardian.hands import GuardedInstruments
+from bench.guardian.record import GuardianRecord, complain
+from bench.guardian.watch import Watch
+from procedures.bench import Role
+
+
+def main() -> None:
+    """Read the charge, connect, watch, and take the way down where it is needed."""
+    begun = monotonic()
+    # A pipe whose reader has died must not end the one who is there for that.
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    charge = charge_of(decode(_first_line()))
+    record = GuardianRecord(Path(charge.folder))
+    content = charge.content.encode()
+    station = make_station(parse(content, charge.source), charge.source, content)
+    instruments = GuardedInstruments(station, [Role(role) for role in charge.roles])
+    record.event("started", pid=os.getpid(), run=os.getppid(), roles=sorted(role.value for role in instruments.roles))
+    failed = instruments.open()
+    watch = Watch(instruments, record, sys.stdin.fileno(), _say, charge.heartbeat, charge.stalled)
+    told: dict[str, Any] = {"opened": instruments.opened(), "failed": failed, "seconds": monotonic() - begun}
+    record.event("ready", **told)
+    for role, error in failed.items():
+        complain(f"is not connected to {role} and will try again when it must act: {error}")
+    _say({"ready": told})
+    watch.run()
+    record.event("left")
+    record.close()
+    sys.stderr.flush()
+    # Connections to instruments that do not answer any more must not keep it from leaving.
+    os._exit(0)
+
+
+def _first_line() -> bytes:
+    line = b""
+    while not line.endswith(b"\n"):
+        part = os.read(sys.stdin.fileno(), 1)
+        if not part:
+            sys.exit("motorbench guardian: no charge on standard input; it is started by motorbench run")
+        line += part
+    return line
+
+
+def _say(message: dict[str, Any]) -> None:
+    with suppress(OSError):
+        os.write(sys.stdout.fileno(), encode(message))
+
+
+if __name__ == "__main__":
+    main()

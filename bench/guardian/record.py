@@ -1,0 +1,82 @@
+"""What a guardian did, in a file whose space is taken at the start: a full disk does not silence it."""
+
+import json
+import os
+import sys
+import threading
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from bench.record.encoding import dumps, to_bytes
+
+#: The file in a run's folder.
+FILE = "guardian.jsonl"
+#: Room (bytes) for some hundred events.
+_ROOM = 1 << 16
+
+
+class GuardianRecord:
+    """Appends events to a run's `guardian.jsonl`; one that cannot be written goes to standard error and is passed over."""
+
+    def __init__(self, folder: Path) -> None:
+        self._lock = threading.Lock()
+        self._file = -1
+        self._length = 0
+        try:
+            self._file = os.open(folder / FILE, os.O_RDWR | os.O_CREAT, 0o644)
+            # A run that is resumed goes on with the same file.
+            self._length = len(_whole(os.pread(self._file, 1 << 24, 0)))
+            os.ftruncate(self._file, self._length)
+            os.posix_fallocate(self._file, self._length, _ROOM)
+        except OSError as error:
+            complain(f"{folder / FILE} cannot be written: {error}")
+
+    def event(self, kind: str, **data: Any) -> None:
+        """Append one event, on the disk when this returns."""
+        line = to_bytes(
+            dumps({"wall": datetime.now(UTC).isoformat(timespec="microseconds"), "kind": kind, "data": data})
+        )
+        with self._lock:
+            if self._file < 0:
+                return
+            try:
+                os.pwrite(self._file, line + b"\n", self._length)
+                self._length += len(line) + 1
+                os.fdatasync(self._file)
+            except OSError as error:
+                complain(f"an event cannot be written ({error}): {line.decode(errors='replace')}")
+
+    def close(self) -> None:
+        """Give back the room that was not needed."""
+        with self._lock:
+            if self._file >= 0:
+                with suppress(OSError):
+                    os.ftruncate(self._file, self._length)
+                os.close(self._file)
+                self._file = -1
+
+
+def complain(words: str) -> None:
+    """Say it on standard error, which may have nobody behind it any more."""
+    with suppress(OSError, ValueError):
+        print(f"motorbench guardian: {words}", file=sys.stderr, flush=True)
+
+
+def read_guardian(folder: Path) -> list[dict[str, Any]]:
+    """Return the events in a run's folder, oldest first; empty where no guardian was needed."""
+    path = folder / FILE
+    if not path.exists():
+        return []
+    events = []
+    for line in _whole(path.read_bytes()).splitlines():
+        with suppress(ValueError):
+            events.append(json.loads(line))
+    return events
+
+
+def _whole(content: bytes) -> bytes:
+    """Return the lines that were written to their end; room that was not used is zeros."""
+    used = content.rstrip(b"\0")
+    return used[: used.rfind(b"\n") + 1]

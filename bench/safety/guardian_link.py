@@ -1,0 +1,199 @@
+"""The run's end of the line to its guardian: heartbeats out, and the run stopped where the guardian is gone."""
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic
+from typing import IO, Any, Protocol
+
+from bench.guardian.charge import BEATS, Charge, decode, encode
+from bench.safety.interrupts import Interrupted, Interrupts
+from bench.safety.life import SignsOfLife
+
+#: How long (s) a guardian may take to be there, and to leave.
+_START, _LEAVE = 30.0, 5.0
+#: How long (s) a guardian that lives may be silent.
+_SILENCE = 2.0
+_MUTE = "the guardian, which does not answer"
+
+
+class Guard(Protocol):
+    """Who watches over a run."""
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take an event of the journal. Raises Interrupted where nothing may be energised any more."""
+
+    def going_down(self) -> None:
+        """Be told that the run walks the way down itself."""
+
+    def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
+        """Be told that the run is over and everything off; return what is not well. May be called twice."""
+
+
+class Unguarded:
+    """Stands for a guardian where none is needed: nothing outlives the run's process, or a person does everything."""
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Pass."""
+
+    def going_down(self) -> None:
+        """Pass."""
+
+    def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
+        """Have nothing to say."""
+        return ()
+
+
+class GuardianLink:
+    """Starts a guardian; nothing is energised before it is ready, nor after it has died or taken the way down."""
+
+    def __init__(self, charge: Charge, life: SignsOfLife, interrupts: Interrupts) -> None:
+        self._charge = charge
+        self._life = life
+        self._interrupts = interrupts
+        self._lock = threading.Lock()
+        self._news = threading.Condition()
+        self._ready = self._leaving = False
+        self._ended = ""
+        self._sent = self._echo = 0
+        self._echoed = monotonic()
+        self._down = False
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "bench.guardian"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+            # Ctrl-C at the terminal is the run's to take, not the guardian's.
+            start_new_session=True,
+        )
+        self._send_line(charge.line())
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._beat)]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def pid(self) -> int:
+        """The guardian's process."""
+        return self._process.pid
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take an event of the journal. Raises Interrupted where nothing may be energised any more."""
+        self._life.stamp()
+        if kind in ("energising", "commanding"):
+            self._permit()
+        elif kind == "de_energising":
+            self._send({"ending": True})
+        elif kind == "de_energised":
+            self._send({"ended": True})
+
+    def going_down(self) -> None:
+        """Tell it that the run walks the way down itself."""
+        self._down = True
+        self._send({"down": True})
+
+    def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
+        """Let it go; where the journal is lost, it walks the way down once more and writes down what it finds."""
+        if self._leaving:
+            return ()
+        self._leaving = True
+        self._send({"done": True, "journal": not journal_lost})
+        with suppress(OSError, ValueError):
+            self._stdin.close()
+        try:
+            self._process.wait(0.0 if self._ended == _MUTE else _LEAVE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+            return [f"the guardian (process {self.pid}) did not leave and was ended"]
+        finally:
+            for thread in self._threads:
+                thread.join()
+            self._stdout.close()
+        return ()
+
+    def _permit(self) -> None:
+        """Return once the guardian is known to watch; raises Interrupted where it does not."""
+        with self._news:
+            if not self._news.wait_for(lambda: self._ready or self._ended, _START):
+                raise Interrupted(f"the guardian, which was not ready after {_START:g} s")
+        if not self._ended and monotonic() - self._echoed > self._charge.heartbeat:
+            # This process may have been asleep, and the way down taken meanwhile.
+            number = self._send_beat()
+            with self._news:
+                self._news.wait_for(lambda: self._echo >= number or self._ended, _SILENCE)
+                if self._echo < number and not self._ended:
+                    self._ended = _MUTE
+        if self._ended and not self._down:
+            raise Interrupted(self._ended)
+
+    def _listen(self) -> None:
+        with suppress(OSError, ValueError):
+            for line in self._stdout:
+                self._take(decode(line))
+        if not self._leaving:
+            self._end("the guardian, which died")
+
+    def _take(self, message: Mapping[str, Any]) -> None:
+        with self._news:
+            self._echoed = monotonic()
+            self._echo = max(self._echo, message.get("echo", 0))
+            self._ready = self._ready or "ready" in message
+            self._news.notify_all()
+        if "alarm" in message:
+            self._end(message["alarm"])
+        elif "took" in message and not self._leaving:
+            self._end(f"the guardian, which took the way down: {message['took']}")
+            self._send({"awake": True})
+
+    def _beat(self) -> None:
+        interval = self._charge.heartbeat / BEATS
+        stopping = threading.Event()
+        while not (self._leaving or self._ended):
+            begun = monotonic()
+            self._send_beat()
+            stopping.wait(interval)
+            if monotonic() - begun > _SILENCE:
+                # This process was asleep: the guardian gets its time to say what happened.
+                self._echoed = monotonic()
+            if self._ready and monotonic() - self._echoed > _SILENCE:
+                self._end(_MUTE)
+        # What watches for the run's death must not see it before the run has walked its way down.
+        while not self._leaving:
+            self._send_beat()
+            stopping.wait(interval)
+
+    def _end(self, by: str) -> None:
+        with self._news:
+            self._ended = self._ended or by
+            self._news.notify_all()
+        self._interrupts.request(by)
+
+    def _send_beat(self) -> int:
+        self._sent += 1
+        self._send({"beat": self._sent, "age": round(self._life.age(), 3)})
+        return self._sent
+
+    def _send(self, message: dict[str, Any]) -> None:
+        self._send_line(encode(message))
+
+    def _send_line(self, line: bytes) -> None:
+        # A guardian that has died is heard of on the other pipe.
+        with self._lock, suppress(OSError, ValueError):
+            self._stdin.write(line)
+            self._stdin.flush()
+
+    @property
+    def _stdin(self) -> IO[bytes]:
+        stream = self._process.stdin
+        assert stream is not None  # noqa: S101  asked for above
+        return stream
+
+    @property
+    def _stdout(self) -> IO[bytes]:
+        stream = self._process.stdout
+        assert stream is not None  # noqa: S101  asked for above
+        return stream

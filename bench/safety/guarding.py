@@ -1,0 +1,50 @@
+"""Whether a run needs a guardian, and the run's surroundings with one."""
+
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from bench.guardian.charge import Charge
+from bench.guardian.hands import needs_guardian
+from bench.safety.guardian_link import Guard, GuardianLink, Unguarded
+from bench.safety.interrupts import Interrupts
+from bench.safety.life import SignsOfLife, WatchedClock, WatchedOperator, watched_prompts
+from bench.surroundings import Place
+from bench.virtual_station import VIRTUAL
+from procedures.bench import Role
+
+
+@contextmanager
+def guarded(
+    where: Place, roles: Collection[Role], folder: Path, interrupts: Interrupts, *, wanted: bool = True
+) -> Iterator[tuple[Place, Guard]]:
+    """Have a guardian for the length of the block where the roles of a run can feed energy that would outlive its process.
+
+    Gives the surroundings, in which waiting is no sign of death, and the guardian. The virtual bench in process ends
+    with the process, and what a person sets is the person's to switch off.
+    """
+    station = where.station
+    if not wanted or station.source == VIRTUAL or not needs_guardian(station, roles):
+        yield where, Unguarded()
+        return
+    life = SignsOfLife()
+    charge = Charge(
+        station.source,
+        station.content,
+        tuple(sorted(role.value for role in roles)),
+        str(folder.resolve()),
+        station.guardian.heartbeat,
+        station.guardian.stalled,
+    )
+    watched = replace(
+        where,
+        clock=WatchedClock(where.clock, life),
+        operator=WatchedOperator(where.operator, life),
+        prompts=watched_prompts(where.prompts, life),
+    )
+    guard = GuardianLink(charge, life, interrupts)
+    try:
+        yield watched, guard
+    finally:
+        guard.dismiss(journal_lost=False)

@@ -1,0 +1,95 @@
+"""Whether a run gets on: when it last did something, and whether it has a reason to do nothing."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic
+
+from drivers.interfaces import Clock
+from drivers.manual.prompt import Prompt
+from procedures.actions import Action
+from procedures.bench import Operator, Role
+
+
+class SignsOfLife:
+    """What the run's own thread stamps as it gets on, and others ask for."""
+
+    def __init__(self, now: Callable[[], float] = monotonic) -> None:
+        self._now = now
+        self._last = now()
+        self._waiting = 0
+
+    def stamp(self) -> None:
+        """Say that the run has got on."""
+        self._last = self._now()
+
+    @contextmanager
+    def excused(self) -> Iterator[None]:
+        """Within the block the run waits for something that ends by itself or for a person, and is not stuck."""
+        self._waiting += 1
+        try:
+            yield
+        finally:
+            self._waiting -= 1
+            self.stamp()
+
+    def age(self) -> float:
+        """Return for how long (s) the run has not got on without a reason."""
+        return 0.0 if self._waiting else max(0.0, self._now() - self._last)
+
+
+class WatchedClock:
+    """A clock whose sleepers are no dead ones."""
+
+    def __init__(self, clock: Clock, life: SignsOfLife) -> None:
+        self._clock = clock
+        self._life = life
+
+    def now(self) -> float:
+        """Return the bench time (s)."""
+        return self._clock.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let bench time (s) pass."""
+        with self._life.excused():
+            self._clock.sleep(seconds)
+
+
+class WatchedOperator:
+    """An operator who may take as long as it takes."""
+
+    def __init__(self, operator: Operator, life: SignsOfLife) -> None:
+        self._operator = operator
+        self._life = life
+
+    def perform(self, action: Action) -> object:
+        """Have it done."""
+        with self._life.excused():
+            return self._operator.perform(action)
+
+
+class WatchedPrompt:
+    """The same for who sets and reads an instrument by hand."""
+
+    def __init__(self, prompt: Prompt, life: SignsOfLife) -> None:
+        self._prompt = prompt
+        self._life = life
+
+    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+        """Return the number given."""
+        with self._life.excused():
+            return self._prompt.ask(quantity, unit, minimum, maximum, context)
+
+    def confirm(self, text: str) -> None:
+        """Return once it is done."""
+        with self._life.excused():
+            self._prompt.confirm(text)
+
+
+def watched_prompts(prompts: Callable[[Role], Prompt | None], life: SignsOfLife) -> Callable[[Role], Prompt | None]:
+    """Return the ways to the person for each role, watched."""
+
+    def watched(role: Role) -> Prompt | None:
+        prompt = prompts(role)
+        return None if prompt is None else WatchedPrompt(prompt, life)
+
+    return watched

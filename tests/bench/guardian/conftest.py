@@ -1,0 +1,141 @@
+"""A virtual bench in a process of its own, and runs on it that are ended in every manner."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.guardian.record import read_guardian
+from bench.record.journal import Event, read_journal
+from bench.served_world import ServedWorld
+
+QUIET = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[3])}
+HELD_RUN = Path(__file__).parent / "held_run.py"
+#: Nobody dies in a test for longer than this (s).
+PATIENCE = 30.0
+
+
+class Served:
+    """`motorbench sim serve`, and what is really so on it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.station = folder / "station.toml"
+        words = ("--motor", "lg-400w", "--json", "--speedup", "20", "--station-file", str(self.station))
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=QUIET
+        )
+        assert self.process.stdout is not None
+        self.told: dict[str, Any] = json.loads(self.process.stdout.readline())
+        self.world = ServedWorld(self.told["control"])
+        self.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
+        self.world.hold_shaft()
+        self.world.couple_dynamometer()
+        self.world.let_go()
+
+    def silence(self, role: str) -> None:
+        """Have an instrument answer nothing any more."""
+        self.world._ask("POST", "/faults", {"fault": "silence", "role": role, "pattern": "", "times": None})
+
+    def mend(self) -> None:
+        """Take all faults away."""
+        self.world._ask("DELETE", "/faults")
+
+    def seconds_until_off(self) -> float:
+        """Return how long it takes until nothing is energised any more."""
+        begun = time.monotonic()
+        while self.world.truth()["energised"]:
+            assert time.monotonic() - begun < PATIENCE
+            self.world.clock.sleep(0.1)
+        return time.monotonic() - begun
+
+    def end(self) -> None:
+        self.world.__exit__()
+        self.process.send_signal(signal.SIGTERM)
+        self.process.communicate(timeout=PATIENCE)
+
+
+class Run:
+    """A held run under way."""
+
+    def __init__(self, served: Served, folder: Path, *then: str) -> None:
+        self.served = served
+        self.runs = folder
+        self.process = subprocess.Popen(
+            [sys.executable, str(HELD_RUN), str(served.station), str(folder), *then],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=QUIET,
+        )
+        assert self.process.stdout is not None
+        said = self.process.stdout.readline()
+        assert said == "energised\n", said + self.process.communicate(timeout=PATIENCE)[1]
+        truth = served.world.truth()
+        assert (truth["output_on"], truth["inverter_enabled"], truth["dynamometer_enabled"]) == (True, True, True)
+
+    @property
+    def folder(self) -> Path:
+        return next(self.runs.iterdir())
+
+    @property
+    def guardian(self) -> list[dict[str, Any]]:
+        return read_guardian(self.folder)
+
+    @property
+    def guardian_pid(self) -> int:
+        return int(self.guardian[0]["data"]["pid"])
+
+    @property
+    def journal(self) -> tuple[Event, ...]:
+        return read_journal(self.folder / "journal.jsonl").events
+
+    def signal(self, number: signal.Signals) -> None:
+        self.process.send_signal(number)
+
+    def ended(self) -> dict[str, Any]:
+        """Return how the run ended, as it tells it itself."""
+        output, errors = self.process.communicate(timeout=PATIENCE)
+        assert self.process.returncode == 0, errors
+        told: dict[str, Any] = json.loads(output.splitlines()[-1])
+        return told
+
+    def guardian_left(self) -> list[dict[str, Any]]:
+        """Return what the guardian wrote, once it has left."""
+        begun = time.monotonic()
+        while (events := self.guardian)[-1]["kind"] != "left":
+            assert time.monotonic() - begun < PATIENCE, events
+            self.served.world.clock.sleep(0.2)
+        return events
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    made = Served(tmp_path_factory.mktemp("served"))
+    yield made
+    made.end()
+
+
+@pytest.fixture
+def hold(served: Served, tmp_path: Path) -> Iterator[Callable[..., Run]]:
+    started = []
+
+    def start(*then: str) -> Run:
+        run = Run(served, tmp_path, *then)
+        started.append(run)
+        return run
+
+    yield start
+    for run in started:
+        for stream in (run.process.stdout, run.process.stderr):
+            if stream is not None:
+                stream.close()
+        if run.process.poll() is None:
+            run.process.kill()
+            run.process.wait()

@@ -1,0 +1,86 @@
+"""A run that energises everything at once, says so, and then waits: for tests that end it in every manner.
+
+Arguments: station file, folder of runs, what happens once everything is on (wait, disk-full, deadlock, lose ROLE).
+"""
+
+import json
+import resource
+import signal
+import sys
+import threading
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, ClassVar
+
+from bench.commands.output import console_on
+from bench.files.motor_file import load_motor
+from bench.session import Wishes, run
+from procedures.bench import Role
+from procedures.procedure import Procedure, Settings
+from procedures.steps import step
+
+THEN = sys.argv[3:]
+
+
+class Hold(Procedure[Settings]):
+    """Supply, dynamometer and inverter on, until somebody ends it."""
+
+    name: ClassVar[str] = "hold"
+    title: ClassVar[str] = "Hold"
+    section: ClassVar[str] = "9.9"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.DYNAMOMETER, Role.INVERTER})
+    gives: ClassVar[tuple[str, ...]] = ()
+
+    def measure(self) -> None:
+        self.hold()
+
+    @step("9.9/1", "Hold")
+    def hold(self) -> None:
+        bench = self.bench
+        with ExitStack() as on:
+            on.enter_context(bench.dynamometer.driving_speed(30.0))
+            on.enter_context(bench.inverter.driving_current(1.0))
+            on.enter_context(bench.supply.energised(5.0, 1.0))
+            print("energised", flush=True)
+            getattr(self, THEN[0].replace("-", "_"))(*THEN[1:])
+
+    def wait(self) -> None:
+        self.bench.clock.sleep(1e6)
+
+    def deadlock(self) -> None:
+        # Nothing that Python could interrupt: no handler runs while the signals stay blocked.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
+        threading.Lock().acquire() and threading.Event().wait()
+
+    def disk_full(self) -> None:
+        journal = next(Path(sys.argv[2]).glob("*/journal.jsonl"))
+        limit = journal.stat().st_size + 10
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+        self.bench.supply.measure_voltage()
+
+    def lose(self, role: str) -> None:
+        print("measuring", flush=True)
+        while True:
+            getattr(self.bench, role).measure_current()
+
+
+def main() -> int:
+    done = run(
+        Wishes(
+            procedures=["hold"],
+            motor=load_motor("lg-400w"),
+            station=sys.argv[1],
+            language="en",
+            runs=Path(sys.argv[2]),
+            operator="virtual",
+        ),
+        {"hold": Hold},
+        console_on(sys.stderr),
+    )
+    told: dict[str, Any] = {"status": done.view.status, "cause": done.view.cause}
+    print(json.dumps(told), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""However a run on a bench of wires ends: everything off, asked of the bench itself."""
+
+import os
+import signal
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+#: Whatever the end, everything is off after this time (s).
+SOON = 1.0
+#: A frozen run is seen by its silence first (s).
+HEARTBEAT = 0.6
+
+
+def kinds(events: list[dict[str, Any]]) -> list[str]:
+    return [event["kind"] for event in events]
+
+
+def test_killed(hold: Callable[..., Any], served: Any) -> None:
+    run = hold("wait")
+    run.signal(signal.SIGKILL)
+    assert served.seconds_until_off() < SOON
+    events = run.guardian_left()
+    took = next(event["data"] for event in events if event["kind"] == "took")
+    assert took["cause"] == "the run's process has died"
+    done = [(e["data"]["instrument"], e["data"]["item"]) for e in events if e["data"].get("outcome") == "safe"]
+    assert done == [
+        ("inverter", "command_zero"),
+        ("dynamometer", "command_zero"),
+        ("inverter", "disable"),
+        ("dynamometer", "disable"),
+        ("supply", "output_off"),
+        ("supply", "voltage_decayed"),
+        ("dynamometer", "speed_zero"),
+    ]
+    assert run.journal[-1].kind == "energised"
+
+
+def test_frozen_and_woken_again(hold: Callable[..., Any], served: Any) -> None:
+    run = hold("wait")
+    run.signal(signal.SIGSTOP)
+    assert served.seconds_until_off() < SOON + HEARTBEAT
+    run.signal(signal.SIGCONT)
+    told = run.ended()
+    assert told["status"] == "aborted"
+    assert "the guardian, which took the way down: no heartbeat for 0.6 s" in told["cause"]
+    assert kinds(run.guardian_left())[-1] == "left"
+    assert served.world.truth()["energised"] is False
+
+
+def test_the_guardians_death_stops_the_run(hold: Callable[..., Any], served: Any) -> None:
+    run = hold("wait")
+    os.kill(run.guardian_pid, signal.SIGKILL)
+    assert served.seconds_until_off() < SOON
+    told = run.ended()
+    assert (told["status"], told["cause"]) == ("aborted", "interrupted by the guardian, which died")
+
+
+def test_a_frozen_guardian_stops_the_run(hold: Callable[..., Any], served: Any) -> None:
+    run = hold("wait")
+    os.kill(run.guardian_pid, signal.SIGSTOP)
+    told = run.ended()
+    assert told["status"] == "aborted"
+    assert "interrupted by the guardian, which does not answer" in told["cause"]
+    assert served.world.truth()["energised"] is False
+
+
+@pytest.mark.parametrize(
+    ("numbers", "by"),
+    [
+        ([signal.SIGTERM], "SIGTERM"),
+        ([signal.SIGHUP], "SIGHUP"),
+        ([signal.SIGINT], "Ctrl-C"),
+        ([signal.SIGINT, signal.SIGINT], "Ctrl-C"),
+    ],
+)
+def test_interrupted(hold: Callable[..., Any], served: Any, numbers: list[signal.Signals], by: str) -> None:
+    run = hold("wait")
+    for number in numbers:
+        run.signal(number)
+    assert served.seconds_until_off() < SOON
+    told = run.ended()
+    assert told["status"] == "aborted"
+    assert told["cause"].splitlines()[0] == f"interrupted by {by}"
+    (start,) = (event.data for event in run.journal if event.kind == "way_down_started")
+    assert start["interrupted_after"] <= 0.05
+    assert kinds(run.guardian_left()) == ["started", "ready", "left"]
+
+
+def test_a_full_disk(hold: Callable[..., Any], served: Any) -> None:
+    run = hold("disk-full")
+    assert served.seconds_until_off() < SOON
+    told = run.ended()
+    assert told["status"] == "failed"
+    assert "the journal cannot be written" in told["cause"]
+    events = run.guardian_left()
+    assert next(e["data"]["cause"] for e in events if e["kind"] == "took") == "the run's journal cannot be written"
+    assert ("supply", "output_off", "safe") in [
+        (e["data"].get("instrument"), e["data"].get("item"), e["data"].get("outcome")) for e in events
+    ]
+
+
+def test_an_instrument_that_is_lost(hold: Callable[..., Any], served: Any) -> None:
+    run = hold("lose", "inverter")
+    served.silence("inverter")
+    try:
+        told = run.ended()
+    finally:
+        served.mend()
+    assert told["status"] == "failed"
+    assert "no usable reply" in told["cause"]
+    assert "inverter could not be made safe (disable)" in told["cause"]
+    truth = served.world.truth()
+    assert (truth["dynamometer_enabled"], truth["output_on"]) == (False, False)
+    safe = [(e.data["instrument"], e.data["item"]) for e in run.journal if e.data.get("outcome") == "safe"]
+    assert {("dynamometer", "disable"), ("supply", "output_off"), ("supply", "voltage_decayed")} <= set(safe)
