@@ -2,7 +2,7 @@
 
 Both ways one JSON object a line. The run says `beat` (with a number, and for how long it has not got on), `ending` and
 `ended` (an energised block after an error), `awake` (it has heard that the way down was taken), `down` (it walks the way
-down itself) and `done`; the guardian says `ready`, `echo`, `took` and `alarm`.
+down itself) and `done`; the guardian says `ready`, `echo`, `took`, `yours` (it leaves the instruments to a run that is awake) and `alarm`.
 """
 
 import json

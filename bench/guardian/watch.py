@@ -157,6 +157,7 @@ class Watch:
                     # From now on it is the run's again, which must soon be on its own way down.
                     self._ending = monotonic() + _WAKE
                     self._unread = messages[number + 1 :]
+                    self._say({"yours": True})
                     return
 
     def _commands(self) -> tuple[Item, ...]:

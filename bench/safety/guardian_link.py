@@ -18,6 +18,8 @@ from bench.safety.life import SignsOfLife
 _START, _LEAVE = 30.0, 5.0
 #: How long (s) a guardian that lives may be silent.
 _SILENCE = 2.0
+#: A guardian that took the way down has let go of the instruments within this time (s) of hearing that the run is awake.
+_YIELD = 0.5
 _MUTE = "the guardian, which does not answer"
 
 
@@ -62,6 +64,7 @@ class GuardianLink:
         self._sent = self._echo = 0
         self._echoed = monotonic()
         self._down = False
+        self._yielding: float | None = None
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "bench.guardian"],
             stdin=subprocess.PIPE,
@@ -146,31 +149,39 @@ class GuardianLink:
         if "alarm" in message:
             self._end(message["alarm"])
         elif "took" in message and not self._leaving:
-            self._end(f"the guardian, which took the way down: {message['took']}")
+            self._forbid(f"the guardian, which took the way down: {message['took']}")
             self._send({"awake": True})
+            self._yielding = self._yielding or monotonic() + _YIELD
+        elif "yours" in message:
+            self._end("")
 
     def _beat(self) -> None:
         interval = self._charge.heartbeat / BEATS
-        stopping = threading.Event()
-        while not (self._leaving or self._ended):
+        pause = threading.Event()
+        # Beats go on when the run is to end: it has the way down before it, which the guardian waits for.
+        while not self._leaving:
             begun = monotonic()
             self._send_beat()
-            stopping.wait(interval)
-            if monotonic() - begun > _SILENCE:
+            pause.wait(interval)
+            now = monotonic()
+            if now - begun > _SILENCE:
                 # This process was asleep: the guardian gets its time to say what happened.
-                self._echoed = monotonic()
-            if self._ready and monotonic() - self._echoed > _SILENCE:
+                self._echoed = now
+            if self._yielding is not None and now >= self._yielding:
+                self._end("")
+            if self._ready and not self._ended and now - self._echoed > _SILENCE:
                 self._end(_MUTE)
-        # What watches for the run's death must not see it before the run has walked its way down.
-        while not self._leaving:
-            self._send_beat()
-            stopping.wait(interval)
+
+    def _forbid(self, why: str) -> None:
+        """Have nothing energised any more."""
+        with self._news:
+            self._ended = self._ended or why
+            self._news.notify_all()
 
     def _end(self, by: str) -> None:
-        with self._news:
-            self._ended = self._ended or by
-            self._news.notify_all()
-        self._interrupts.request(by)
+        """Have the run interrupted, for the first reason that was given."""
+        self._forbid(by)
+        self._interrupts.request(self._ended)
 
     def _send_beat(self) -> int:
         self._sent += 1

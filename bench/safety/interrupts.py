@@ -1,12 +1,13 @@
 """Ctrl-C, the signals that end a program and other parties' wish to stop, as one exception that takes the way down."""
 
-import os
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
 from types import FrameType
+
+from bench.safety.nudge import NUDGE, Nudge
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -24,9 +25,10 @@ class Interrupts:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
+        self._nudge = Nudge()
         self._wish = ""
-        self._begun = False
         self._signals = 0
+        self._named = ""
         #: Set by the second Ctrl-C or signal: still the way down, but no waiting on it.
         self.hurry = threading.Event()
         self._seen: float | None = None
@@ -40,11 +42,9 @@ class Interrupts:
         with self._lock:
             if self._wish:
                 return
-            self._wish = by
             self._seen = self._seen or monotonic()
-            begun = self._begun
-        if begun:
-            os.kill(os.getpid(), signal.SIGTERM)
+            self._wish = by
+        self._nudge.give()
 
     def raise_if_requested(self) -> None:
         """Raise Interrupted where somebody wished for it and no signal could say so."""
@@ -57,34 +57,33 @@ class Interrupts:
 
         Those that follow interrupt nothing: what the first one set going is the way down, and it is walked to its end.
         """
-        interrupted = False
+        if threading.current_thread() is not threading.main_thread():
+            # Only the main thread receives signals, and only it may say what they do.
+            yield
+            return
 
         def interrupt(number: int, _frame: FrameType | None) -> None:
-            nonlocal interrupted
-            self._count()
-            if interrupted:
+            self._count(number)
+            if self._nudge.heard.is_set() or (number == NUDGE and not (self._wish or self._signals)):
                 return
-            interrupted = True
+            self._nudge.heard.set()
             self._raised = monotonic()
             self._seen = self._seen or self._raised
-            raise Interrupted(self._wish or ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name))
+            raise Interrupted(self._wish or self._named)
 
-        with _handled(interrupt):
-            with self._lock:
-                # In another thread than the main one no handler is in place, and a signal would end the program.
-                self._begun = threading.current_thread() is threading.main_thread()
-            try:
-                yield
-            finally:
-                with self._lock:
-                    self._begun = False
+        with _handled(interrupt), self._nudge.active():
+            yield
 
     @contextmanager
     def held_back(self) -> Iterator[None]:
         """Within the block those signals interrupt nothing: the way down is walked to its end."""
+        self._nudge.heard.set()
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
 
-        def count(_number: int, _frame: FrameType | None) -> None:
-            self._count()
+        def count(number: int, _frame: FrameType | None) -> None:
+            self._count(number)
 
         with _handled(count):
             yield
@@ -96,20 +95,18 @@ class Interrupts:
         now = monotonic()
         return {"interrupted_after": (self._raised or now) - self._seen, "started_after": now - self._seen}
 
-    def _count(self) -> None:
+    def _count(self, number: int) -> None:
+        if number == NUDGE:
+            return
         self._signals += 1
-        # The signal that a request sends to this process is nobody's impatience.
-        if self._signals - bool(self._wish) > 1:
+        self._named = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+        if self._signals > 1:
             self.hurry.set()
 
 
 @contextmanager
 def _handled(handler: "signal._HANDLER") -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():
-        # Only the main thread receives signals, and only it may say what they do.
-        yield
-        return
-    before = {number: signal.signal(number, handler) for number in _SIGNALS}
+    before = {number: signal.signal(number, handler) for number in (*_SIGNALS, NUDGE)}
     try:
         yield
     finally:
