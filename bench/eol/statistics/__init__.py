@@ -1,0 +1,1 @@
+"""Statistics of a line: pure, arrays in, figures out."""

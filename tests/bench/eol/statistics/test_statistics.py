@@ -1,0 +1,145 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.eol.limits import Limits
+from bench.eol.statistics.capability import capability, of_moments
+from bench.eol.statistics.control_chart import Signal, individuals_chart
+from bench.eol.statistics.gauge import gauge_study
+
+#: AIAG, Measurement Systems Analysis, 4th edition, gauge R&R data sheet: 3 appraisers, 10 parts, 3 trials.
+AIAG = np.array(
+    [
+        [
+            [0.29, -0.56, 1.34, 0.47, -0.80, 0.02, 0.59, -0.31, 2.26, -1.36],
+            [0.41, -0.68, 1.17, 0.50, -0.92, -0.11, 0.75, -0.20, 1.99, -1.25],
+            [0.64, -0.58, 1.27, 0.64, -0.84, -0.21, 0.66, -0.17, 2.01, -1.31],
+        ],
+        [
+            [0.08, -0.47, 1.19, 0.01, -0.56, -0.20, 0.47, -0.63, 1.80, -1.68],
+            [0.25, -1.22, 0.94, 1.03, -1.20, 0.22, 0.55, 0.08, 2.12, -1.62],
+            [0.07, -0.68, 1.34, 0.20, -1.28, 0.06, 0.83, -0.34, 2.19, -1.50],
+        ],
+        [
+            [0.04, -1.38, 0.88, 0.14, -1.46, -0.29, 0.02, -0.46, 1.77, -1.49],
+            [-0.11, -1.13, 1.09, 0.20, -1.07, -0.67, 0.01, -0.56, 1.45, -1.77],
+            [-0.15, -0.96, 0.67, 0.11, -1.45, -0.49, 0.21, -0.49, 1.87, -2.16],
+        ],
+    ]
+).transpose(0, 2, 1)
+
+
+def test_the_aiag_example() -> None:
+    study = gauge_study(AIAG)
+    assert study.pooled
+    assert study.interaction_p == pytest.approx(0.974, abs=0.001)
+    assert study.repeatability == pytest.approx(0.199933, abs=2e-6)
+    assert study.reproducibility == pytest.approx(0.226838, abs=2e-6)
+    assert study.grr == pytest.approx(0.302373, abs=2e-6)
+    assert study.parts == pytest.approx(1.042327, abs=2e-6)
+    assert study.total == pytest.approx(1.085300, abs=2e-6)
+    assert 100.0 * study.grr_share == pytest.approx(27.86, abs=0.01)
+    assert study.categories == 4
+
+
+def test_an_alpha_that_keeps_the_interaction() -> None:
+    kept = gauge_study(AIAG, alpha=0.99)
+    assert not kept.pooled
+    assert kept.repeatability == pytest.approx(math.sqrt(2.7589 / 60), abs=1e-5)
+    assert kept.interaction == 0.0
+
+
+def test_the_interval_holds_the_true_r_and_r() -> None:
+    random = np.random.default_rng(4)
+    held = []
+    for _ in range(300):
+        data = random.normal(0, 1.0, (1, 10, 1)) + random.normal(0, 0.2, (3, 1, 1)) + random.normal(0, 0.3, (3, 10, 3))
+        low, high = gauge_study(data).grr_interval
+        held.append(low <= math.hypot(0.2, 0.3) <= high)
+    assert 0.91 <= np.mean(held) <= 0.99
+
+
+def test_share_of_a_tolerance() -> None:
+    assert gauge_study(AIAG, tolerance=6.0).grr_share == pytest.approx(0.302373, abs=2e-6)
+
+
+@pytest.mark.parametrize("shape", [(3, 10), (1, 10, 3), (3, 10, 1)])
+def test_what_is_no_crossed_study(shape: tuple[int, ...]) -> None:
+    with pytest.raises(ValueError, match="appraisers × parts × trials"):
+        gauge_study(np.zeros(shape))
+
+
+def test_a_missing_figure_is_refused() -> None:
+    data = AIAG.copy()
+    data[0, 0, 0] = math.nan
+    with pytest.raises(ValueError, match="missing"):
+        gauge_study(data)
+
+
+def test_capability_by_hand() -> None:
+    found = of_moments(50, 16.0, 2.0, Limits(8.0, 20.0))
+    # NIST/SEMATECH e-Handbook 7.1.6: limits 8 and 20, mean 16, standard deviation 2.
+    assert found.cp == pytest.approx(1.0)
+    assert found.cpk == pytest.approx(0.6667, abs=1e-4)
+    low, high = found.cp_interval
+    assert (low, high) == pytest.approx((0.8025, 1.1971), abs=5e-4)
+
+
+def test_the_intervals_hold_the_true_capability() -> None:
+    random = np.random.default_rng(2)
+    limits, cp, cpk = Limits(-4.0, 4.0), 4.0 / 3.0, 3.5 / 3.0
+    found = [capability(random.normal(0.5, 1.0, 40), limits) for _ in range(400)]
+    assert 0.92 <= np.mean([c.cp_interval[0] <= cp <= c.cp_interval[1] for c in found]) <= 0.98
+    assert 0.91 <= np.mean([c.cpk_interval[0] <= cpk <= c.cpk_interval[1] for c in found]) <= 0.98
+
+
+def test_an_open_side_has_a_cpk_and_no_cp() -> None:
+    found = of_moments(10, 5.0, 1.0, Limits(low=2.0))
+    assert math.isnan(found.cp)
+    assert found.cpk == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("values", [[], [1.0], [2.0, 2.0, 2.0]])
+def test_too_little_to_say(values: list[float]) -> None:
+    assert math.isnan(capability(values, Limits(0.0, 1.0)).cpk)
+
+
+QUIET = [0.1, -0.1, 0.2, -0.2, 0.15, -0.05, -0.15, 0.05, 0.1, -0.1]
+
+
+@pytest.mark.parametrize(
+    ("tail", "rule"),
+    [
+        ([2.0], 1),
+        ([0.05] * 9, 2),
+        ([-0.2, -0.15, -0.1, -0.05, 0.0, 0.05], 3),
+        ([0.1, -0.1] * 8, 4),
+        ([0.5, 0.0, 0.5], 5),
+        ([0.3, 0.3, 0.3, 0.3], 6),
+        ([0.01] * 8 + [-0.01] * 7, 7),
+        ([0.3, -0.3] * 4, 8),
+    ],
+)
+def test_each_rule_sees_its_pattern(tail: list[float], rule: int) -> None:
+    chart = individuals_chart(QUIET + tail, baseline=len(QUIET), rules=(rule,))
+    assert Signal(len(QUIET + tail) - 1, rule) in chart.signals
+
+
+def test_a_quiet_process_gives_no_signal() -> None:
+    assert individuals_chart(QUIET).signals == ()
+
+
+def test_limits_come_from_the_moving_range() -> None:
+    chart = individuals_chart([1.0, 2.0, 1.0, 2.0])
+    assert chart.sigma == pytest.approx(1.0 / 1.128379)
+    assert chart.high == pytest.approx(1.5 + 3.0 / 1.128379)
+    assert chart.range_high == pytest.approx(3.267)
+
+
+@given(st.lists(st.floats(-10, 10), min_size=2, max_size=60))
+def test_turning_the_values_over_breaks_the_same_rules(values: list[float]) -> None:
+    up = individuals_chart(values, rules=(2, 3, 4)).signals
+    assert individuals_chart([-value for value in values], rules=(2, 3, 4)).signals == up
