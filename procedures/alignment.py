@@ -16,10 +16,11 @@ _REACHED = 0.9
 
 @dataclass(frozen=True)
 class Alignment:
-    """Voltage (V) and current (A) by the supply's meters while the rotor is held."""
+    """Voltage (V) and current (A) by the supply's meters while the rotor is held, and what the voltage's zero may be off (V)."""
 
     voltage: float
     current: float
+    voltage_offset: float = 0.0
 
     @property
     def loop_resistance(self) -> float:
@@ -67,7 +68,8 @@ def aligning(bench: Bench, current: float, settle: float) -> Iterator[Alignment]
             raise ProcedureError(
                 text("the supply does not regulate the current although it flows; check its settings and leads")
             )
-        yield Alignment(supply.measure_voltage().value, flowing)
+        voltage = supply.measure_voltage()
+        yield Alignment(voltage.value, flowing, voltage.accuracy.offset)
 
 
 def _not_exceeded(reading: Reading, wanted: float) -> Reading:

@@ -33,11 +33,15 @@ from procedures.wiring.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
 _CAUTIOUS_POLE_PAIRS = 10
+#: The sweep is then this much longer: a motor of fewer pole pairs is to go round far enough all the same.
+_CAUTION = 2.0
 _WARM_UP = 3
 #: Speed (rad/s) at which a person can follow the display while turning.
 _WATCHING_SPEED = 0.1
 #: A sweep that scatters by more than this share of its amplitude is repeated this much more slowly.
 _ROUGH, _SLOWER = 0.02, 4
+#: Scatter of this share of an amplitude worth knowing may hide one that large.
+_HIDING = 0.2
 #: Saliency below this share of the inductance changes no controller.
 _NOTEWORTHY = 0.005
 _NAMES = (("d_axis_inductance", "d"), ("q_axis_inductance", "q"))
@@ -50,8 +54,8 @@ class DqInductanceExtremesSettings(WiringSettings):
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
-    electrical_turns: float = Field(default=2.0, ge=1.0, le=100.0, description="electrical turns of the sweep")
-    readings_per_period: int = Field(default=24, ge=8, le=1000, description="readings a period of the inductance")
+    electrical_turns: float = Field(default=1.5, ge=1.0, le=100.0, description="electrical turns of the sweep")
+    readings_per_period: int = Field(default=32, ge=8, le=1000, description="readings a period of the inductance")
     turning_speed: float | None = Field(
         default=None, gt=0.0, le=10.0, description="speed of the hand, rad/s; chosen when not given"
     )
@@ -118,12 +122,14 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         bridge = self.bench.lcr_meter
         if bridge.read_by_hand:
             return self._watched()
-        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or _CAUTIOUS_POLE_PAIRS
+        turns, pairs = self.settings.electrical_turns, self.known_value("pole_pairs") or self.nameplate.pole_pairs
+        if pairs is None:
+            turns, pairs = _CAUTION * turns, _CAUTIOUS_POLE_PAIRS
         # The inductance has two periods an electrical turn.
-        readings = math.ceil(2.0 * self.settings.electrical_turns * self.settings.readings_per_period)
+        readings = math.ceil(2.0 * turns * self.settings.readings_per_period)
         speed = self.settings.turning_speed
         if speed is None:
-            speed = 2.0 * math.pi * self.settings.electrical_turns / (pairs * readings * max(reading_time, 1e-3))
+            speed = 2.0 * math.pi * turns / (pairs * readings * max(reading_time, 1e-3))
         sweep = self._turned(speed, readings)
         if self.settings.turning_speed is None and _rough(sweep):
             # The induced voltage spoils a reading by the square of the speed.
@@ -193,7 +199,9 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         unc, freedom = self.bench.uncertainties, fit.degrees_of_freedom
         mean = unc.statistical("sweep fit: mean", fit.value("mean"), fit.uncertainty("mean"), freedom)
         if not significant:
-            return {"d": mean, "q": mean}
+            hidden = fit.value("amplitude") + 2.0 * fit.uncertainty("amplitude")
+            one = mean + unc.limit("saliency that the scatter may hide", 0.0, hidden)
+            return {"d": one, "q": one}
         # What the two share goes with the mean, the rest is the amplitude's own.
         shared = fit.correlation("mean", "amplitude")
         lean = shared * fit.uncertainty("amplitude") / fit.uncertainty("mean") if shared else 0.0
@@ -272,10 +280,11 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
 
 
 def _rough(sweep: Sweep) -> bool:
-    """Whether the readings scatter about their curve as they should not."""
+    """Whether the readings scatter about their curve as they should not, or enough to hide a saliency worth knowing."""
     fit = sweep.fit
-    if fit is None or not rotor_sweep.saliency_significant(fit)[0]:
+    if fit is None:
         return False
-    return fit.residual_rms > _ROUGH * fit.value("amplitude") and 2.0 * fit.value(
-        "amplitude"
-    ) > _NOTEWORTHY * fit.value("mean")
+    amplitude, noteworthy = fit.value("amplitude"), 0.5 * _NOTEWORTHY * fit.value("mean")
+    if not rotor_sweep.saliency_significant(fit)[0]:
+        return fit.residual_rms > _HIDING * noteworthy
+    return amplitude > noteworthy and fit.residual_rms > _ROUGH * amplitude

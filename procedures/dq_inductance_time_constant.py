@@ -28,6 +28,7 @@ from procedures.bench import Role
 from procedures.curves import curve
 from procedures.estimation.connections import ReadingConnection, phase_factor
 from procedures.estimation.repeats import mean_of_estimates, mean_of_readings
+from procedures.estimation.step_look import look_at_step
 from procedures.estimation.step_response import apparent_inductance, fit_step_response, time_constant_63
 from procedures.inductance import CONVENTION
 from procedures.procedure import Procedure
@@ -43,6 +44,15 @@ _TIME_CONSTANTS = 9.0
 #: The voltage may begin to rise this share of the record before the trigger; before that lies the baseline.
 _LEAD = 0.2
 _ATTEMPTS = 12
+#: The step's voltage is at least this many times what the supply's zero may be off, up to this share of the rated current, and
+#: the ranges leave this many times as much room.
+_ABOVE_ZERO, _MOST_SHARE, _ZERO_ROOM = 5.0, 0.5, 1.5
+#: The supply's current limit, in currents of the step.
+_LIMIT = 2.0
+#: A difference that the bridge's resistance makes is worth a notice beyond this.
+_TELLING = 0.02
+#: Length (s) of the first record where nothing is known.
+_FIRST_GUESS = 0.05
 
 
 class Polarity(Enum):
@@ -65,7 +75,12 @@ class DqInductanceTimeConstantSettings(WiringSettings):
     polarity: Polarity = Field(
         default=Polarity.AGAINST, description="d-axis step against (as in the note) or along the magnet"
     )
-    record_time: float = Field(default=0.05, gt=0.0, le=100.0, description="first guess of the record's length, s")
+    record_time: float | None = Field(
+        default=None,
+        gt=0.0,
+        le=100.0,
+        description="first guess of the record's length, s; from L and R known earlier when not given, else 0.05",
+    )
     repeats: int = Field(default=4, ge=1, le=100, description="steps on each axis")
     curve_shares: tuple[float, ...] = Field(
         default=(), description="further step currents, shares of the rated current, for inductance against current"
@@ -95,13 +110,14 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             alignment = self.align_d(energised)
             self.lock_d(energised)
         voltage = self.set_step_d(alignment)
-        self.conclude_d(voltage, self.record_d(voltage))
+        self.conclude_d(voltage, self.record_d(voltage, alignment))
         self._curve("d", alignment)
         with ExitStack() as energised:
             self.align_q(energised)
             self.lock_q(energised)
         voltage = self.set_step_q(alignment)
-        self.conclude_q(voltage, self.record_q(voltage))
+        self.conclude_q(voltage, self.record_q(voltage, alignment))
+        self._tell_whose_resistance()
         self._curve("q", alignment)
 
     @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
@@ -153,9 +169,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._step_voltage(alignment)
 
     @step("3.3.1-d/4", "Switch on and record the current's step response")
-    def record_d(self, voltage: float) -> list[StepRecord]:
+    def record_d(self, voltage: float, alignment: Alignment) -> list[StepRecord]:
         """Return the recorded steps."""
-        return self._record(voltage, forward=self.settings.polarity is Polarity.ALONG)
+        return self._record("d", voltage, alignment, forward=self.settings.polarity is Polarity.ALONG)
 
     @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
     def conclude_d(self, voltage: float, steps: list[StepRecord]) -> None:
@@ -188,9 +204,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._step_voltage(alignment)
 
     @step("3.3.1-q/4", "Switch on and record the current's step response")
-    def record_q(self, voltage: float) -> list[StepRecord]:
+    def record_q(self, voltage: float, alignment: Alignment) -> list[StepRecord]:
         """Return the recorded steps."""
-        return self._record(voltage, forward=True)
+        return self._record("q", voltage, alignment, forward=True)
 
     @step("3.3.1-q/5", "Lq is two thirds of time constant times resistance")
     def conclude_q(self, voltage: float, steps: list[StepRecord]) -> None:
@@ -204,8 +220,26 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         )
 
     def _step_voltage(self, alignment: Alignment) -> float:
+        """Return the step's voltage (V): for the current asked for, but not lost in what the supply's zero may be off."""
         current = self.current_level(self.settings.step_share, "step current")
-        return current * alignment.loop_resistance
+        voltage = current * alignment.loop_resistance
+        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current) / _LIMIT
+        most = max(current, min(_MOST_SHARE * self.nameplate.rated_current, bound)) * alignment.loop_resistance
+        raised = min(max(voltage, _ABOVE_ZERO * alignment.voltage_offset), most)
+        if raised > voltage and "step_voltage_raised" not in self.findings:
+            self.findings["step_voltage_raised"] = raised
+            self.notice(
+                "raised-step",
+                text(
+                    "the step is {raised:.3g} V, about {share:.0%} of the rated current, instead of {voltage:.3g} V: the supply's zero may "
+                    "be off by {offset:.2g} V",
+                    raised=raised,
+                    share=raised / alignment.loop_resistance / self.nameplate.rated_current,
+                    voltage=voltage,
+                    offset=alignment.voltage_offset,
+                ),
+            )
+        return raised
 
     def _curve(self, axis: str, alignment: Alignment) -> None:
         """Step to several currents in both directions on the held axis: flux over current, the apparent inductance."""
@@ -217,15 +251,15 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             self.bench.perform(connection)
             for share in sorted(self.settings.curve_shares):
                 current = self.current_level(share, "step current of the curve")
-                steps = self._record(current * alignment.loop_resistance, forward=sign > 0.0, share=share)
+                steps = self._record(axis, current * alignment.loop_resistance, alignment, forward=sign > 0.0)
                 apparent = [apparent_inductance(s.current.time, s.voltage.values, s.current.values) for s in steps]
                 value, uncertainty, _ = mean_of_readings([factors.y_equivalent * a.inductance for a in apparent])
                 reached = float(np.mean([a.current for a in apparent]))
                 points.append({"current": reached, "inductance": value, "standard_uncertainty": uncertainty})
         self.findings.setdefault("curve", {})[axis] = sorted(points, key=lambda point: point["current"])
 
-    def _record(self, voltage: float, *, forward: bool, share: float | None = None) -> list[StepRecord]:
-        """Step until the record's length fits the time constant, then repeat; `share` is the step current's, of the rated one."""
+    def _record(self, axis: str, voltage: float, alignment: Alignment, *, forward: bool) -> list[StepRecord]:
+        """Step until the record's length fits the time constant, then repeat."""
         scope = self.bench.oscilloscope
         v_channel = scope.channels(ProbeKind.VOLTAGE)[0]
         i_channel = scope.channels(ProbeKind.CURRENT)[0]
@@ -235,14 +269,18 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             CurrentProbe(i_channel, Terminal.A),
         )
         sign = 1.0 if forward else -1.0
-        current = (share or self.settings.step_share) * self.nameplate.rated_current
+        current = voltage / alignment.loop_resistance
+        # The supply gives more or less than it is set to.
+        room = 1.3 + _ZERO_ROOM * alignment.voltage_offset / voltage
+        fills = {}
         for channel, top in ((v_channel, voltage), (i_channel, current)):
-            configure(
-                scope, channel, min(-0.1 * sign * top, 1.3 * sign * top), max(-0.1 * sign * top, 1.3 * sign * top)
-            )
-        trigger = Trigger(i_channel, 0.3 * sign * current, Slope.RISING if forward else Slope.FALLING)
-        # Twice the step's current: the limit is a safety net that must not act on the step.
-        limit = min(2.0 * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
+            low, high = sorted((-0.1 * sign * top, room * sign * top))
+            fills[channel] = abs(top) / configure(scope, channel, low, high)
+        # Triggered by the channel that the step fills better, for a small signal drowns in its noise.
+        source, top = (i_channel, current) if fills[i_channel] > 2.0 * fills[v_channel] else (v_channel, voltage)
+        trigger = Trigger(source, 0.3 * sign * top, Slope.RISING if forward else Slope.FALLING)
+        # The limit is a safety net that must not act on the step.
+        limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
 
         def once(record_time: float) -> StepRecord:
             # The current of the step before must have died away: the loop is as slow to fall as to rise.
@@ -257,15 +295,20 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             )
             return StepRecord(waves[v_channel], waves[i_channel])
 
-        record_time = self.settings.record_time
+        record_time = self.settings.record_time or self._expected(axis)
         for _ in range(_ATTEMPTS):
-            first = once(record_time)
-            tau = time_constant_63(first.current.time, first.current.values)
-            wanted = max(_TIME_CONSTANTS * tau, _lead(first.voltage) / _LEAD)
+            wanted = _wanted(once(record_time))
             if 0.5 * record_time <= wanted <= record_time:
                 break
             record_time = min(max(1.3 * wanted, 0.05 * record_time), 4.0 * record_time)
         return [once(record_time) for _ in range(self.settings.repeats)]
+
+    def _expected(self, axis: str) -> float:
+        """Return a first guess of the record's length (s) from what an earlier procedure found."""
+        inductance, resistance = self.known_value(f"{axis}_axis_inductance"), self.known_value("stator_resistance")
+        if inductance is None or resistance is None:
+            return _FIRST_GUESS
+        return 1.3 * _TIME_CONSTANTS * inductance / resistance
 
     def _conclude(self, name: str, axis: str, voltage: float, steps: list[StepRecord]) -> None:
         fits = [
@@ -331,22 +374,28 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         if known is None:
             return
         from_bridge, from_loop = tau * known, tau * total_resistance / 1.5
-        self.findings[axis]["with_bridge_resistance"] = from_bridge
-        difference = from_bridge / from_loop - 1.0
-        if abs(difference) > 0.02:
+        self.findings[axis] |= {
+            "with_bridge_resistance": from_bridge,
+            "bridge_resistance_error": from_bridge / from_loop - 1.0,
+        }
+
+    def _tell_whose_resistance(self) -> None:
+        """Say once for both axes what the bridge's resistance would have done."""
+        errors = [self.findings[axis].get("bridge_resistance_error", 0.0) for axis in ("d", "q")]
+        if max(abs(error) for error in errors) > _TELLING:
             self.notice(
                 "E10",
                 text(
-                    "L{axis} from the time constant with the bridge's resistance would be {difference:+.1%} off: the R of L = τ·R is "
-                    "the whole loop's, with leads, contacts and source",
-                    axis=axis,
-                    difference=difference,
+                    "Ld and Lq from the time constant with the bridge's resistance would be {d:+.1%} and {q:+.1%} off: the R of "
+                    "L = τ·R is the whole loop's, with leads, contacts and source",
+                    d=errors[0],
+                    q=errors[1],
                 ),
             )
 
 
-def _lead(voltage: Waveform) -> float:
-    """Return how long (s) before the trigger the voltage began to rise."""
-    final = float(np.median(voltage.values[-voltage.values.size // 10 :]))
-    risen = voltage.values / final > 0.1 if final else np.ones_like(voltage.values, dtype=bool)
-    return max(0.0, -float(voltage.time[int(np.argmax(risen))]))
+def _wanted(taken: StepRecord) -> float:
+    """Return how long (s) a record must be to hold a step like this one."""
+    seen = look_at_step(taken.current.time, taken.voltage.values, taken.current.values)
+    lead, ramp = max(-seen.begin, 0.0), seen.end - seen.begin
+    return max(_TIME_CONSTANTS * seen.time_constant + ramp / (1.0 - _PRE_TRIGGER), lead / _LEAD)

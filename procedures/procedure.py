@@ -138,6 +138,10 @@ class Procedure(ABC, Generic[C]):
     def current_level(self, share: float, what: str) -> float:
         """Return a current (A): a share of the rated one, kept within the motor's and refused beyond the supply's limit."""
         wanted = share * self.nameplate.rated_current
+        # A share that was made from one of the bounds may lie above it by its last digit.
+        for bound in (self.nameplate.current_bound, self.bench.supply.maximum_current):
+            if bound < wanted <= bound * (1.0 + 1e-9):
+                wanted = bound
         if wanted > self.nameplate.current_bound:
             raise ProcedureError(
                 text(

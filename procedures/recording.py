@@ -57,16 +57,20 @@ def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: floa
     )
 
 
-def configure(scope: Oscilloscope, channel: int, low: float, high: float) -> None:
-    """Set a channel's range and offset for a signal between `low` and `high` (V or A), in the smallest range at least."""
+def configure(scope: Oscilloscope, channel: int, low: float, high: float) -> float:
+    """Set a channel's range and offset for a signal between `low` and `high` (V or A); return the range that was set.
+
+    A small signal is given the smallest range: it is coarser there, which its fit states, and measured all the same.
+    """
     wanted, offset = (high - low) / _FILL, 0.5 * (low + high)
     try:
         scope.configure_channel(channel, ChannelSettings(wanted, offset))
     except SetpointError as refused:
         if not 0.0 < wanted < refused.low:
             raise
-        # A small signal is coarser in the smallest range, which its fit states, and measured all the same.
         scope.configure_channel(channel, ChannelSettings(refused.low, offset))
+        return refused.low
+    return wanted
 
 
 def _better(wave: Waveform, full_scale: float) -> float | None:

@@ -11,6 +11,8 @@ from procedures.estimation.checks import positive, same_length, series
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 
 MotorClass = Literal["SPMSM", "IPMSM"]
+#: Residuals that resemble their neighbours more than this are no noise.
+_ALIKE = 0.35
 NAMES = ("mean", "amplitude", "phase")
 
 
@@ -36,6 +38,12 @@ def _harmonic(course: FloatArray, inductance: FloatArray) -> tuple[FloatArray, f
     coefficients, *_ = np.linalg.lstsq(design, inductance, rcond=None)
     left = inductance - design @ coefficients
     return coefficients, float(left @ left)
+
+
+def resemblance(residuals: FloatArray) -> float:
+    """Return how much each residual resembles its neighbour: 0 for noise, 1 for a smooth course."""
+    squares = float(residuals @ residuals)
+    return min(float(residuals[1:] @ residuals[:-1]) / squares, 0.99) if squares else 0.0
 
 
 def sweep_fit(
@@ -68,6 +76,11 @@ def sweep_fit(
     variance = max(squares / freedom, resolution**2 / 12.0)
     covariance = variance * (vt[keep].T / s[keep] ** 2) @ vt[keep] / np.outer(scale, scale)
     residuals = inductance - (mean - amplitude * np.cos(course + phase))
+    alike = resemblance(residuals) if course_parameters else 0.0
+    if alike > _ALIKE:
+        # Where the course could not follow the hand, so many readings count as one.
+        covariance = covariance * (1.0 + alike) / (1.0 - alike)
+        freedom = max(int(freedom * (1.0 - alike) / (1.0 + alike)), 1)
     spread = inductance - np.mean(inductance)
     return SweepFit(
         names=NAMES,

@@ -8,11 +8,13 @@ from scipy.signal import hilbert
 
 from procedures.estimation.checks import increasing, same_length, series
 from procedures.estimation.fit import EstimationError, FloatArray
-from procedures.estimation.rotor_sweep import SweepFit, saliency_significant, sweep_fit
+from procedures.estimation.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
 
 _CHIRPS = np.linspace(-0.6, 0.6, 25)
 #: Degrees of the course that are tried; a hand that wavers several times during the sweep needs the high ones.
-_DEGREES = (1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 22, 27, 32)
+_DEGREES = (1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 22, 27, 32, 38, 45, 53, 63)
+#: Up to this degree the phase of the analytic signal, which ends short of the sweep's ends, determines a course.
+_FOLLOWED = 32
 #: So many degrees in a row without a better score, and no higher one is tried, unless what is left still hangs together:
 #: neighbouring residuals correlate beyond chance where the course has yet to follow the hand.
 _PATIENCE = 5
@@ -80,8 +82,7 @@ def _refine(x: FloatArray, values: FloatArray, start: FloatArray, degree: int) -
 
 def _hangs_together(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
     """Whether each residual resembles its neighbour."""
-    left = _residuals(x, values, coefficients)
-    return bool(left[1:] @ left[:-1] > _HANGS_TOGETHER * (left @ left))
+    return resemblance(_residuals(x, values, coefficients)) > _HANGS_TOGETHER
 
 
 def _left(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> float:
@@ -110,7 +111,7 @@ def _acceptable(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> 
 
 
 def fit_timed_sweep(
-    time: ArrayLike, inductance: ArrayLike, *, largest_degree: int = 32, resolution: float = 0.0
+    time: ArrayLike, inductance: ArrayLike, *, largest_degree: int = 63, resolution: float = 0.0
 ) -> SweepFit:
     """Fit L = mean − amplitude·cos(2θ(t) + phase) to readings (H, shape (n,)) of a shaft turned slowly one way.
 
@@ -130,8 +131,9 @@ def fit_timed_sweep(
     best_score, best = np.inf, scanned[:2]
     course, worse = scanned, 0
     for degree in (d for d in _DEGREES if d <= min(largest_degree, n // 3)):
-        followed = np.asarray(chebyshev.chebfit(places, phase, degree), dtype=np.float64)
-        starts = (scanned if degree <= 2 else course, followed)
+        starts = [scanned if degree <= 2 else course]
+        if degree <= _FOLLOWED:
+            starts.append(np.asarray(chebyshev.chebfit(places, phase, degree), dtype=np.float64))
         begin = min(starts, key=lambda start: _left(x, values, start[: degree + 1]))
         course, squares = _refine(x, values, begin, degree)
         parameters = degree + 4

@@ -85,3 +85,24 @@ def test_sweeps_that_carry_no_estimate_are_refused() -> None:
         fit_timed_sweep(np.arange(20.0), np.ones(20))
     with pytest.raises(EstimationError, match="not numbers"):
         fit_timed_sweep(np.arange(20.0), np.full(20, np.nan))
+
+
+def test_a_long_sweep_is_followed_through_every_waver_of_the_hand() -> None:
+    time = np.linspace(0.0, 17.5, 160)
+    course = 8.0 * np.pi * (time + 0.1 / 4.4 * np.sin(4.4 * time)) / 17.5
+    noise = 3e-5 * (LQ - LD)
+    values = readings(course + 0.7) + np.random.default_rng(3).normal(0.0, noise, time.size)
+    fit = fit_timed_sweep(time, values)
+    assert fit.value("mean") == pytest.approx(LD + LQ, abs=4.0 * fit.uncertainty("mean"))
+    assert fit.value("amplitude") == pytest.approx(LQ - LD, abs=4.0 * fit.uncertainty("amplitude"))
+    assert fit.uncertainty("amplitude") < 3e-4 * (LQ - LD)
+
+
+def test_residuals_that_hang_together_count_for_fewer_readings() -> None:
+    random, time = np.random.default_rng(4), np.linspace(0.0, 10.0, 160)
+    white = random.normal(0.0, READ_NOISE, time.size)
+    smooth = np.convolve(random.normal(0.0, READ_NOISE, time.size + 8), np.full(9, 1 / 3.0), "valid")
+    course = 0.8 * np.pi * time
+    scattered, wavering = (fit_timed_sweep(time, readings(course) + left, largest_degree=3) for left in (white, smooth))
+    assert wavering.uncertainty("amplitude") > 2.0 * scattered.uncertainty("amplitude")
+    assert wavering.degrees_of_freedom < 0.3 * scattered.degrees_of_freedom

@@ -4,6 +4,7 @@ import pytest
 from procedures.estimation.first_order import respond
 from procedures.estimation.fit import EstimationError
 from procedures.estimation.smoothing import smooth
+from procedures.estimation.step_look import look_at_step
 from procedures.estimation.step_response import fit_step_response, time_constant_63
 from tests.studies.simulated import TAU, L, R, V, step_record
 
@@ -105,3 +106,43 @@ def test_a_record_of_eight_bits_is_fitted_within_its_uncertainty() -> None:
     time, v, i, v_step, i_step = step_record(np.random.default_rng(8), 8, points=20000)
     fit = fit_step_response(time, v, i, voltage_resolution=v_step, current_resolution=i_step)
     assert abs(fit.value("inductance") / L - 1) < 4 * fit.uncertainty("inductance") / L < 4e-3
+
+
+def test_63_percent_are_read_through_noise_as_an_eye_does() -> None:
+    random = np.random.default_rng(5)
+    time = np.arange(-3000, 7000) * 6e-4 * TAU
+    i = respond(time, np.where(time > 0, V, 0.0) / L, R / L)
+    noisy = i + random.normal(0, 0.07 * V / R, i.size)
+    assert time_constant_63(time, noisy) == pytest.approx(TAU, rel=0.15)
+
+
+@pytest.mark.parametrize("ramp", [0.0, 0.5, 5.0])
+@pytest.mark.parametrize("window", [2.0, 9.0, 60.0])
+@pytest.mark.parametrize("noise", [0.001, 0.07])
+def test_a_first_look_finds_the_time_constant_through_noise(ramp: float, window: float, noise: float) -> None:
+    random = np.random.default_rng(6)
+    time = np.linspace(-0.3, 0.7, 10_000) * (window + ramp) * TAU
+    v = np.clip(time / (ramp * TAU), 0, 1) if ramp else np.where(time > 0, V, 0.0)
+    i = respond(time, v / L, R / L)
+    seen = look_at_step(
+        time, v + random.normal(0, noise * V, v.size) + 0.1, i + random.normal(0, noise * V / R, i.size) - 0.3
+    )
+    assert seen.time_constant == pytest.approx(TAU, rel=0.25)
+    assert seen.begin == pytest.approx(0.0, abs=0.15 * ramp * TAU + 0.01 * (window + ramp) * TAU)
+    assert seen.end == pytest.approx(0.9 * ramp * TAU, abs=0.1 * ramp * TAU + 0.01 * (window + ramp) * TAU)
+
+
+def test_a_first_look_at_far_too_long_a_record_says_so() -> None:
+    time = np.linspace(-0.3, 0.7, 10_000) * 5000 * TAU
+    v = np.where(time > 0, V, 0.0)
+    assert look_at_step(time, v, respond(time, v / L, R / L)).time_constant < 20 * TAU
+
+
+@pytest.mark.parametrize(("dead", "said"), [(0, "the voltage shows no step"), (1, "the current shows no step")])
+def test_a_first_look_wants_a_step(dead: int, said: str) -> None:
+    random = np.random.default_rng(7)
+    v = np.where(TIME > 0, V, 0.0)
+    signals = [v, exact(v)]
+    signals[dead] = np.zeros_like(v)
+    with pytest.raises(EstimationError, match=said):
+        look_at_step(TIME, *(x + random.normal(0, 0.01, v.size) for x in signals))

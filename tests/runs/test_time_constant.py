@@ -1,0 +1,63 @@
+"""The step response where the supply, the probe or the screen is at its limit."""
+
+from pathlib import Path
+
+import pytest
+
+LG = (Path(__file__).parents[2] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
+
+
+def motor_file(folder, rated_current, **virtual):
+    """Write the shipped motor with another rated current and other virtual values, and return the path."""
+    lines = []
+    for line in LG.splitlines():
+        name = line.split(" ")[0]
+        if name == "rated_current":
+            lines.append(f"rated_current = {rated_current}")
+        elif name == "maximum_current":
+            lines.append(f"maximum_current = {2 * rated_current}")
+        elif name not in virtual:
+            lines.append(line)
+    path = folder / "motor.toml"
+    path.write_text("\n".join([*lines, *(f"{name} = {value}" for name, value in virtual.items())]), encoding="utf-8")
+    return path
+
+
+CASES = {
+    # 20 mA: the probe's noise is a tenth of the step, and what the eye calls 63 % is a spike of it.
+    "small current": (
+        0.215,
+        {"phase_resistance": [12.2] * 3, "d_axis_inductance": 32.3e-3, "q_axis_inductance": 56.3e-3},
+    ),
+    # 2.6 mV: less than the supply's zero may be off.
+    "small voltage": (
+        1.46,
+        {"phase_resistance": [0.012] * 3, "d_axis_inductance": 20.8e-6, "q_axis_inductance": 23.6e-6},
+    ),
+    # The current follows within a five-hundredth of the first guess of the record.
+    "quick": (0.15, {"phase_resistance": [17.5] * 3, "d_axis_inductance": 1.49e-3, "q_axis_inductance": 3.48e-3}),
+    # The rated current is more than the supply gives.
+    "large current": (19.5, {"phase_resistance": [0.0354] * 3}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_both_axes_hold_the_truth(motorbench, tmp_path, case):
+    rated, virtual = CASES[case]
+    motor = motor_file(tmp_path, rated, coulomb_friction=1e-4 * rated, cogging_torque=0.0, **virtual)
+    status, given = motorbench("run", "dq-inductance-time-constant", "--station", "virtual", "--motor", str(motor))
+    assert status == 0, given.get("cause")
+    for name in ("d_axis_inductance", "q_axis_inductance"):
+        parameter = given["parameters"][name]
+        low, high = parameter["coverage_interval"]
+        assert low <= parameter["truth"] <= high, (name, parameter["value"], parameter["truth"])
+        assert parameter["standard_uncertainty"] < 0.03 * parameter["value"]
+    assert ("raised-step" in {w["id"] for w in given["warnings"]}) == (case == "small voltage")
+
+
+def test_the_bridges_resistance_is_told_once_for_both_axes(motorbench):
+    _, given = motorbench(
+        "run", "stator-resistance", "dq-inductance-time-constant", "--station", "virtual", "--motor", "lg-400w"
+    )
+    (said,) = [w["message"] for w in given["warnings"] if w["id"] == "E10"]
+    assert "Ld and Lq" in said
