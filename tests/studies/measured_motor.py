@@ -12,6 +12,7 @@ from bench.instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
 from bench.plan import Planned, make_plan
 from bench.record.waveforms import StoredRecord, WaveformLike
+from bench.safety.limits import known_pole_pairs
 from bench.safety.way_down import WayDown
 from bench.truth import truth_of
 from bench.virtual_station import virtual_station
@@ -95,6 +96,7 @@ def _measured(
     index: int, virtual: VirtualBench, motor: VirtualMotor, plate: Nameplate, seed: int, plan: list[Planned]
 ) -> Measured:
     nothing = NoRecord()
+    results: list[ProcedureResult] = []
     instruments = StationInstruments(
         virtual_station(virtual.addresses()),
         plate,
@@ -104,9 +106,9 @@ def _measured(
         lambda: ResourceManager(virtual.visa_library),
         lambda _: None,
         in_process=virtual,
+        pole_pairs=lambda: known_pole_pairs(plate, merge(results).parameters),
     )
     truth = truth_of(motor)
-    results: list[ProcedureResult] = []
     refused, failed = [], []
     try:
         bench = Bench(instruments.available(), VirtualOperator(virtual.world, seed), virtual.clock, nothing)
