@@ -106,6 +106,8 @@ class Script:
         if take is not None:
             take(data)
         elif kind in _BLOCKS:
+            # A block that could not be entered tells why when it ends.
+            self._refused(data)
             self._add(Line(_BLOCKS[kind], self._names[data["instrument"]], data["call"]))
 
     def set_point(self, point: SetPoint) -> None:
@@ -168,8 +170,12 @@ class Script:
             self.reached[key] = max(self.reached.get(key, 0.0), abs(reached))
 
     def _instrument_error(self, data: Mapping[str, Any]) -> None:
-        if data["instrument"] in {*_LIMITED, Role.TACHOMETER.value} and data["error"].startswith(_REFUSALS):
-            self.violations.append((self._where(), data["error"].partition(": ")[2]))
+        self._refused(data)
+
+    def _refused(self, data: Mapping[str, Any]) -> None:
+        error = data.get("error", "")
+        if data["instrument"] in {*_LIMITED, Role.TACHOMETER.value} and error.startswith(_REFUSALS):
+            self.violations.append((self._where(), error.partition(": ")[2]))
 
     def _where(self) -> str:
         return self.procedures[-1].name if self.procedures else ""

@@ -204,6 +204,29 @@ def test_a_limit_that_would_be_passed_is_named_and_the_rest_is_rehearsed_all_the
     assert [(line["parameter"], line["value"], line["limit"]) for line in refused] == [("level", 1.0, 0.5)]
 
 
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ("maximum_voltage = 20.0", "drive: DC link voltage = 24.0"),
+        ("maximum_frequency = 30.0", "Hz is beyond 30 Hz, the limit of the station"),
+    ],
+)
+def test_a_limit_that_the_twin_would_pass_while_it_runs_is_named_too(
+    rehearse: Rehearse, tmp_path: Path, limits: str, message: str
+) -> None:
+    head, _, _ = STATION.partition("[instruments.supply]")
+    drive = STATION[STATION.index("[instruments.drive]") :].replace("maximum_voltage = 40.0", limits)
+    rest = '[instruments.oscilloscope]\ndriver = "manual"\nprobes = { 4 = "A" }\n'
+    rest += '[instruments.dynamometer]\ndriver = "manual"\nmaximum_speed = 500.0\nmaximum_torque = 3.0\n'
+    rest += '[instruments.tachometer]\ndriver = "manual"\n'
+    (tmp_path / "station.toml").write_text(head + rest + drive, encoding="utf-8")
+    loads = ("--set", "loads=[0.3, 0.5, 0.7]", "--set", "winding_inductance=1e-4")
+    station = str(tmp_path / "station.toml")
+    status, made = rehearse("equivalent-resistance", *loads, station=station, motor="92bl-30-25l")
+    assert status == 1
+    assert [message in one["message"] for one in made["violations"]] == [True]
+
+
 def test_a_rehearsal_is_no_run(rehearse: Rehearse, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _, made = rehearse("nameplate")
     folder = Path(made["rehearsal"])
