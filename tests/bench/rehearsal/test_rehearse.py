@@ -207,7 +207,7 @@ def test_a_limit_that_would_be_passed_is_named_and_the_rest_is_rehearsed_all_the
 @pytest.mark.parametrize(
     ("limits", "message"),
     [
-        ("maximum_voltage = 20.0", "drive: DC link voltage = 24.0"),
+        ("maximum_voltage = 20.0", "drive: DC link voltage = 2"),
         ("maximum_frequency = 30.0", "Hz is beyond 30 Hz, the limit of the station"),
     ],
 )
