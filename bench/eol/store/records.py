@@ -1,0 +1,174 @@
+"""Records in a database: each saved whole or not at all, and never twice."""
+
+import math
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import Connection, Engine, func, insert, select
+from sqlalchemy.exc import DBAPIError, IntegrityError
+
+from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.store.database import reason
+from bench.eol.store.schema import CHECK, FIGURE, MOTOR, WAVEFORM
+from bench.eol.verdict import Verdict
+
+_PLAIN = tuple(column.name for column in MOTOR.columns if column.name not in ("id", "verdict", "started", "ended"))
+
+
+class StoreError(Exception):
+    """A record could not be kept now; trying again later may help."""
+
+
+class Records:
+    """The records of one database."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    def save(self, record: MotorRecord) -> bool:
+        """Keep a record; it is durable when this returns. Tells whether it was new.
+
+        Raises StoreError where the database does not take it, of which then nothing is kept.
+        """
+        try:
+            with self._engine.begin() as connection:
+                return insert_record(connection, record)
+        except IntegrityError:
+            # Another writer was quicker with the same record.
+            if self.has(record.identifier):
+                return False
+            raise StoreError(f"record {record.identifier} contradicts the database's tables") from None
+        except DBAPIError as error:
+            raise StoreError(reason(error)) from error
+
+    def has(self, identifier: str) -> bool:
+        """Tell whether a record is kept."""
+        with self._engine.connect() as connection:
+            return _key(connection, identifier) is not None
+
+    def count(self, batch: str | None = None) -> int:
+        """Return how many records there are, of one batch or of all."""
+        query = select(func.count()).select_from(MOTOR)
+        if batch is not None:
+            query = query.where(MOTOR.c.batch == batch)
+        with self._engine.connect() as connection:
+            return int(connection.execute(query).scalar_one())
+
+    def serial_numbers(self, batch: str) -> set[str]:
+        """Return the serial numbers of a batch."""
+        with self._engine.connect() as connection:
+            return set(connection.execute(select(MOTOR.c.serial_number).where(MOTOR.c.batch == batch)).scalars())
+
+    def batches(self) -> list[str]:
+        """Return the batches' names, the latest first."""
+        query = select(MOTOR.c.batch).group_by(MOTOR.c.batch).order_by(func.max(MOTOR.c.started).desc())
+        with self._engine.connect() as connection:
+            return list(connection.execute(query).scalars())
+
+    def read(self, batch: str | None = None) -> Iterator[MotorRecord]:
+        """Give the records in the order in which they were kept, a few at a time."""
+        query = select(MOTOR).order_by(MOTOR.c.id)
+        if batch is not None:
+            query = query.where(MOTOR.c.batch == batch)
+        with self._engine.connect() as connection:
+            for row in connection.execution_options(yield_per=500).execute(query).mappings():
+                yield self._restored(row)
+
+    def find(self, identifier: str) -> MotorRecord | None:
+        """Return one record."""
+        with self._engine.connect() as connection:
+            row = connection.execute(select(MOTOR).where(MOTOR.c.identifier == identifier)).mappings().first()
+        return self._restored(row) if row is not None else None
+
+    def _restored(self, row: Mapping[Any, Any]) -> MotorRecord:
+        with self._engine.connect() as connection:
+            parts = [
+                connection.execute(select(table).where(table.c.motor == row["id"]).order_by(*keys)).mappings().all()
+                for table, keys in (
+                    (FIGURE, (FIGURE.c.parameter,)),
+                    (CHECK, (CHECK.c.procedure, CHECK.c.attempt)),
+                    (WAVEFORM, (WAVEFORM.c.path,)),
+                )
+            ]
+        return MotorRecord(
+            **{name: row[name] for name in _PLAIN},
+            started=_utc(row["started"]),
+            ended=_utc(row["ended"]),
+            verdict=Verdict(row["verdict"]),
+            measured=tuple(_measured(figure) for figure in parts[0]),
+            checks=tuple(
+                CheckRecord(c["procedure"], c["attempt"], Verdict(c["verdict"]), c["duration"], c["cause"])
+                for c in parts[1]
+            ),
+            waveforms={wave["path"]: wave["sha256"] for wave in parts[2]},
+        )
+
+
+def insert_record(connection: Connection, record: MotorRecord) -> bool:
+    """Insert a record within the connection's transaction; tells whether it was new."""
+    if _key(connection, record.identifier) is not None:
+        return False
+    plain = {name: getattr(record, name) for name in _PLAIN}
+    row = {**plain, "started": record.started, "ended": record.ended, "verdict": record.verdict.value}
+    motor = connection.execute(insert(MOTOR).returning(MOTOR.c.id), row).scalar_one()
+    figures = [
+        {
+            "motor": motor,
+            "parameter": m.parameter,
+            "value": _finite(m.value),
+            "unit": m.unit,
+            "standard_uncertainty": _finite(m.standard_uncertainty),
+            "expanded": _finite(m.expanded),
+            "low": _finite(m.low),
+            "high": _finite(m.high),
+            "verdict": m.verdict.value,
+        }
+        for m in record.measured
+    ]
+    checks = [
+        {
+            "motor": motor,
+            "procedure": c.procedure,
+            "attempt": c.attempt,
+            "verdict": c.verdict.value,
+            "duration": c.duration,
+            "cause": c.cause,
+        }
+        for c in record.checks
+    ]
+    waves = [{"motor": motor, "path": path, "sha256": sha256} for path, sha256 in record.waveforms.items()]
+    for table, rows in ((FIGURE, figures), (CHECK, checks), (WAVEFORM, waves)):
+        if rows:
+            connection.execute(insert(table), rows)
+    return True
+
+
+def _key(connection: Connection, identifier: str) -> int | None:
+    return connection.execute(select(MOTOR.c.id).where(MOTOR.c.identifier == identifier)).scalar_one_or_none()
+
+
+def _measured(row: Mapping[Any, Any]) -> Measured:
+    return Measured(
+        row["parameter"],
+        _or(row["value"], math.nan),
+        row["unit"],
+        _or(row["standard_uncertainty"], math.nan),
+        _or(row["expanded"], math.nan),
+        _or(row["low"], -math.inf),
+        _or(row["high"], math.inf),
+        Verdict(row["verdict"]),
+    )
+
+
+def _finite(value: float) -> float | None:
+    """Databases order numbers that are none in ways of their own: they are kept as nothing."""
+    return value if math.isfinite(value) else None
+
+
+def _or(value: float | None, otherwise: float) -> float:
+    return otherwise if value is None else float(value)
+
+
+def _utc(value: datetime) -> datetime:
+    return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)

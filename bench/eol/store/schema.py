@@ -1,0 +1,92 @@
+"""The tables. A motor's passage is one row; its figures, checks and waveforms refer to it."""
+
+from sqlalchemy import (
+    Boolean,
+    Column,
+    DateTime,
+    Double,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
+
+METADATA = MetaData()
+
+MOTOR = Table(
+    "motor",
+    METADATA,
+    Column("id", Integer, primary_key=True),
+    Column("identifier", String(36), nullable=False, unique=True),
+    Column("batch", String(200), nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("plan", String(200), nullable=False),
+    Column("plan_sha256", String(64), nullable=False),
+    Column("station", String(200), nullable=False),
+    Column("socket", String(50), nullable=False),
+    Column("person", String(200), nullable=False),
+    Column("model", String(200), nullable=False),
+    Column("serial_number", String(64), nullable=False),
+    Column("started", DateTime(timezone=True), nullable=False),
+    Column("ended", DateTime(timezone=True), nullable=False),
+    Column("verdict", String(10), nullable=False),
+    Column("first_pass", Boolean, nullable=False),
+    Column("bench_time", Double, nullable=False),
+    Column("cause", Text, nullable=False),
+    Column("run", Text, nullable=False),
+    Column("journal_sha256", String(64), nullable=False),
+    Index("motor_by_batch", "batch", "verdict", "first_pass"),
+    Index("motor_by_serial_number", "serial_number"),
+    Index("motor_by_start", "started"),
+)
+
+#: Held together by parameter: statistics read one parameter's figures in one stretch.
+FIGURE = Table(
+    "figure",
+    METADATA,
+    Column("parameter", String(100), primary_key=True),
+    Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
+    Column("value", Double),
+    Column("unit", String(30), nullable=False),
+    Column("standard_uncertainty", Double),
+    Column("expanded", Double),
+    Column("low", Double),
+    Column("high", Double),
+    Column("verdict", String(10), nullable=False),
+    Index("figure_by_motor", "motor"),
+    sqlite_with_rowid=False,
+)
+
+CHECK = Table(
+    "check_attempt",
+    METADATA,
+    Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
+    Column("procedure", String(100), primary_key=True),
+    Column("attempt", Integer, primary_key=True),
+    Column("verdict", String(10), nullable=False),
+    Column("duration", Double, nullable=False),
+    Column("cause", Text, nullable=False),
+    Index("check_by_procedure", "procedure", "verdict"),
+    sqlite_with_rowid=False,
+)
+
+WAVEFORM = Table(
+    "waveform",
+    METADATA,
+    Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
+    Column("path", String(500), primary_key=True),
+    Column("sha256", String(64), nullable=False),
+    sqlite_with_rowid=False,
+)
+
+#: Records of a station's own file that its server has not confirmed yet.
+OUTBOX = Table(
+    "outbox",
+    METADATA,
+    Column("identifier", String(36), primary_key=True),
+    Column("tries", Integer, nullable=False, server_default="0"),
+    Column("fault", Text, nullable=False, server_default=""),
+)

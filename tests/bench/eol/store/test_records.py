@@ -1,0 +1,206 @@
+import math
+import os
+import signal
+import subprocess
+import sys
+import uuid
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import psycopg
+import pytest
+from sqlalchemy import text
+
+from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.store.database import open_database
+from bench.eol.store.forwarding import ForwardingRecords
+from bench.eol.store.records import Records
+from bench.eol.verdict import Verdict
+from bench.errors import InputError
+
+NOON = datetime(2026, 11, 21, 12, 0, 0, 123456, tzinfo=UTC)
+SERVER = os.environ.get("MOTORBENCH_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432/postgres")
+
+
+def record(number: int = 1, **changes: object) -> MotorRecord:
+    made = MotorRecord(
+        identifier=str(uuid.uuid4()),
+        batch="B1",
+        number=number,
+        plan="Pump",
+        plan_sha256="0" * 64,
+        station="S",
+        socket="1",
+        person="王工",
+        model="LG-400W",
+        serial_number=f"P-{number:04d}",
+        started=NOON,
+        ended=NOON + timedelta(seconds=3),
+        verdict=Verdict.FAIL,
+        first_pass=False,
+        bench_time=12.5,
+        measured=(
+            Measured("flux_linkage", math.nan, "V·s/rad", math.nan, math.nan, -math.inf, math.inf, Verdict.ERROR),
+            Measured("stator_resistance", 0.016, "Ω", 1e-5, 2e-5, 0.014, 0.018, Verdict.PASS),
+        ),
+        checks=(
+            CheckRecord("stator-resistance", 1, Verdict.ERROR, 2.5, "no reply"),
+            CheckRecord("stator-resistance", 2, Verdict.PASS, 2.0),
+        ),
+        cause="flux_linkage",
+        run="runs/x",
+        journal_sha256="f" * 64,
+        waveforms={"waveforms/0001-oscilloscope.h5": "a" * 64},
+    )
+    return replace(made, **changes)
+
+
+@pytest.fixture
+def server() -> Iterator[str]:
+    """A PostgreSQL database of its own."""
+    name = f"motorbench_{uuid.uuid4().hex}"
+    with psycopg.connect(SERVER, autocommit=True) as connection:
+        connection.execute(f'CREATE DATABASE "{name}"')
+    yield SERVER.rpartition("/")[0] + f"/{name}"
+    with psycopg.connect(SERVER, autocommit=True) as connection:
+        connection.execute(f'DROP DATABASE "{name}" WITH (FORCE)')
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def reference(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    return str(tmp_path / "records.sqlite") if request.param == "sqlite" else str(request.getfixturevalue("server"))
+
+
+@pytest.fixture
+def records(reference: str) -> Iterator[Records]:
+    engine = open_database(reference)
+    yield Records(engine)
+    engine.dispose()
+
+
+def same(first: MotorRecord, second: MotorRecord) -> bool:
+    return repr(first) == repr(second)
+
+
+def test_a_record_comes_back_as_it_was(records: Records) -> None:
+    kept = record()
+    assert records.save(kept)
+    (found,) = records.read()
+    assert same(found, kept)
+    assert records.serial_numbers("B1") == {"P-0001"}
+    assert records.batches() == ["B1"]
+
+
+def test_a_record_is_kept_once(records: Records) -> None:
+    kept = record()
+    assert records.save(kept)
+    assert not records.save(kept)
+    assert records.count() == 1
+
+
+def test_a_database_is_opened_again_with_what_it_holds(reference: str) -> None:
+    for count in (1, 2):
+        engine = open_database(reference)
+        Records(engine).save(record(count))
+        assert Records(engine).count("B1") == count
+        engine.dispose()
+
+
+def test_a_newer_database_is_refused_and_left_alone(reference: str) -> None:
+    engine = open_database(reference)
+    with engine.begin() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    with pytest.raises(InputError, match="version 9999, which this program does not know"):
+        open_database(reference)
+    with engine.connect() as connection:
+        assert connection.execute(text("SELECT version_num FROM alembic_version")).scalar() == "9999"
+    engine.dispose()
+
+
+def test_sqlite_commits_reach_the_disk(tmp_path: Path) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    with engine.connect() as connection:
+        assert connection.execute(text("PRAGMA journal_mode")).scalar() == "wal"
+        assert connection.execute(text("PRAGMA synchronous")).scalar() == 2
+    engine.dispose()
+
+
+@pytest.mark.parametrize(
+    ("reference", "said"),
+    [
+        ("mysql://x@y/z", "SQLite .* or PostgreSQL"),
+        ("postgresql://nobody:secret@127.0.0.1:1/none", "127.0.0.1"),
+        ("/proc/none/records.sqlite", "unable to open"),
+    ],
+)
+def test_what_cannot_be_opened_says_why_and_keeps_the_password_to_itself(reference: str, said: str) -> None:
+    with pytest.raises(InputError, match=said) as refused:
+        open_database(reference)
+    assert "secret" not in str(refused.value)
+
+
+def test_a_file_that_is_no_database(tmp_path: Path) -> None:
+    (tmp_path / "records.sqlite").write_text("this is no database, but it is long enough to be looked at" * 20)
+    with pytest.raises(InputError, match="not a database"):
+        open_database(str(tmp_path / "records.sqlite"))
+
+
+def test_a_server_that_is_away_costs_no_record_and_none_comes_twice(tmp_path: Path, server: str) -> None:
+    there = False
+
+    def connect():
+        if not there:
+            raise InputError("the server is away")
+        return open_database(server)
+
+    station = ForwardingRecords(open_database(str(tmp_path / "own.sqlite")), connect)
+    kept = [record(number) for number in (1, 2, 3)]
+    for each in kept:
+        assert station.save(each)
+    assert station.forward() == 0
+    assert (station.waiting(), station.fault) == (3, "the server is away")
+    there = True
+    # The server took it, and its answer was lost.
+    lost = open_database(server)
+    Records(lost).save(kept[0])
+    assert station.forward() == 3
+    assert (station.waiting(), station.fault) == (0, "")
+    assert sorted(found.serial_number for found in Records(lost).read()) == ["P-0001", "P-0002", "P-0003"]
+    assert station.forward() == 0
+    lost.dispose()
+    station.close()
+
+
+KILLED = """
+import sys, itertools
+sys.path.insert(0, "tests/bench/eol/store")
+from test_records import record
+from bench.eol.store.database import open_database
+from bench.eol.store.records import Records
+records = Records(open_database(sys.argv[1]))
+for number in itertools.count(1):
+    records.save(record(number))
+    print(number, flush=True)
+"""
+
+
+def test_a_killed_writer_loses_nothing_it_acknowledged(reference: str) -> None:
+    process = subprocess.Popen([sys.executable, "-c", KILLED, reference], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    last = 0
+    for line in process.stdout:
+        last = int(line)
+        if last == 20:
+            process.send_signal(signal.SIGKILL)
+            break
+    last = max([last, *(int(line) for line in process.stdout if line.strip().isdigit())])
+    process.wait()
+    process.stdout.close()
+    engine = open_database(reference)
+    found = list(Records(engine).read())
+    engine.dispose()
+    assert [r.number for r in found] == list(range(1, len(found) + 1))
+    assert len(found) in (last, last + 1)
+    assert all(len(r.measured) == 2 and len(r.checks) == 2 for r in found)
