@@ -1,7 +1,7 @@
 """One random motor on a bench of random instruments: every procedure, and how far each figure is from the truth."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,7 +32,7 @@ from tests.studies.random_motors import draw_motor
 LEFT_OUT = ("nameplate", "equivalent-resistance")
 #: Half-width (K) within which the virtual operator's thermometer reads the winding.
 THERMOMETER = 0.5
-_SETTINGS = (f"temperature_uncertainty={THERMOMETER}",)
+_TEMPERATURE = "temperature_uncertainty"
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,13 @@ class NoRecord:
         return StoredRecord(name, "", 0)
 
 
-def study_plan() -> list[Planned]:
-    """Return the procedures of the study in the catalogue's order."""
+def study_plan(procedures: Collection[str] = ()) -> list[Planned]:
+    """Return the procedures of the study in the catalogue's order, or those of them that are named."""
     known = catalogue()
-    return make_plan([name for name in known if name not in LEFT_OUT], _SETTINGS, known)
+    names = [name for name in known if (name in procedures if procedures else name not in LEFT_OUT)]
+    takers = (known[name].settings_type().model_fields for name in names)
+    settings = (f"{_TEMPERATURE}={THERMOMETER}",) if any(_TEMPERATURE in fields for fields in takers) else ()
+    return make_plan(names, settings, known)
 
 
 def measure(seed: int, index: int, plan: list[Planned]) -> Measured:

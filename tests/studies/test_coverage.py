@@ -1,12 +1,14 @@
 """The coverage study in small: no failures, sane errors, and the same result however it is spread."""
 
 import math
+from collections.abc import Iterable
 
+import numpy as np
 import pytest
 
-from tests.studies.coverage import measure_some, study
-from tests.studies.measured_motor import measure, study_plan
-from tests.studies.tally import COUNTS, Tally, lines
+from tests.studies.coverage import by_cluster, by_workers, measure_some, study
+from tests.studies.measured_motor import Figure, Measured, measure, study_plan
+from tests.studies.tally import COUNTS, Row, Tally, lines
 
 MOTORS = 4
 
@@ -45,6 +47,60 @@ def test_a_motor_depends_on_seed_and_index_only() -> None:
     measure(11, 2, plan)
     assert measure(11, 3, plan) == alone
     assert alone.figures
+
+
+#: Cheap ones that use every kind of connection of the virtual bench: SCPI, Modbus, serial.
+QUICK = ("stator-resistance", "dq-inductance-extremes", "pole-pairs-back-emf")
+
+
+@pytest.fixture(scope="module")
+def alone() -> list[Measured]:
+    return measure_some(5, range(8), QUICK)
+
+
+def test_one_seed_gives_the_same_figures_with_any_number_of_workers(alone: list[Measured]) -> None:
+    assert [one.index for one in alone] == list(range(8))
+    assert sum(len(one.figures) for one in alone) > 24
+    shared = list(by_workers(5, 8, 2, QUICK))
+    assert shared == alone
+    assert lines_of(shared) == lines_of(alone)
+
+
+def test_a_cluster_gives_the_same_figures(alone: list[Measured]) -> None:
+    assert list(by_cluster(5, 8, "local", QUICK)) == alone
+
+
+def lines_of(measured: Iterable[Measured]) -> list[str]:
+    return list(lines(study(measured)))
+
+
+def rows_of(z: np.ndarray, half_width: float) -> Row:
+    row = Row()
+    for index, error in enumerate(z.tolist()):
+        value = 100.0 + error
+        row.add(Figure("way", "name", value, 100.0, 1.0, value - half_width, value + half_width), index)
+    return row
+
+
+@pytest.mark.parametrize(
+    ("errors", "half_width"),
+    [
+        (np.random.default_rng(1).normal(0.0, 1.0, 20_000), 1.96),
+        (np.random.default_rng(2).uniform(-math.sqrt(3.0), math.sqrt(3.0), 20_000), 0.95 * math.sqrt(3.0)),
+    ],
+    ids=["normal", "rectangular"],
+)
+def test_intervals_as_wide_as_they_must_be_have_the_ideal_width(errors: np.ndarray, half_width: float) -> None:
+    row = rows_of(errors, half_width)
+    assert row.coverage == pytest.approx(0.95, abs=0.005)
+    assert row.width == pytest.approx(1.0, abs=0.02)
+    assert rows_of(errors, 1.5 * half_width).width == pytest.approx(1.5, abs=0.03)
+
+
+def test_outliers_do_not_make_wide_intervals_look_ideal() -> None:
+    errors = np.random.default_rng(3).normal(0.0, 1.0, 1000)
+    errors[:5] = 500.0
+    assert rows_of(errors, 3.0).width > 1.4
 
 
 def test_table_names_every_row(tally: Tally) -> None:
