@@ -73,6 +73,19 @@ def check_identities(folder: RunFolder, events: Iterable[Event], opened: Mapping
             )
 
 
+def left_unsafe(events: Iterable[Event]) -> bool:
+    """Return whether a run's last session may have left something on: it has no end, or its way down failed somewhere."""
+    ended = failed = False
+    for event in events:
+        if event.kind in ("run_started", "run_resumed"):
+            ended = failed = False
+        elif event.kind == "made_safe":
+            failed = failed or event.data.get("outcome") == "failed"
+        elif event.kind == "run_finished":
+            ended = True
+    return failed or not ended
+
+
 _RESTORE = "Restore it, or start a new run"
 
 

@@ -62,12 +62,14 @@ class Runner:
         go_on: bool = False,
         repeat: Collection[str] = (),
         warnings: Sequence[Notice] = (),
+        unsafe_before: bool = False,
     ) -> RunView:
         """Run what is not finished yet and return the view; never raises for what happens on the bench.
 
         `begin` is the first event's kind and `about` its data; `warnings` hold for the whole run. The status is `completed`,
         `failed` or `aborted`. `go_on` has the next procedure run where one failed. What is named in `repeat` runs
         although it is finished; its new result takes the place of the old one, which stays in the journal.
+        `unsafe_before` says that an earlier session may have left something on: it is switched off before all else.
         """
         started, bench_started = monotonic(), self.clock.now()
         status, causes = "completed", list[str]()
@@ -79,6 +81,8 @@ class Runner:
                 for notice in warnings:
                     self._tell("", notice)
                 left = [planned for planned in plan if planned.name in repeat or planned.name not in self.view.finished]
+                if unsafe_before:
+                    self._secure(left)
                 for planned in left:
                     self._foresee(bench, planned)
                 for planned in left:
@@ -103,6 +107,15 @@ class Runner:
                         status = "failed"
                     self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
         return self.view
+
+    def _secure(self, left: Sequence[Planned]) -> None:
+        """Bring what is still needed to its harmless state; hands must not touch what was left on."""
+        for role in sorted({role for planned in left for role in planned.procedure.roles}, key=lambda role: role.value):
+            self.instruments.open(role)
+        if unsafe := self._walk():
+            raise InstrumentError(
+                "the bench", "; ".join(unsafe), remedy="Switch it off by hand, then go on with --resume"
+            )
 
     def _tell(self, procedure: str, notice: Notice) -> None:
         """Put a warning into the journal that is known before anything is energised."""

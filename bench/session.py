@@ -22,7 +22,7 @@ from bench.record.run_result import conclude
 from bench.record.run_view import RunView, view_of
 from bench.record.unrecorded import Unrecorded
 from bench.record.waveforms import WaveformFolder
-from bench.resume import begun, check_identities, check_unchanged
+from bench.resume import begun, check_identities, check_unchanged, left_unsafe
 from bench.runner import Runner
 from bench.safety.guarding import guarded
 from bench.safety.interrupts import Interrupts
@@ -146,6 +146,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             go_on=wishes.go_on,
             repeat=wishes.repeat,
             warnings=overdue,
+            unsafe_before=previous is not None and left_unsafe(previous.events),
         )
         return Finished(folder, view, conclude(folder, view, translate), where.hand_time())
 

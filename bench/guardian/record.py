@@ -1,5 +1,6 @@
 """What a guardian did, in a file whose space is taken at the start: a full disk does not silence it."""
 
+import hashlib
 import json
 import os
 import sys
@@ -7,6 +8,7 @@ import threading
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from bench.record.encoding import dumps, to_bytes
@@ -18,16 +20,23 @@ _ROOM = 1 << 16
 
 
 class GuardianRecord:
-    """Appends events to a run's `guardian.jsonl`; one that cannot be written goes to standard error and is passed over."""
+    """Appends events to a run's `guardian.jsonl`; one that cannot be written goes to standard error and is passed over.
+
+    Lines are those of a journal, each with the hash of the one before; `time` is in seconds since this guardian's start.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._lock = threading.Lock()
         self._file = -1
-        self._length = 0
+        self._length = self._number = 0
+        self._hash = ""
+        self._begun = monotonic()
         try:
             self._file = os.open(folder / FILE, os.O_RDWR | os.O_CREAT, 0o644)
             # A run that is resumed goes on with the same file.
-            self._length = len(_whole(os.pread(self._file, 1 << 24, 0)))
+            content = _whole(os.pread(self._file, 1 << 24, 0))
+            self._length, lines = len(content), content.splitlines()
+            self._number, self._hash = len(lines), hashlib.sha256(lines[-1]).hexdigest() if lines else ""
             os.ftruncate(self._file, self._length)
             os.posix_fallocate(self._file, self._length, _ROOM)
         except OSError as error:
@@ -35,15 +44,25 @@ class GuardianRecord:
 
     def event(self, kind: str, **data: Any) -> None:
         """Append one event, on the disk when this returns."""
-        line = to_bytes(
-            dumps({"wall": datetime.now(UTC).isoformat(timespec="microseconds"), "kind": kind, "data": data})
-        )
         with self._lock:
+            line = to_bytes(
+                dumps(
+                    {
+                        "n": self._number + 1,
+                        "wall": datetime.now(UTC).isoformat(timespec="microseconds"),
+                        "time": monotonic() - self._begun,
+                        "kind": kind,
+                        "data": data,
+                        "previous": self._hash,
+                    }
+                )
+            )
             if self._file < 0:
                 return
             try:
                 os.pwrite(self._file, line + b"\n", self._length)
                 self._length += len(line) + 1
+                self._number, self._hash = self._number + 1, hashlib.sha256(line).hexdigest()
                 os.fdatasync(self._file)
             except OSError as error:
                 complain(f"an event cannot be written ({error}): {line.decode(errors='replace')}")

@@ -36,7 +36,7 @@ def first_fault(lines: Sequence[Line], known: Mapping[int, str]) -> Fault | None
                 )
             if _vouched_for(lines, index, known):
                 return Fault(before.place, "was changed: the next line carries the hash of another")
-            return Fault(due, "was changed, or the line before it was: it carries the hash of another")
+            return Fault(before.place, "was changed, or the next line was, which carries the hash of another")
     last = len(lines)
     if last in known and lines and lines[-1].sha256 != known[last]:
         return Fault(last, f"was changed, or result.json was, which holds the hash {known[last][:12]}… of it")

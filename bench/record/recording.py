@@ -14,7 +14,7 @@ from procedures.bench import Recorder
 #: Questions that an instrument answers from its own data, without a measurement.
 _UNRECORDED = frozenset({"accuracy_at", "channels", "close"})
 #: What changes the energy in a block that is energised: on the disk before it is done, as the block's beginning is.
-_COMMANDS = frozenset({"set_current", "set_speed"})
+_COMMANDS = frozenset({("inverter", "set_current"), ("dynamometer", "set_speed"), ("supply", "configure")})
 
 
 class WaveformSink(Protocol):
@@ -47,7 +47,7 @@ class Recording:
 
     def _recorded(self, method: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def recorded(*arguments: Any, **named: Any) -> Any:
-            if method in _COMMANDS:
+            if (self._name, method) in _COMMANDS:
                 said = _said(arguments, named)
                 self._recorder.event("commanding", instrument=self._name, call=method, **said)
             try:

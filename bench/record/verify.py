@@ -1,4 +1,4 @@
-"""Whether a run is as it was written: the journal's chain, its end, the waveform files, the result."""
+"""Whether a run is as it was written: the journal's chain, its end, the waveform files, the result, the guardian's record."""
 
 import hashlib
 import json
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
+from bench.guardian.record import FILE as GUARDIAN
 from bench.language import translator
 from bench.record.chain import first_fault
 from bench.record.encoding import plain
@@ -93,6 +94,7 @@ def verify(folder: RunFolder, noted: str = "") -> Verification:
         found.findings.append(Finding(folder.journal.name, 0, what))
     events = [line.event for line in whole if line.event is not None]
     _check_waveforms(folder, events, found)
+    _check_guardian(folder, found)
     if not found.findings:
         _check_result(folder, events, end, found, [line.sha256 for line in whole])
         found.unproven = _unproven(events, end, torn, noted)
@@ -140,6 +142,16 @@ def _check_waveforms(folder: RunFolder, events: Sequence[Event], found: Verifica
         else:
             continue
         found.findings.append(Finding(name, 0, what))
+
+
+def _check_guardian(folder: RunFolder, found: Verification) -> None:
+    path = folder.path / GUARDIAN
+    if not path.exists():
+        return
+    lines = list(read_lines(path))
+    _take_torn(lines)
+    if fault := first_fault(lines, {}):
+        found.findings.append(Finding(path.name, fault.line, fault.what))
 
 
 def _check_result(

@@ -36,8 +36,10 @@ def test_settings_readings_and_energised_blocks_are_events(tmp_path: Path, recor
     supply.configure(1.0, current_limit=2.0)
     with supply.energised(1.0, 2.0):
         assert supply.measure_current().value == 1.25
-    assert [kind for kind, _ in events(tmp_path)] == ["setting", "energising", "energised", "reading", "de_energised"]
-    first, reading = events(tmp_path)[0][1], events(tmp_path)[3][1]
+    kinds = [kind for kind, _ in events(tmp_path)]
+    assert kinds == ["commanding", "setting", "energising", "energised", "reading", "de_energised"]
+    command, first, reading = (events(tmp_path)[number][1] for number in (0, 1, 4))
+    assert command == first
     assert first == {"instrument": "supply", "call": "configure", "arguments": [1.0], "named": {"current_limit": 2.0}}
     assert reading["value"]["value"] == 1.25
     assert reading["value"]["accuracy"]["source"] == "fake"

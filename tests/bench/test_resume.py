@@ -17,7 +17,7 @@ from bench.files.station import Station, load_station
 from bench.record.journal import Journal
 from bench.record.journal_file import Event
 from bench.record.run_folder import RunFolder
-from bench.resume import begun, check_identities, check_unchanged
+from bench.resume import begun, check_identities, check_unchanged, left_unsafe
 from drivers.interfaces import Identity
 from procedures.bench import Role
 
@@ -122,6 +122,24 @@ def test_software_that_changed_is_refused_with_what_changed(
 def opened(role: str, serial: str) -> Event:
     identity = {"manufacturer": "Maker", "model": "M1", "serial_number": serial, "firmware": "2"}
     return Event(2, "", 0.0, "instrument_opened", {"instrument": role, "identity": identity})
+
+
+@pytest.mark.parametrize(
+    ("kinds", "unsafe"),
+    [
+        ("run_started energising", True),
+        ("run_started energising safe run_finished", False),
+        ("run_started failed run_finished", True),
+        ("run_started energising run_resumed safe run_finished", False),
+        ("run_started safe run_finished run_resumed", True),
+    ],
+)
+def test_it_is_known_what_a_session_may_have_left_on(kinds: str, unsafe: bool) -> None:
+    def event(kind: str) -> Event:
+        outcome = kind in ("safe", "failed")
+        return Event(1, "", 0.0, "made_safe" if outcome else kind, {"outcome": kind} if outcome else {})
+
+    assert left_unsafe([event(kind) for kind in kinds.split()]) is unsafe
 
 
 class Named:

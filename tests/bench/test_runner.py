@@ -158,6 +158,29 @@ def test_a_run_is_resumed_at_the_first_unfinished(
     assert second.parameters().parameters["stator_resistance"].value == 0.016
 
 
+def test_what_an_interrupted_session_left_on_is_switched_off_before_hands_touch_it(
+    make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], fakes: dict[Role, Any], trace: list[str]
+) -> None:
+    class Hands:
+        def perform(self, action: Action) -> object:
+            assert not fakes[Role.SUPPLY].on
+            return 25.0
+
+    fakes[Role.SUPPLY].on = True
+    assert make_runner(operator=Hands()).run(plan, "run_resumed", about, unsafe_before=True).status == "completed"
+    assert trace[: len(DONE)] == DONE
+
+
+def test_what_cannot_be_switched_off_keeps_a_run_from_going_on(
+    make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], fakes: dict[Role, Any]
+) -> None:
+    fakes[Role.SUPPLY].failing["output_off"] = CommunicationError("supply", "no reply")
+    view = make_runner().run(plan, "run_resumed", about, unsafe_before=True)
+    assert view.status == "failed"
+    assert "Switch it off by hand, then go on with --resume" in view.cause
+    assert view.procedures == {}
+
+
 def test_a_full_disk_still_leaves_everything_off(
     make_runner: MakeRunner,
     plan: list[Planned],

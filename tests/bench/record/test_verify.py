@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from bench.cli import main
+from bench.guardian.record import GuardianRecord
 from bench.record.run_folder import RunFolder
 from bench.record.verify import Verdict, Verification, verify
 
@@ -121,6 +122,18 @@ def test_a_waveform_that_was_changed_or_is_gone_is_named(run: RunFolder) -> None
     path.unlink()
     (finding,) = verify(run).findings
     assert "is missing" in finding.what
+
+
+def test_the_guardians_record_is_compared_as_well(run: RunFolder) -> None:
+    for kind in ("started", "took", "left"):
+        record = GuardianRecord(run.path)
+        record.event(kind, pid=1)
+        record.close()
+    assert verify(run).verdict is Verdict.UNTOUCHED
+    path = run.path / "guardian.jsonl"
+    path.write_bytes(path.read_bytes().replace(b'"took"', b'"left"'))
+    (finding,) = verify(run).findings
+    assert (finding.file, finding.line) == ("guardian.jsonl", 2)
 
 
 @pytest.mark.parametrize(
