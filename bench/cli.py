@@ -48,6 +48,7 @@ def make_app() -> App:
     app.command(sim)
     station = App(name="station", help="Look after a station.", default_parameter=lists)
     station.command("bench.commands.station:check", name="check", help="Open, identify and close its instruments.")
+    station.command("bench.commands.station:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     user = App(name="user", help="People who may open the panel from a network.", default_parameter=lists)
     user.command("bench.commands.user:add", name="add", help="Add a person, or change role and password.")

@@ -25,6 +25,7 @@ from bench.record.waveforms import WaveformFolder
 from bench.resume import begun, check_identities, check_unchanged, left_unsafe
 from bench.runner import Runner
 from bench.safety.guarding import guarded
+from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
 from bench.software import software
@@ -102,6 +103,7 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
             check_unchanged(wishes.resume, began, wishes.motor, where.station, versions)
             view = view_of(previous.events)
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
+        interlocks = leaving.enter_context(interlocks_ready(where.station.interlocks, where.station.source))
         folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
         where, guard = leaving.enter_context(guarded(where, used, folder.path, interrupts, wanted=wishes.guardian))
@@ -139,6 +141,8 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         about = _about(wishes, plan, where, folder, versions)
         if previous:
             about["torn_bytes"] = previous.torn_bytes
+        about["interlocks"] = interlocks.about()
+        interlocks.watch(journal, interrupts)
         runner.run(
             plan,
             "run_resumed" if previous else "run_started",

@@ -14,10 +14,13 @@ _DRAWN = "specification of the virtual unit"
 Address = str | Mapping[str, str | int]
 
 
-def describe(addresses: Mapping[str, Address], control: str = "") -> dict[str, Any]:
+def describe(
+    addresses: Mapping[str, Address], control: str = "", interlocks: Mapping[str, Mapping[str, Any]] | None = None
+) -> dict[str, Any]:
     """Return what the station file of a virtual bench at these addresses (by role) would hold.
 
-    `control` is the address of the control endpoint of a bench that another process serves.
+    `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
+    safety contacts are read.
     """
     voltage, current = {"kind": "V", "attenuation": 10.0}, {"kind": "A", "attenuation": 10.0}
     options: dict[str, dict[str, Any]] = {
@@ -48,7 +51,11 @@ def describe(addresses: Mapping[str, Address], control: str = "") -> dict[str, A
     }
     instruments = {role: {**options[role], "address": as_text(address)} for role, address in addresses.items()}
     station = {"name": "virtual bench", **({"control": control} if control else {})}
-    return {"station": station, "instruments": instruments}
+    made: dict[str, Any] = {"station": station, "instruments": instruments}
+    if interlocks:
+        # One computer plays bench and station: its being busy is no open contact.
+        made["interlocks"] = {name: {**where, "timeout": 1.0} for name, where in interlocks.items()}
+    return made
 
 
 def virtual_station(addresses: Mapping[str, Address]) -> Station:

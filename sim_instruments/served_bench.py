@@ -16,10 +16,12 @@ from sim_instruments.endpoints.hislip_server import HislipServer
 from sim_instruments.endpoints.loop_thread import LoopThread
 from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
 from sim_instruments.endpoints.modbus_server import ModbusTcpServer
+from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.endpoints.scpi_socket import ScpiSocket
 from sim_instruments.endpoints.tcp_service import Serve, TcpService
 from sim_instruments.paced_clock import PacedClock
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
 
@@ -61,7 +63,10 @@ class ServedBench:
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
             self._addresses = self._serve(loop)
-            routes = control_routes(self.bench, self.clock, self._addresses, pages or {})
+            #: Emergency stop and door.
+            self.contacts = SafetyContacts()
+            self._inputs = loop.run(self._serve_contacts(loop))
+            routes = control_routes(self.bench, self.clock, self._addresses, pages or {}, self.contacts)
             control = loop.run(self._listen(loop, JsonService(routes).serve, LOOPBACK))
             #: Where the control endpoint is.
             self.control = f"http://{LOOPBACK}:{control.port}"
@@ -77,6 +82,10 @@ class ServedBench:
     def preferred(self) -> dict[str, Address]:
         """Return by role the address to put into a station file."""
         return {role: next(iter(ways.values())) for role, ways in self._addresses.items()}
+
+    def interlocks(self) -> dict[str, dict[str, Any]]:
+        """Return by name where each safety contact is read, a closed one being 1."""
+        return {name: dict(where) for name, where in self._inputs.items()}
 
     def close(self) -> None:
         """Hang up on everybody and close all endpoints; again is allowed."""
@@ -120,6 +129,21 @@ class ServedBench:
         rtu = ModbusRtuEndpoint(line)
         self._open.callback(rtu.close)
         return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
+
+    async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+        line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
+        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        bus = self.bench.address("inverter")
+        if isinstance(bus, str):
+            raise TypeError(f"{bus} is no CAN bus")
+        interface, channel = str(bus["interface"]), str(bus["channel"])
+        frames = ContactFrames(self.contacts, interface, channel)
+        await frames.start()
+        self._open.callback(lambda: loop.run(frames.stop()))
+        return {
+            "emergency_stop": {"address": f"tcp://{self.host}:{tcp.port}", "number": 0, "unit": 1},
+            "door": {"address": f"can://{interface}/{channel}", "frame": FRAME, "byte": 0, "bit": 1},
+        }
 
     async def _listen(
         self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None

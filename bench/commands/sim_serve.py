@@ -96,7 +96,7 @@ def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: b
     from bench.files.toml_text import toml_text
     from bench.virtual_station import as_text, describe
 
-    station = describe(bench.preferred(), bench.control)
+    station = describe(bench.preferred(), bench.control, bench.interlocks())
     if file is not None:
         _write(file, toml_text(station))
     if json:

@@ -1,14 +1,18 @@
 """`motorbench station check`: does every instrument answer, and is it the right one?"""
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from bench.clock import SystemClock, wall_date
 from bench.commands.output import console_on, print_json
-from bench.files.station import Entry, load_station
+from bench.errors import InputError, UsageError
+from bench.files.station import Entry, Station, load_station
 from bench.instruments import StationInstruments, system_visa
 from bench.record.unrecorded import Unrecorded
+from bench.safety.interlocks import Interlocks, closed
+from bench.safety.latch import Latch
 from drivers.interfaces import InstrumentError
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role
@@ -45,18 +49,55 @@ def check(station: Path, *, json: bool = False) -> int:
     instruments = StationInstruments(
         read, plate, SystemClock(), nowhere, nowhere, system_visa(read.visa_library), prompts.get
     )
+    contacts = _look_at_contacts(read)
     try:
         found = {role.value: _look(instruments, entry) for role, entry in read.entries.items()}
     finally:
         closing = instruments.close()
-    good = not closing and all(entry["error"] is None for entry in found.values())
+    good = not closing and all(told["error"] is None for told in (*found.values(), *contacts.values()))
     if json:
         print_json(
-            {"station": read.name, "instruments": found, "closing": list(closing), "overdue": overdue, "good": good}
+            {
+                "station": read.name,
+                "instruments": found,
+                "interlocks": contacts,
+                "closing": list(closing),
+                "overdue": overdue,
+                "good": good,
+            }
         )
     else:
-        _print(read.name, found, overdue + list(closing))
+        _print(read.name, found, contacts, overdue + list(closing))
     return 0 if good else 1
+
+
+def reset(station: Path, *, by: str, json: bool = False) -> int:
+    """Allow runs again after an interlock was open; all interlocks must be closed.
+
+    Parameters
+    ----------
+    station
+        The station file.
+    by
+        The name of the person who has seen to it, for the record.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    if not by.strip():
+        raise UsageError("--by NAME: a person resets, and the record keeps who it was")
+    read = load_station(station)
+    if not read.interlocks:
+        raise InputError(f"{station}: the station has no [interlocks]; there is nothing to reset")
+    with closed(read.interlocks, str(station)):
+        trip = Latch(station).reset(by.strip())
+    if json:
+        print_json({"reset": trip is not None, "trip": None if trip is None else asdict(trip)})
+    elif trip is None:
+        print("nothing to reset: no interlock has been open")
+    else:
+        print(f"reset by {by.strip()}: the interlock {trip.interlock} was {trip.how} at {trip.wall}")
+    return 0
 
 
 def _look(instruments: StationInstruments, entry: Entry) -> dict[str, Any]:
@@ -78,7 +119,21 @@ def _look(instruments: StationInstruments, entry: Entry) -> dict[str, Any]:
     return told
 
 
-def _print(name: str, found: dict[str, dict[str, Any]], faults: list[str]) -> None:
+def _look_at_contacts(station: Station) -> dict[str, dict[str, Any]]:
+    told: dict[str, dict[str, Any]] = {}
+    for entry in station.interlocks:
+        try:
+            interlocks = Interlocks([entry])
+        except InstrumentError as error:
+            told[entry.name] = {"address": entry.address, "error": str(error)}
+            continue
+        how = dict(interlocks.not_closed()).get(entry.name)
+        interlocks.close()
+        told[entry.name] = {"address": entry.address, "error": None if how is None else f"it is {how}"}
+    return told
+
+
+def _print(name: str, found: dict[str, dict[str, Any]], contacts: dict[str, dict[str, Any]], faults: list[str]) -> None:
     console = console_on(sys.stdout)
     console.print(name, style="bold", markup=False)
     if not found:
@@ -86,6 +141,10 @@ def _print(name: str, found: dict[str, dict[str, Any]], faults: list[str]) -> No
     for role, told in found.items():
         mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
         console.print(f"  {mark} {role:<13}{told['driver']:<24}{told['address'] or '–'}", markup=False)
+        console.print(f"      {words}", markup=False)
+    for contact, told in contacts.items():
+        mark, words = ("✓", "closed") if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {contact:<13}{'interlock':<24}{told['address']}", markup=False)
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)

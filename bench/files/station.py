@@ -12,6 +12,7 @@ from pydantic import Field
 from bench.errors import InputError
 from bench.files import calibration
 from bench.files.calibration import Calibration
+from bench.files.interlocks import InterlockEntry, interlocks_of
 from bench.files.limits import take_limits
 from bench.files.options import read_options
 from bench.files.toml_file import Section, nearest, read, validate
@@ -54,6 +55,7 @@ class _File(Section):
     guardian: GuardianSection = Field(default_factory=GuardianSection)
     instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
     way_down: list[WayDownSection] = Field(default_factory=list)
+    interlocks: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,8 @@ class Station:
     """A station that was read: its instruments by role, the VISA library they are reached by, and what identifies it.
 
     `overdue` says what becomes of a run with an instrument whose calibration is overdue; `control` is where the hands
-    of a virtual bench in another process are to be had; `way_down` is how it becomes harmless.
+    of a virtual bench in another process are to be had; `way_down` is how it becomes harmless, `interlocks` are the
+    contacts that must be closed while anything is energised.
     """
 
     source: str
@@ -87,6 +90,7 @@ class Station:
     control: str = ""
     way_down: WayDown = field(default_factory=WayDown)
     guardian: GuardianSection = field(default_factory=GuardianSection)
+    interlocks: tuple[InterlockEntry, ...] = ()
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -127,6 +131,7 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
             file.way_down, {role: entry.driver.name == registry.MANUAL for role, entry in entries.items()}, source
         ),
         file.guardian,
+        interlocks_of(file.interlocks, source),
     )
 
 

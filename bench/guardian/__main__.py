@@ -8,12 +8,15 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from bench.files.station import make_station
+from bench.files.station import Station, make_station
 from bench.files.toml_file import parse
 from bench.guardian.charge import charge_of, decode, encode
-from bench.guardian.hands import GuardedInstruments
+from bench.guardian.hands import GuardedInstruments, is_shared
 from bench.guardian.record import GuardianRecord, complain
 from bench.guardian.watch import Watch
+from bench.safety.interlocks import Interlocks, cause
+from bench.safety.latch import Latch
+from drivers.interfaces import InstrumentError
 from procedures.bench import Role
 
 
@@ -34,13 +37,36 @@ def main() -> None:
     record.event("ready", **told)
     for role, error in failed.items():
         complain(f"is not connected to {role} and will try again when it must act: {error}")
+    interlocks = _interlocks(station, charge.source, watch, record)
     _say({"ready": told})
     watch.run()
+    interlocks.close()
     record.event("left")
     record.close()
     sys.stderr.flush()
     # Connections to instruments that do not answer any more must not keep it from leaving.
     os._exit(0)
+
+
+def _interlocks(station: Station, source: str, watch: Watch, record: GuardianRecord) -> Interlocks:
+    """Watch the contacts that two processes can read; those on a line of their own are the run's to watch."""
+    entries = [entry for entry in station.interlocks if is_shared(entry.address)]
+    latch = Latch(Path(source))
+
+    def opened(name: str, how: str) -> None:
+        watch.alarm(cause(name, how))
+        with suppress(OSError):
+            latch.trip(name, how)
+        record.event("interlock_opened", interlock=name, how=how)
+
+    try:
+        interlocks = Interlocks(entries)
+    except InstrumentError as error:
+        complain(str(error))
+        watch.alarm(str(error))
+        return Interlocks(())
+    interlocks.watch(opened)
+    return interlocks
 
 
 def _first_line() -> bytes:

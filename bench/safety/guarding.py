@@ -30,7 +30,7 @@ def guarded(
         return
     life = SignsOfLife()
     charge = Charge(
-        station.source,
+        str(Path(station.source).resolve()),
         station.content,
         tuple(sorted(role.value for role in roles)),
         str(folder.resolve()),

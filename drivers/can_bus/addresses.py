@@ -19,17 +19,44 @@ class BusAddress:
 
 def parse_address(address: str, name: str) -> tuple[BusAddress, int]:
     """Return bus and node id of `can://interface/channel?node=5&bitrate=500000`; raises CommunicationError otherwise."""
-    try:
-        parts = urlsplit(address)
-        settings = {key: values[-1] for key, values in parse_qs(parts.query).items()}
-        node_id, bitrate = int(settings["node"]), int(settings.get("bitrate", DEFAULT_BITRATE))
-    except (KeyError, ValueError):
-        parts, node_id, bitrate = urlsplit(""), 0, 0
-    channel = parts.path.removeprefix("/")
-    if parts.scheme != "can" or not parts.netloc or not channel or not 1 <= node_id <= 127 or bitrate < 1:
+    bus, settings = _parsed(address)
+    node_id = _number(settings.get("node", ""))
+    if bus is None or not 1 <= node_id <= 127:
         raise CommunicationError(
             name,
             f"'{address}' is no CAN address",
             remedy=f"Write can://interface/channel?node=1…127&bitrate={DEFAULT_BITRATE}",
         )
-    return BusAddress(parts.netloc, channel, bitrate), node_id
+    return bus, node_id
+
+
+def parse_bus(address: str, name: str) -> BusAddress:
+    """Return the bus of `can://interface/channel?bitrate=500000`; raises CommunicationError otherwise."""
+    bus, _ = _parsed(address)
+    if bus is None:
+        raise CommunicationError(
+            name,
+            f"'{address}' is no address of a CAN bus",
+            remedy=f"Write can://interface/channel?bitrate={DEFAULT_BITRATE}",
+        )
+    return bus
+
+
+def _parsed(address: str) -> tuple[BusAddress | None, dict[str, str]]:
+    try:
+        parts = urlsplit(address)
+    except ValueError:
+        return None, {}
+    settings = {key: values[-1] for key, values in parse_qs(parts.query).items()}
+    bitrate = _number(settings.get("bitrate", str(DEFAULT_BITRATE)))
+    channel = parts.path.removeprefix("/")
+    if parts.scheme != "can" or not parts.netloc or not channel or bitrate < 1:
+        return None, settings
+    return BusAddress(parts.netloc, channel, bitrate), settings
+
+
+def _number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        return 0

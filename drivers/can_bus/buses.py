@@ -11,6 +11,8 @@ from drivers.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
 from drivers.interfaces import CommunicationError
 
 if TYPE_CHECKING:
+    import can
+
     from drivers.can_bus.heartbeat import HeartbeatProducer
     from drivers.can_bus.objects import SdoClient
 
@@ -93,18 +95,12 @@ class SharedBus:
                 remedy="Check interface, channel and bit rate",
             ) from error
         if address.interface == "udp_multicast":
-            self._keep_to_own_group()
+            keep_to_own_group(self.network.bus)
 
     @property
     def answers_at_once(self) -> bool:
         """Whether a reply has come, if it ever will, when the call that sends its request returns."""
         return self.address.interface == IN_PROCESS
-
-    def _keep_to_own_group(self) -> None:
-        """Have Linux hand over what comes for this bus' group only, and not for any other's on the same port."""
-        if sys.platform == "linux" and self.network.bus is not None:
-            with socket.socket(fileno=os.dup(self.network.bus.fileno())) as own:
-                own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)
 
     def disconnect(self) -> None:
         """Leave the bus; what a broken connection says about its end is of no use any more."""
@@ -154,3 +150,10 @@ class BusNode:
         del self._bus.network[self._node_id]
         self._bus.nodes.discard(self._node_id)
         self._buses.release(self._bus)
+
+
+def keep_to_own_group(bus: "can.BusABC | None") -> None:
+    """Have Linux hand over what comes for this bus' multicast group only, and not for any other's on the same port."""
+    if sys.platform == "linux" and bus is not None:
+        with socket.socket(fileno=os.dup(bus.fileno())) as own:
+            own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)

@@ -5,6 +5,22 @@ from dataclasses import dataclass
 from drivers.interfaces import Accuracy
 
 
+@dataclass(frozen=True)
+class CanInterlockOptions:
+    """A contact as a bit of a frame that is sent again and again: identifier of the `frame`, `byte` and `bit` from 0.
+
+    `closed` is the level of a closed contact, `extended` a 29-bit identifier; a frame that has stayed away for `timeout`
+    (s) counts as an open contact.
+    """
+
+    frame: int
+    byte: int
+    bit: int
+    closed: bool = True
+    extended: bool = False
+    timeout: float = 0.25
+
+
 @dataclass(frozen=True, kw_only=True)
 class NodeOptions:
     """Settings that all such drives have; times are in s.

@@ -14,6 +14,7 @@ from drivers.interfaces.errors import (
     SetpointError,
 )
 from drivers.interfaces.identity import Accuracy, Identity, Instrument, Reading, Traffic
+from drivers.interfaces.interlock import Interlock
 from drivers.interfaces.inverter import Inverter
 from drivers.interfaces.lcr_meter import Aperture, ImpedanceReading, LcrMeter, Wanted
 from drivers.interfaces.oscilloscope import (
@@ -43,6 +44,7 @@ __all__ = [
     "ImpedanceReading",
     "Instrument",
     "InstrumentError",
+    "Interlock",
     "Inverter",
     "LcrMeter",
     "LimitError",

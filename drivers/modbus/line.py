@@ -169,7 +169,7 @@ def open_line(
         if is_in_process(address):
             client = ModbusStreamClient(lambda: open_stream(address, in_process, name), address, timeout)
         else:
-            client = _client(address, timeout)
+            client = client_for(address, timeout)
         connected = client.connect()
     except ValueError as error:
         raise CommunicationError(name, f"'{address}' is no Modbus address ({error})") from error
@@ -181,7 +181,8 @@ def open_line(
     return ModbusLine(client, name, traffic=traffic)
 
 
-def _client(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
+def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
+    """Return a client, not connected yet, for `tcp://…` or `rtu:///…`; raises ValueError for another address."""
     # pymodbus would repeat writes too: its own retries stay off.
     parts = urlsplit(address)
     if parts.scheme == "tcp" and parts.hostname:

@@ -7,6 +7,20 @@ from drivers.interfaces import Accuracy
 
 
 @dataclass(frozen=True)
+class ModbusInterlockOptions:
+    """A contact on an input module: which `input` (a coil or a discrete input), by its `number` from 0, of which `unit`.
+
+    `closed` is the level of a closed contact; a module that has not answered for `timeout` (s) counts as an open one.
+    """
+
+    number: int
+    input: Literal["discrete_input", "coil"] = "discrete_input"
+    unit: int = 1
+    closed: bool = True
+    timeout: float = 0.25
+
+
+@dataclass(frozen=True)
 class DeltaDyn200Options:
     """Settings of a dynamometer made of a Delta C2000 drive and a DYN-200 transducer on one Modbus line.
 

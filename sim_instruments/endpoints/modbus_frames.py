@@ -5,16 +5,17 @@ import struct
 from sim_instruments.endpoints.modbus_faults import ReplyFaults, shown_unit
 from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.faults import Fault, FaultKind, spoil
-from sim_instruments.instruments.registers import RegisterError
+from sim_instruments.instruments.registers import BitDevice, RegisterError
 
 #: MBAP header: transaction, protocol, length of what follows the length, unit.
 HEADER = struct.Struct("!HHHB")
 #: Bench time (s) that a request takes.
 REQUEST_TIME = 2.0e-3
 _LONGEST, _SHORTEST = 254, 2
+_READ_BITS = (1, 2)
 _READ, _WRITE_SINGLE, _WRITE = 3, 6, 16
 _ILLEGAL_FUNCTION, _ILLEGAL_VALUE, _NO_SUCH_UNIT = 1, 3, 11
-_MOST_READ, _MOST_WRITTEN = 125, 123
+_MOST_READ, _MOST_WRITTEN, _MOST_BITS = 125, 123, 2000
 
 
 class _RefusedError(Exception):
@@ -67,6 +68,8 @@ class ModbusFrames:
 
     def _execute(self, unit: int, function: int, data: bytes) -> tuple[bytes, Fault | None]:
         device = self._line.units[unit]
+        if function in _READ_BITS and isinstance(device, BitDevice):
+            return self._bits(device, unit, function, data)
         if function not in (_READ, _WRITE_SINGLE, _WRITE):
             raise _RefusedError(_ILLEGAL_FUNCTION)
         if len(data) < 4 or (function != _WRITE and len(data) != 4):
@@ -84,6 +87,17 @@ class ModbusFrames:
             device.write(address, values)
             response = bytes([function]) + data[:4]
         return self._replies.altered(fault, device, said, address, response), fault
+
+    def _bits(self, device: BitDevice, unit: int, function: int, data: bytes) -> tuple[bytes, Fault | None]:
+        if len(data) != 4:
+            raise _RefusedError(_ILLEGAL_VALUE)
+        address, number = struct.unpack("!HH", data)
+        if not 1 <= number <= _MOST_BITS:
+            raise _RefusedError(_ILLEGAL_VALUE)
+        fault, _ = self._struck("read", unit, address, number)
+        packed = sum(bit << place for place, bit in enumerate(device.read_bits(address, number)))
+        content = packed.to_bytes((number + 7) // 8, "little")
+        return bytes([function, len(content)]) + content, fault
 
     def _struck(self, verb: str, unit: int, address: int, count: int) -> tuple[Fault | None, str]:
         """Return the fault that strikes a request, and the request in words; one that refuses it does so."""

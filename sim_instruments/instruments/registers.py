@@ -1,6 +1,6 @@
 """Instruments behind Modbus: holding registers that are read and written in blocks."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_FAILURE = 2, 3, 4
 
@@ -33,6 +33,14 @@ class RegisterDevice(Protocol):
 
     def write(self, address: int, values: list[int]) -> None:
         """Write registers. Raises RegisterError."""
+
+
+@runtime_checkable
+class BitDevice(Protocol):
+    """A unit that has single bits: coils and discrete inputs, the same ones."""
+
+    def read_bits(self, address: int, count: int) -> list[bool]:
+        """Return bits. Raises RegisterError."""
 
 
 def exists(ranges: tuple[tuple[int, int], ...], address: int, count: int) -> bool:

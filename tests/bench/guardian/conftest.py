@@ -12,6 +12,9 @@ from typing import Any
 
 import pytest
 
+from bench.commands.run import run
+from bench.commands.station import reset
+from bench.errors import InputError
 from bench.guardian.record import read_guardian
 from bench.record.journal import Event, read_journal
 from bench.served_world import ServedWorld
@@ -42,6 +45,19 @@ class Served:
     def silence(self, role: str) -> None:
         """Have an instrument answer nothing any more."""
         self.world._ask("POST", "/faults", {"fault": "silence", "role": role, "pattern": "", "times": None})
+
+    def contact(self, name: str, *, closed: bool) -> None:
+        """Close or open a safety contact."""
+        self.world._ask("POST", "/interlocks", {"name": name, "closed": closed})
+
+    def refuses(self, why: str) -> None:
+        """Make sure that no run begins, for the reason given."""
+        with pytest.raises(InputError, match=why):
+            run("pole-pairs-static", station=str(self.station), motor="lg-400w", runs=self.station.parent)
+
+    def reset(self, by: str) -> None:
+        """Have a person reset what the interlocks have left."""
+        assert reset(self.station, by=by) == 0
 
     def mend(self) -> None:
         """Take all faults away."""
@@ -127,15 +143,14 @@ def hold(served: Served, tmp_path: Path) -> Iterator[Callable[..., Run]]:
     started = []
 
     def start(*then: str) -> Run:
-        run = Run(served, tmp_path, *then)
-        started.append(run)
-        return run
+        started.append(Run(served, tmp_path, *then))
+        return started[-1]
 
     yield start
-    for run in started:
-        for stream in (run.process.stdout, run.process.stderr):
+    for one in started:
+        for stream in (one.process.stdout, one.process.stderr):
             if stream is not None:
                 stream.close()
-        if run.process.poll() is None:
-            run.process.kill()
-            run.process.wait()
+        if one.process.poll() is None:
+            one.process.kill()
+            one.process.wait()

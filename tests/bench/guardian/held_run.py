@@ -49,8 +49,8 @@ class Hold(Procedure[Settings]):
 
     def deadlock(self) -> None:
         # Nothing that Python could interrupt: no handler runs while the signals stay blocked.
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
-        threading.Lock().acquire() and threading.Event().wait()
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGUSR1})
+        threading.Event().wait()
 
     def disk_full(self) -> None:
         journal = next(Path(sys.argv[2]).glob("*/journal.jsonl"))

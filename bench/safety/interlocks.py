@@ -1,0 +1,159 @@
+"""Interlocks watched: each contact on a thread of its own, and whoever is concerned told when one opens."""
+
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from bench.errors import InputError
+from bench.files.interlocks import InterlockEntry
+from bench.safety.interrupts import Interrupts
+from bench.safety.latch import Latch
+from drivers.interfaces import InstrumentError, Interlock
+from drivers.interlocks import open_interlock
+from procedures.bench import Recorder
+
+#: How often (s) a contact is read; one that is sent by itself is waited for.
+_POLL = 0.01
+
+#: Told the interlock's name and how it is: open, or silent and why.
+Opened = Callable[[str, str], None]
+
+
+def state(interlock: Interlock) -> str:
+    """Return why a contact does not count as closed, or nothing where it is closed."""
+    try:
+        return "" if interlock.closed() else "open"
+    except InstrumentError as error:
+        return f"silent, which counts as open ({error})"
+
+
+class Interlocks:
+    """The contacts of a station, opened when this is made. Raises InstrumentError where one cannot be."""
+
+    def __init__(self, entries: Iterable[InterlockEntry]) -> None:
+        self._opened: dict[str, Interlock] = {}
+        self._stopping = threading.Event()
+        self._threads: list[threading.Thread] = []
+        try:
+            for entry in entries:
+                self._opened[entry.name] = open_interlock(entry.address, entry.options, name=f"interlock {entry.name}")
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def names(self) -> list[str]:
+        """Their names."""
+        return list(self._opened)
+
+    def not_closed(self) -> list[tuple[str, str]]:
+        """Return name and state of every contact that does not count as closed now."""
+        found = [(name, state(interlock)) for name, interlock in self._opened.items()]
+        return [(name, how) for name, how in found if how]
+
+    def watch(self, opened: Opened) -> None:
+        """Call `opened` once for each contact that opens from now on, on the thread that has seen it."""
+        for name, interlock in self._opened.items():
+            thread = threading.Thread(
+                target=self._watch, args=(name, interlock, opened), name=f"interlock {name}", daemon=True
+            )
+            self._threads.append(thread)
+            thread.start()
+
+    def close(self) -> None:
+        """Stop watching and let go of the contacts."""
+        self._stopping.set()
+        for thread in self._threads:
+            thread.join()
+        for interlock in self._opened.values():
+            interlock.close()
+
+    def _watch(self, name: str, interlock: Interlock, opened: Opened) -> None:
+        while not self._stopping.is_set():
+            how = state(interlock)
+            if how:
+                opened(name, how)
+                return
+            self._stopping.wait(_POLL)
+
+
+class Watched:
+    """The interlocks of a station that may start, and where a trip is kept."""
+
+    def __init__(self, interlocks: Interlocks, latch: Latch) -> None:
+        self._interlocks = interlocks
+        self._latch = latch
+
+    def about(self) -> dict[str, Any]:
+        """Return what a run's record says of them at its beginning: their names, and a reset that no record holds yet."""
+        reset = self._latch.take_reset()
+        return {"names": self._interlocks.names, "reset": None if reset is None else asdict(reset)}
+
+    def watch(self, recorder: Recorder, interrupts: Interrupts) -> None:
+        """End the run once one opens, and keep the station still until a person has reset it."""
+
+        def opened(name: str, how: str) -> None:
+            interrupts.request(cause(name, how))
+            with suppress(OSError):
+                self._latch.trip(name, how)
+            with suppress(OSError):
+                recorder.event("interlock_opened", interlock=name, how=how)
+
+        self._interlocks.watch(opened)
+
+
+class Uninterlocked:
+    """Stands for the interlocks of a station that has none."""
+
+    def about(self) -> dict[str, Any]:
+        """Return what a run's record says of them."""
+        return {"names": [], "reset": None}
+
+    def watch(self, recorder: Recorder, interrupts: Interrupts) -> None:
+        """Pass."""
+
+
+def cause(name: str, how: str) -> str:
+    """Return what interrupts a run, in words."""
+    return f"the interlock {name}, which is {how}"
+
+
+@contextmanager
+def ready(entries: Sequence[InterlockEntry], station: str) -> Iterator[Watched | Uninterlocked]:
+    """Give the interlocks of a station that may start.
+
+    Raises InputError where one is open or silent, or has been open and nobody has reset it.
+    """
+    if not entries:
+        yield Uninterlocked()
+        return
+    latch = Latch(Path(station))
+    latch.check_writable()
+    trip = latch.standing()
+    if trip is not None:
+        raise InputError(
+            f"{station}: the interlock {trip.interlock} was {trip.how} at {trip.wall}, and nobody has reset it. "
+            f"Find out why, then: motorbench station reset {station} --by NAME"
+        )
+    with closed(entries, station) as interlocks:
+        yield Watched(interlocks, latch)
+
+
+@contextmanager
+def closed(entries: Sequence[InterlockEntry], station: str) -> Iterator[Interlocks]:
+    """Give interlocks all of which are closed; raises InputError naming those that are not."""
+    try:
+        interlocks = Interlocks(entries)
+    except InstrumentError as error:
+        raise InputError(f"{station}: {error}") from error
+    try:
+        found = interlocks.not_closed()
+        if found:
+            said = "; ".join(f"the interlock {name} is {how}" for name, how in found)
+            raise InputError(f"{station}: {said}. Close it, then start again")
+        yield interlocks
+    finally:
+        interlocks.close()

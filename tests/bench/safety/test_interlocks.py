@@ -1,0 +1,206 @@
+"""Interlocks as a run sees them: refused while open, latched once opened, reset by a person."""
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.commands.station import check, reset
+from bench.errors import InputError, UsageError
+from bench.files.interlocks import InterlockEntry
+from bench.files.station import load_station
+from bench.safety import interlocks as module
+from bench.safety.interlocks import Interlocks, Uninterlocked, ready
+from bench.safety.interrupts import Interrupted, Interrupts
+from bench.safety.latch import Latch
+from drivers.can_bus.options import CanInterlockOptions
+from drivers.interfaces import CommunicationError
+from drivers.modbus.options import ModbusInterlockOptions
+
+STATION = """
+[station]
+name = "Bench 1"
+[interlocks.emergency_stop]
+address = "tcp://192.0.2.9:502"
+number = 3
+[interlocks.door]
+address = "can://socketcan/can0"
+frame = 0x1A0
+byte = 0
+bit = 1
+closed = false
+"""
+
+
+class Contact:
+    """A contact in the hands of a test."""
+
+    def __init__(self) -> None:
+        self.is_closed = True
+        self.error: Exception | None = None
+        self.ended = 0
+
+    def closed(self) -> bool:
+        if self.error is not None:
+            raise self.error
+        return self.is_closed
+
+    def close(self) -> None:
+        self.ended += 1
+
+
+@pytest.fixture
+def contacts(monkeypatch: pytest.MonkeyPatch) -> dict[str, Contact]:
+    made = {"emergency_stop": Contact(), "door": Contact()}
+    monkeypatch.setattr(module, "open_interlock", lambda *_, name: made[name.split()[-1]])
+    return made
+
+
+@pytest.fixture
+def station(tmp_path: Path) -> Path:
+    path = tmp_path / "station.toml"
+    path.write_text(STATION, encoding="utf-8")
+    return path
+
+
+class Journal:
+    def __init__(self) -> None:
+        self.events: list[tuple[str, dict[str, Any]]] = []
+        self.told = threading.Event()
+
+    def event(self, kind: str, **data: Any) -> None:
+        self.events.append((kind, data))
+        self.told.set()
+
+
+def test_a_station_has_its_interlocks(station: Path) -> None:
+    assert load_station(station).interlocks == (
+        InterlockEntry("emergency_stop", "tcp://192.0.2.9:502", ModbusInterlockOptions(3)),
+        InterlockEntry("door", "can://socketcan/can0", CanInterlockOptions(0x1A0, 0, 1, closed=False)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ('address = "tcp://192.0.2.9:502"', "", ["interlocks.emergency_stop.address is missing"]),
+        ("tcp://192", "http://192", ["interlocks.emergency_stop.address", "write tcp://host:port"]),
+        ("number = 3", "", ["interlocks.emergency_stop.number"]),
+        ("number = 3", "frame = 3", ["interlocks.emergency_stop.frame"]),
+        ("bit = 1", 'bit = "1"', ["interlocks.door.bit"]),
+    ],
+)
+def test_each_fault_of_an_interlock_is_named(station: Path, old: str, new: str, parts: list[str]) -> None:
+    station.write_text(STATION.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        load_station(station)
+    assert all(part in str(refused.value) for part in parts), str(refused.value)
+
+
+def test_a_station_without_any_is_not_held_up() -> None:
+    with ready((), "virtual") as nothing:
+        assert isinstance(nothing, Uninterlocked)
+        assert nothing.about() == {"names": [], "reset": None}
+        nothing.watch(Journal(), Interrupts())
+
+
+@pytest.mark.parametrize("silent", [False, True])
+def test_nothing_starts_while_one_is_open(station: Path, contacts: dict[str, Contact], silent: bool) -> None:
+    contacts["door"].is_closed = False
+    contacts["door"].error = CommunicationError("interlock door", "no frame") if silent else None
+    how = r"silent, which counts as open \(interlock door: no frame\)" if silent else "open"
+    with pytest.raises(InputError, match=f"the interlock door is {how}. Close it"):
+        ready(load_station(station).interlocks, str(station)).__enter__()
+    assert [contact.ended for contact in contacts.values()] == [1, 1]
+    assert not Latch(station).path.exists()
+
+
+@pytest.mark.parametrize("silent", [False, True])
+def test_one_that_opens_ends_the_run_and_keeps_the_station_still(
+    station: Path, contacts: dict[str, Contact], silent: bool
+) -> None:
+    entries, journal, interrupts = load_station(station).interlocks, Journal(), Interrupts()
+    with ready(entries, str(station)) as watched:
+        watched.watch(journal, interrupts)
+        interrupts.raise_if_requested()
+        contacts["door"].is_closed = False
+        contacts["door"].error = CommunicationError("interlock door", "no frame") if silent else None
+        assert journal.told.wait(10.0)
+        with pytest.raises(Interrupted, match=r"interrupted by the interlock door, which is (open|silent)"):
+            interrupts.raise_if_requested()
+    assert [kind for kind, _ in journal.events] == ["interlock_opened"]
+    contacts["door"].is_closed, contacts["door"].error = True, None
+    with pytest.raises(InputError, match=r"the interlock door was .* nobody has reset it.*station reset .* --by NAME"):
+        ready(entries, str(station)).__enter__()
+
+
+def test_a_person_resets_and_the_next_record_says_who(
+    station: Path, contacts: dict[str, Contact], capsys: pytest.CaptureFixture[str]
+) -> None:
+    Latch(station).trip("door", "open")
+    Latch(station).trip("emergency_stop", "open")
+    contacts["door"].is_closed = False
+    with pytest.raises(InputError, match="the interlock door is open"):
+        reset(station, by="Li Wei")
+    contacts["door"].is_closed = True
+    with pytest.raises(UsageError, match="--by NAME"):
+        reset(station, by=" ")
+    assert reset(station, by="Li Wei") == 0
+    assert "reset by Li Wei: the interlock door was open at 20" in capsys.readouterr().out
+    assert reset(station, by="Li Wei", json=True) == 0
+    assert '"reset": false' in capsys.readouterr().out
+    for expected in ("Li Wei", None):
+        with ready(load_station(station).interlocks, str(station)) as watched:
+            about = watched.about()
+            assert (about["reset"] or {}).get("reset_by") == expected
+            assert about["names"] == ["emergency_stop", "door"]
+
+
+def test_a_latch_that_cannot_be_read_stands(station: Path) -> None:
+    latch = Latch(station)
+    latch.path.write_text("{", encoding="utf-8")
+    trip = latch.standing()
+    assert trip is not None
+    assert "cannot be read" in trip.how
+
+
+def test_where_nothing_can_be_remembered_nothing_starts(
+    station: Path, contacts: dict[str, Contact], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)
+    with pytest.raises(InputError, match=r"station\.toml\.tripped.*not writable"):
+        ready(load_station(station).interlocks, str(station)).__enter__()
+
+
+def test_a_station_without_interlocks_has_nothing_to_reset(tmp_path: Path) -> None:
+    path = tmp_path / "station.toml"
+    path.write_text('[station]\nname = "Bench 1"\n', encoding="utf-8")
+    with pytest.raises(InputError, match="nothing to reset"):
+        reset(path, by="Li Wei")
+
+
+def test_the_stations_check_tells_how_they_are(
+    station: Path, contacts: dict[str, Contact], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert check(station) == 0
+    contacts["door"].is_closed = False
+    assert check(station) == 1
+    assert "it is open" in capsys.readouterr().out
+    assert check(station, json=True) == 1
+    assert '"error": "it is open"' in capsys.readouterr().out
+
+
+def test_those_that_are_open_are_let_go_of_where_another_cannot_be_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = Contact()
+
+    def opening(address: str, options: object, name: str) -> Contact:
+        if "door" in name:
+            raise CommunicationError(name, "no such bus")
+        return first
+
+    monkeypatch.setattr(module, "open_interlock", opening)
+    entries = [InterlockEntry(name, "tcp://h", ModbusInterlockOptions(0)) for name in ("emergency_stop", "door")]
+    with pytest.raises(CommunicationError, match="no such bus"):
+        Interlocks(entries)
+    assert first.ended == 1
