@@ -71,8 +71,9 @@ def serve(tmp_path: Path) -> Iterator[Callable[..., Server]]:
     assert not [words for words in said if "Traceback" in words]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    """Keep a browser for one module only: its driver's event loop runs in this thread as long as it is there."""
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
     expect.set_options(timeout=20_000)
