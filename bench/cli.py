@@ -27,6 +27,7 @@ def make_app() -> App:
         ("demo", "Every procedure on the virtual bench, then the summary."),
         ("run", "Run procedures on a station, or on the virtual bench."),
         ("procedures", "List the procedures with their steps and settings."),
+        ("report", "Write a run's report as a page and a PDF."),
         ("export", "Write a run's parameters as a motor controller's file."),
         ("serve", "The operator's panel in a browser."),
         ("doctor", "Check the installation: libraries, VISA backends, permissions."),

@@ -15,7 +15,7 @@ from bench.language import translator
 from bench.plan import Catalogue, Planned, check_roles, make_plan, possible
 from bench.progress import Progress
 from bench.record.disk import Reserve
-from bench.record.journal import Journal
+from bench.record.journal import Journal, Listener
 from bench.record.journal_file import JournalFile
 from bench.record.run_folder import RunFolder, new_run_folder
 from bench.record.run_result import conclude
@@ -69,8 +69,14 @@ class Finished:
     hand_time: float
 
 
-def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callable[[], date] = wall_date) -> Finished:
-    """Do it; progress and questions go to `console`, calibrations are held against `today`.
+def run(
+    wishes: Wishes,
+    catalogue: Catalogue,
+    console: "Console",
+    today: Callable[[], date] = wall_date,
+    listeners: Sequence[Listener] = (),
+) -> Finished:
+    """Do it; progress and questions go to `console`, calibrations are held against `today`, `listeners` hear the journal.
 
     Raises InputError before anything is touched.
     """
@@ -109,6 +115,8 @@ def run(wishes: Wishes, catalogue: Catalogue, console: "Console", today: Callabl
         where, guard = leaving.enter_context(guarded(where, used, folder.path, interrupts, wanted=wishes.guardian))
         journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=Reserve(folder.reserve))
         journal.listen(view.apply)
+        for listener in listeners:
+            journal.listen(listener)
         journal.listen(guard.hear)
         live = wishes.station == "virtual" or wishes.operator == "answers"
         where.listen_to_faults(recording(journal))

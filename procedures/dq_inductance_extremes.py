@@ -153,7 +153,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 sweep,
                 motor_class,
                 self._from_extremes(sweep, motor_class),
-                "smallest and largest reading, by the note's rule",
+                estimator="smallest and largest reading, by the note's rule",
             )
             return
         significant, p_value = rotor_sweep.saliency_significant(fit)
@@ -192,7 +192,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         lost = self.bench.uncertainties.limit("turning during a reading", half, half)
         found["d"] = found["d"] - amplitude * lost
         found["q"] = found["q"] + amplitude * lost
-        self._report(sweep, motor_class, found, "fit of mean and second harmonic to the whole sweep")
+        self._report(sweep, motor_class, found, estimator="fit of mean and second harmonic to the whole sweep")
 
     def _fitted(self, fit: rotor_sweep.SweepFit, *, significant: bool) -> dict[str, UncertainReal]:
         """Return the fitted line values (H), one mean and one amplitude behind both: their difference is known better than they."""

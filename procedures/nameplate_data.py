@@ -36,7 +36,7 @@ class NameplateData(Procedure[NameplateSettings]):
             value = self._ask(
                 "maximum_current", text("the largest phase current (peak) on the data sheet"), "A", 1e-3, 1e4
             )
-        self._take_over("maximum_current", value, "A", "2.7", "phase, peak")
+        self._take_over("maximum_current", value, "A", "2.7", convention="phase, peak")
 
     @step("2.8/1", "Take the rated speed from the data sheet", by_hand=True)
     def rated_speed(self) -> None:
@@ -44,7 +44,7 @@ class NameplateData(Procedure[NameplateSettings]):
         value = self.nameplate.rated_speed_rpm
         if value is None:
             value = self._ask("rated_speed_rpm", text("the rated speed on the data sheet"), "rpm", 1.0, 5e5)
-        self._take_over("rated_speed", value, "rpm", "2.8", "mechanical")
+        self._take_over("rated_speed", value, "rpm", "2.8", convention="mechanical")
 
     def _ask(self, key: str, quantity: Text, unit: str, low: float, high: float) -> float:
         return self.bench.reading(EnterReading(key, quantity, unit, low, high))

@@ -23,6 +23,23 @@ PARAMETER_NAMES: Mapping[str, Text] = {
 }
 
 
+ROLE_NAMES: Mapping[str, Text] = {
+    "supply": text("DC supply"),
+    "lcr_meter": text("LCR meter"),
+    "oscilloscope": text("Oscilloscope"),
+    "dynamometer": text("Dynamometer"),
+    "tachometer": text("Tachometer"),
+    "inverter": text("Inverter"),
+    "voltmeter": text("Voltmeter"),
+    "drive": text("Six-step drive"),
+}
+
+
+def role_name(role: str) -> Text:
+    """Return what readers call the instrument of a role; one without such a name keeps its own."""
+    return ROLE_NAMES.get(role, Text("{role}", {"role": role}))
+
+
 def parameter_name(name: str) -> Text:
     """Return a parameter's name for readers; one without such a name keeps its own."""
     return PARAMETER_NAMES.get(name, Text("{name}", {"name": name}))
@@ -31,3 +48,8 @@ def parameter_name(name: str) -> Text:
 def unit_for_readers(name: str, unit: str) -> str:
     """Return the unit in which readers expect a parameter: flux linkage in webers, which are volt-seconds."""
     return "Wb" if name == "flux_linkage" else unit
+
+
+def phrase(words: str) -> Text:
+    """Return an estimator's or a convention's fixed words as a text that the catalogue may translate."""
+    return Text(words.replace("{", "{{").replace("}", "}}"))

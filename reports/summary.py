@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from procedures.parameter_set import ParameterSet
 from procedures.result import Notice, Parameter
 from procedures.text import Translate, text
-from reports.figures import decimals_for, figure, percent, scale_of
-from reports.names import parameter_name, unit_for_readers
+from reports.names import parameter_name
+from reports.parameter_figures import shown
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -111,18 +111,16 @@ def summary(
 
 
 def _row(parameter: Parameter, name: str, truth: float | None, translate: Translate, *, other: bool = False) -> Row:
-    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
-    value, spread = parameter.value / scale.factor, parameter.standard_uncertainty / scale.factor
-    decimals = decimals_for(spread, value)
+    figures = shown(parameter, truth)
     sheet = parameter.source != "measured"
     return Row(
         name=name,
-        value=figure(value, decimals),
-        unit=scale.unit,
-        uncertainty=text("data sheet").render(translate) if sheet else (figure(spread, decimals) if spread else "–"),
-        relative=percent(abs(spread / value)) if value else "–",
-        note=figure(None if parameter.note_value is None else parameter.note_value / scale.factor, decimals),
-        truth=figure(None if truth is None else truth / scale.factor, decimals),
+        value=figures.value,
+        unit=figures.unit,
+        uncertainty=text("data sheet").render(translate) if sheet else figures.uncertainty,
+        relative=figures.relative,
+        note=figures.note,
+        truth=figures.truth,
         section=parameter.section,
         other=other,
     )

@@ -1,8 +1,16 @@
 """`motorbench demo`: every procedure on the virtual bench."""
 
+import sys
 from pathlib import Path
 
-from bench.commands.run import run
+from bench.commands.output import console_on, print_end, print_json, print_page, print_summary
+from bench.commands.run import given_faults_of
+from bench.files.motor_file import load_motor
+from bench.language import language_of, translator
+from bench.report_ahead import ReportAhead
+from bench.session import Finished, Wishes
+from bench.session import run as run_session
+from procedures.catalogue import catalogue
 
 
 def demo(
@@ -15,7 +23,7 @@ def demo(
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
 ) -> int:
-    """Measure a virtual motor by every procedure and print the summary beside the truth.
+    """Measure a virtual motor by every procedure, print the summary beside the truth, and write the report's page.
 
     Parameters
     ----------
@@ -24,7 +32,7 @@ def demo(
     seed
         Seed of noise and of the operator's hand: one seed, the same figures to the last digit.
     json
-        Print one JSON object and nothing else.
+        Print one JSON object and nothing else; no page is written.
     language
         en, zh, or auto by the locale.
     runs
@@ -35,14 +43,33 @@ def demo(
         One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
 
     """
-    return run(
-        "all",
+    chosen = language_of(language)
+    translate = translator(chosen)
+    wishes = Wishes(
+        procedures=("all",),
+        motor=load_motor(motor),
         station="virtual",
-        motor=motor,
-        seed=seed,
-        json=json,
-        language=language,
+        language=chosen,
         runs=runs,
-        faults=faults,
-        fault=fault,
+        seed=seed,
+        faults=given_faults_of(faults, fault),
     )
+    if json:
+        done = run_session(wishes, catalogue(), console_on(sys.stderr))
+        print_json(done.result)
+    else:
+        done = _shown(wishes)
+    if done.view.status != "completed":
+        print_end(done.view, done.folder, translate)
+        return 1
+    return 0
+
+
+def _shown(wishes: Wishes) -> Finished:
+    translate = translator(wishes.language)
+    with ReportAhead(wishes.language) as report:
+        done = run_session(wishes, catalogue(), console_on(sys.stderr), listeners=(report.hear,))
+        print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
+        sys.stdout.flush()
+        print_page(report.page(), done.folder, translate)
+    return done

@@ -49,6 +49,16 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate, *, han
     console.print(text("Run: {folder}", folder=str(folder.path)).render(translate), markup=False, soft_wrap=True)
 
 
+def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
+    """Say where a run's page is; where it could not be drawn, what says why."""
+    said = (
+        text("Report: {page}", page=page)
+        if page
+        else text("The report's page could not be drawn; motorbench report {folder} says why", folder=str(folder.path))
+    )
+    console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
+
+
 def print_end(view: RunView, folder: RunFolder, translate: Translate) -> None:
     """Say on standard error why a run did not complete."""
     words = text(

@@ -119,7 +119,7 @@ def run(
         assignments=set_,
         seed=seed or 0,
         trace=trace,
-        faults=_given(faults, fault),
+        faults=given_faults_of(faults, fault),
         go_on=continue_on_error,
         resume=folder,
         repeat=repeat,
@@ -159,7 +159,7 @@ def _numbered(motor: MotorFile, serial_number: str) -> MotorFile:
     return replace(motor, nameplate=replace(motor.nameplate, serial_number=serial_number))
 
 
-def _given(file: Path | None, phrases: Sequence[str]) -> "Sequence[GivenFault]":
+def given_faults_of(file: Path | None, phrases: Sequence[str]) -> "Sequence[GivenFault]":
     """Return the faults that are asked for; a run without any loads nothing of the virtual bench."""
     if file is None and not phrases:
         return ()

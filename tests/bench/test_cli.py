@@ -300,7 +300,7 @@ def test_a_fault_of_the_program_is_still_a_message(call: Call, monkeypatch: pyte
     def broken(reference: str) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("bench.commands.run.load_motor", broken)
+    monkeypatch.setattr("bench.commands.demo.load_motor", broken)
     code, _, err = call("demo")
     assert code == 1
     assert "a fault of the program: ZeroDivisionError" in err

@@ -24,6 +24,16 @@ def literals(node: ast.expr | None) -> Iterator[str]:
         yield from literals(node.orelse)
 
 
+def phrases_at(node: ast.AST) -> Iterator[str]:
+    """Estimators and conventions of parameters, which reports show: keywords of calls, and constants of these names."""
+    if isinstance(node, ast.Call):
+        for word in node.keywords:
+            if word.arg in ("estimator", "convention"):
+                yield from literals(word.value)
+    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) in ("CONVENTION", "DERIVED"):
+        yield from literals(node.value)
+
+
 def templates_at(node: ast.AST) -> Iterator[str]:
     """Templates are the first argument of text(…), the second of a step's decorator, and a class's title."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
@@ -64,7 +74,8 @@ def templates() -> dict[str, str]:
     for folder, finder in (("procedures", templates_at), ("reports", templates_at), ("bench", templates_at)):
         for path in sorted((ROOT / folder).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                for template in finder(node):
+                found_here = [*finder(node), *(phrases_at(node) if folder == "procedures" else ())]
+                for template in filter(None, found_here):
                     found.setdefault(template, str(path.relative_to(ROOT)))
     for path in sorted((ROOT / "drivers" / "manual").rglob("*.py")):
         if path.name == "prompt.py":

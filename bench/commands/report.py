@@ -1,0 +1,61 @@
+"""`motorbench report`: a run as a page and as a PDF."""
+
+import sys
+from pathlib import Path
+
+from bench.commands.output import print_json
+from bench.errors import UsageError
+
+FORMATS = ("html", "pdf", "both")
+LANGUAGES = ("en", "zh", "both", "auto")
+
+
+def report(
+    run: str,
+    *,
+    language: str = "auto",
+    format: str = "both",  # noqa: A002  the option's name
+    output: Path | None = None,
+    json: bool = False,
+    runs: Path = Path("runs"),
+) -> int:
+    """Write a run's report: identity, parameters with uncertainty, every procedure with its steps, readings, plots and budgets.
+
+    Parameters
+    ----------
+    run
+        The run's folder, its name under `--runs`, or `latest`.
+    language
+        en, zh, both (side by side), or auto by the locale.
+    format
+        html, pdf or both.
+    output
+        Folder to write into; the run's own where not given.
+    json
+        Print one JSON object and nothing else: the files.
+    runs
+        Folder of the runs.
+
+    """
+    if format not in FORMATS:
+        raise UsageError(f"--format {format}: allowed are {', '.join(FORMATS)}")
+    if language not in LANGUAGES:
+        raise UsageError(f"--language {language}: allowed are {', '.join(LANGUAGES)}")
+    from bench.record.finished_run import read_run
+    from bench.report_files import rendered, write_page, write_paper
+
+    read = read_run(run, runs)
+    made = rendered(read, language)
+    folder = output or read.folder.path
+    written = {}
+    if format in ("html", "both"):
+        written["html"] = write_page(made, folder, language)
+    if format in ("pdf", "both"):
+        written["pdf"] = write_paper(made, folder, language)
+    if json:
+        print_json({"report": {kind: str(path) for kind, path in written.items()}})
+    else:
+        for path in written.values():
+            print(path)
+    sys.stdout.flush()
+    return 0

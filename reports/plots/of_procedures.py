@@ -1,0 +1,335 @@
+"""The plots of each procedure, from what its findings hold and what was recorded in its steps."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from procedures.text import Text, text
+from reports.plots.envelope import envelope
+from reports.plots.model import Axes, Curve, FloatArray, Manner, Plot
+from reports.report.record import ProcedureRecord, Trace
+
+_RPM = np.pi / 30.0
+_TIME, _CURRENT, _VOLTAGE, _SPEED = text("Time"), text("Current"), text("Voltage"), text("Speed")
+_READ, _RECORDED, _FITTED, _RESIDUAL = text("readings"), text("recorded"), text("fit"), text("residual")
+_PHASES = (Manner.FIT, Manner.SECOND, Manner.THIRD)
+
+
+def plots(procedure: ProcedureRecord) -> Iterator[Plot]:
+    """Give the procedure's plots; none where its findings have not what they need (an older run, a reading by eye)."""
+    findings = procedure.result.findings if procedure.result is not None else {}
+    make = _MAKERS.get(procedure.name)
+    if make is not None:
+        yield from make(procedure, findings)
+
+
+def _array(values: object) -> FloatArray:
+    return np.asarray(values, dtype=np.float64)
+
+
+def _static(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    angles = _array(findings.get("marked_angles", ()))
+    if angles.size < 2:
+        return
+    numbers = np.arange(1, angles.size + 1, dtype=np.float64)
+    degrees = np.degrees(angles)
+    yield Plot(
+        procedure.name,
+        text("Marked rest positions of the rotor"),
+        (
+            (
+                Axes(
+                    text("Mark"),
+                    "",
+                    text("Angle, mechanical"),
+                    "°",
+                    (Curve(text("marks"), numbers, degrees, Manner.READING),),
+                ),
+            ),
+        ),
+        (0.8,),
+    )
+
+
+def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    row, left = [], []
+    for pair in ("AB", "BC", "CA"):
+        line = findings.get(pair, {})
+        current, voltage, residual = (_array(line.get(key, ())) for key in ("current", "voltage", "residual"))
+        if not current.size or residual.size != current.size:
+            return
+        order = np.argsort(current)
+        name = text("between {pair}", pair=pair)
+        row.append(
+            Axes(
+                text("Current, {where}", where=name),
+                "A",
+                _VOLTAGE,
+                "V",
+                (
+                    Curve(_READ, current, voltage, Manner.READING),
+                    Curve(_FITTED, current[order], (voltage - residual)[order], Manner.FIT),
+                ),
+            )
+        )
+        left.append(
+            Axes(
+                text("Current, {where}", where=name),
+                "A",
+                _RESIDUAL,
+                "V",
+                (Curve(_RESIDUAL, current, residual, Manner.READING),),
+            )
+        )
+    yield Plot(
+        procedure.name,
+        text("Voltage inside the clamps over current, both polarities, and what the line leaves"),
+        (row, left),
+        (1.0, 0.7),
+    )
+
+
+def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    sweep = findings.get("sweep", {})
+    time, inductance = _array(sweep.get("time", ())), _array(sweep.get("inductance", ()))
+    if time.size < 2:
+        return
+    over_time = Axes(_TIME, "s", _LINE, "H", (Curve(_READ, time - time[0], inductance, Manner.READING),))
+    angle, fitted = _array(sweep.get("angle", ())), _array(sweep.get("fitted", ()))
+    if angle.size != time.size or fitted.size != time.size:
+        yield Plot(procedure.name, text("Inductance between two lines while the shaft is turned"), ((over_time,),))
+        return
+    turn = np.degrees(np.mod(angle, np.pi))
+    order = np.argsort(turn)
+    over_angle = Axes(
+        text("Electrical angle from d, modulo 180°"),
+        "°",
+        _LINE,
+        "H",
+        (
+            Curve(_READ, turn, inductance, Manner.READING),
+            Curve(_FITTED, turn[order], fitted[order], Manner.FIT),
+        ),
+    )
+    left = Axes(_TIME, "s", _RESIDUAL, "H", (Curve(_RESIDUAL, time - time[0], inductance - fitted, Manner.READING),))
+    yield Plot(
+        procedure.name,
+        text(
+            "Inductance between two lines while the shaft is turned: over the angle that the fit finds, and what it leaves over time"
+        ),
+        ((over_angle, left),),
+    )
+
+
+_LINE = text("Line inductance")
+
+
+def _step(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    rows: tuple[list[Axes], list[Axes], list[Axes]] = ([], [], [])
+    for axis in ("d", "q"):
+        fit = findings.get(axis, {}).get("fit", {})
+        time, fitted, residual = (_array(fit.get(key, ())) for key in ("time", "fitted", "residual"))
+        if not time.size:
+            continue
+        label = text("Time, {axis} axis", axis=axis)
+        traces = _last_record(procedure, f"3.3.1-{axis}/4")
+        voltage, current = (_shown(traces, unit) for unit in ("V", "A"))
+        if voltage is not None:
+            rows[0].append(Axes(label, "s", _VOLTAGE, "V", (Curve(_RECORDED, *voltage, Manner.RECORD),)))
+        recorded = Curve(_RECORDED, *(current or (time, fitted + residual)), Manner.RECORD)
+        rows[1].append(Axes(label, "s", _CURRENT, "A", (recorded, Curve(_FITTED, time, fitted, Manner.FIT))))
+        rows[2].append(Axes(label, "s", _RESIDUAL, "A", (Curve(_RESIDUAL, time, residual, Manner.RESIDUAL),)))
+    drawn = [(row, height) for row, height in zip(rows, (0.62, 1.0, 0.62), strict=True) if row]
+    if drawn:
+        yield Plot(
+            procedure.name,
+            text("Steps on the d and q axes: recorded voltage, current with the fit to both, and what it leaves"),
+            tuple(row for row, _ in drawn),
+            tuple(height for _, height in drawn),
+        )
+    curves = findings.get("curve", {})
+    if curves:
+        yield _saturation(procedure.name, curves)
+
+
+def _shown(traces: Sequence[Trace], unit: str) -> tuple[FloatArray, FloatArray] | None:
+    """Return the first trace in a unit, few enough points to draw, or None where there is none."""
+    return next((envelope(trace.time, trace.values) for trace in traces if trace.unit == unit), None)
+
+
+def _saturation(name: str, curves: Mapping[str, Sequence[Mapping[str, float]]]) -> Plot:
+    drawn = [
+        Curve(
+            text("{axis} axis", axis=axis),
+            _array([point["current"] for point in points]),
+            _array([point["inductance"] for point in points]),
+            manner,
+        )
+        for (axis, points), manner in zip(curves.items(), _PHASES, strict=False)
+    ]
+    axes = Axes(_CURRENT, "A", text("Apparent inductance"), "H", drawn)
+    return Plot(f"{name}-saturation", text("Inductance over current, both polarities"), ((axes,),))
+
+
+def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    points = [point for point in findings.get("points", ()) if "waveform" in point]
+    for number, point in enumerate(points[:1]):
+        wave = point["waveform"]
+        time = _array(wave["time"])
+        recorded, fitted, left = [], [], []
+        for channel, manner in enumerate(_PHASES, 1):
+            if f"channel_{channel}" not in wave:
+                break
+            measured, curve = _array(wave[f"channel_{channel}"]), _array(wave[f"fitted_{channel}"])
+            name = text("channel {number}, fit", number=channel)
+            recorded.append(Curve(_RECORDED if channel == 1 else Text("_"), time, measured, Manner.RECORD))
+            fitted.append(Curve(name, time, curve, manner))
+            left.append(Curve(text("channel {number}", number=channel), time, measured - curve, manner))
+        yield Plot(
+            f"{procedure.name}-{number}",
+            text(
+                "Back-EMF at {speed:.0f} rpm: recorded, the fitted harmonics, and what they leave",
+                speed=point["speed_rpm"],
+            ),
+            ((Axes(_TIME, "s", _VOLTAGE, "V", (*recorded, *fitted)),), (Axes(_TIME, "s", _RESIDUAL, "V", left),)),
+            (1.0, 0.6),
+        )
+    all_points = findings.get("points", ())
+    if len(all_points) > 1:
+        speed = _array([p["speed_rpm"] for p in all_points])
+        amplitude = _array([p["amplitude"] for p in all_points])
+        constant = _array([p["back_emf_constant_mechanical"] for p in all_points])
+        yield Plot(
+            f"{procedure.name}-speeds",
+            text("Amplitude of the phase EMF's fundamental, and its ratio to mechanical speed"),
+            (
+                (
+                    Axes(
+                        _SPEED,
+                        "rpm",
+                        text("Amplitude"),
+                        "V",
+                        (Curve(_READ, speed, amplitude, Manner.READING),),
+                        True,
+                        True,
+                    ),
+                    Axes(
+                        _SPEED,
+                        "rpm",
+                        text("EMF over speed"),
+                        "V·s/rad",
+                        (Curve(_READ, speed, constant, Manner.READING),),
+                    ),
+                ),
+            ),
+            (0.85,),
+        )
+
+
+def _ramps(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    for key, caption in (
+        ("ramps", text("Driven ramp and coast-down with the dynamometer coupled")),
+        ("tare_ramps", text("The dynamometer alone: driven ramp and coast-down")),
+    ):
+        found = findings.get(key, {})
+        upper, lower = [], []
+        for name, title in (("driven", text("Time, driven")), ("coast", text("Time, coasting"))):
+            ramp = found.get(name, {})
+            fit = ramp.get("fit", {})
+            time, speed = _array(ramp.get("time", ())), _array(ramp.get("speed", ()))
+            fit_time, fitted = _array(fit.get("time", ())), _array(fit.get("fitted", ()))
+            if not time.size or not fit_time.size:
+                break
+            upper.append(
+                Axes(
+                    title,
+                    "s",
+                    _SPEED,
+                    "rpm",
+                    (
+                        Curve(_READ, time, speed / _RPM, Manner.BROAD),
+                        Curve(_FITTED, fit_time, fitted / _RPM, Manner.SECOND),
+                    ),
+                )
+            )
+            # Where a ramp is long, readings and fit are thinned apart: only instants that both have can be compared.
+            common, at, of = np.intersect1d(time, fit_time, return_indices=True)
+            lower.append(
+                Axes(
+                    title,
+                    "s",
+                    _RESIDUAL,
+                    "rpm",
+                    (Curve(_RESIDUAL, common, (speed[at] - fitted[of]) / _RPM, Manner.RESIDUAL),),
+                )
+            )
+        if len(upper) == 2:
+            yield Plot(f"{procedure.name}-{key}", caption, (upper, lower), (1.0, 0.6))
+
+
+def _torque(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    current, torque, residual = (_array(findings.get(key, ())) for key in ("currents", "torques", "residuals"))
+    if not current.size or residual.size != current.size:
+        return
+    order = np.argsort(current)
+    yield Plot(
+        procedure.name,
+        text("Shaft torque over the inverter's current, and what the line leaves"),
+        (
+            (
+                Axes(
+                    _CURRENT,
+                    "A",
+                    text("Torque"),
+                    "N·m",
+                    (
+                        Curve(_READ, current, torque, Manner.READING),
+                        Curve(_FITTED, current[order], (torque - residual)[order], Manner.FIT),
+                    ),
+                ),
+                Axes(_CURRENT, "A", _RESIDUAL, "N·m", (Curve(_RESIDUAL, current, residual, Manner.READING),)),
+            ),
+        ),
+    )
+
+
+def _equivalent(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
+    points = findings.get("points", ())
+    if len(points) < 2:
+        return
+    speed = _array([p["speed_rpm"] for p in points])
+    parts = []
+    for key, name, manner in (
+        ("equivalent_resistance", text("equivalent resistance"), Manner.FIT),
+        ("copper_resistance", text("copper"), Manner.SECOND),
+        ("commutation_resistance", text("commutation (no loss)"), Manner.THIRD),
+    ):
+        values = [p.get(key) for p in points]
+        if all(value is not None for value in values):
+            parts.append(Curve(name, speed, _array(values), manner))
+    yield Plot(
+        procedure.name,
+        text("Equivalent resistance and its parts over speed"),
+        ((Axes(_SPEED, "rpm", text("Resistance"), "Ω", parts, y_from_zero=True),),),
+    )
+
+
+def _last_record(procedure: ProcedureRecord, identifier: str) -> Sequence[Trace]:
+    """Return the traces of the last record taken in a step: the one whose fit stands in the findings."""
+    for step in reversed(procedure.steps):
+        if step.identifier == identifier and step.traces:
+            return step.traces[-1]()
+    return ()
+
+
+_MAKERS: Mapping[str, Callable[[ProcedureRecord, Mapping[str, Any]], Iterator[Plot]]] = {
+    "pole-pairs-static": _static,
+    "stator-resistance-dc": _dc,
+    "dq-inductance-extremes": _sweep,
+    "dq-inductance-time-constant": _step,
+    "back-emf-constant": _emf,
+    "inertia": _ramps,
+    "torque-constant": _torque,
+    "equivalent-resistance": _equivalent,
+}

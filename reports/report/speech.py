@@ -1,0 +1,29 @@
+"""In which language a document speaks: one, or two side by side."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from procedures.text import Text, Translate
+from reports.report.model import Cell
+
+
+@dataclass(frozen=True)
+class Speech:
+    """The languages of a document, by their codes for HTML (`en`, `zh-Hans`), each with its translation."""
+
+    languages: Sequence[tuple[str, Translate]]
+
+    def say(self, words: Cell) -> list[str]:
+        """Return the words in each language, once where all say the same; what is no text stays as it is."""
+        if isinstance(words, str):
+            return [words]
+        return list(dict.fromkeys(words.render(translate) for _, translate in self.languages))
+
+    def one_line(self, words: Text) -> str:
+        """Return the words in all languages on one line."""
+        return " / ".join(self.say(words))
+
+    @property
+    def codes(self) -> list[str]:
+        """The languages' codes."""
+        return [code for code, _ in self.languages]

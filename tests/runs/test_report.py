@@ -1,0 +1,119 @@
+"""The report of a whole run on the virtual bench, from the command line."""
+
+import io
+import json
+import re
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+
+from bench.cli import main
+from bench.record.journal import read_journal
+from bench.record.waveforms import read_waveform
+from procedures.catalogue import catalogue
+
+Call = Callable[..., tuple[int, str, str]]
+
+
+class Words(HTMLParser):
+    """A page's text, and the captions of its plots."""
+
+    def __init__(self, content: str) -> None:
+        super().__init__()
+        self.text = ""
+        self.plots: list[str] = []
+        self.feed(content)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        if given.get("class") == "plot":
+            self.plots.append(given["aria-label"] or "")
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+@pytest.fixture
+def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Call:
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as stop:
+            main(arguments)
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return int(stop.value.code or 0), out, err
+
+    return run
+
+
+def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
+    code, out, _ = call("demo", "--language", "en", "--seed", "5")
+    assert code == 0
+    last = out.strip().splitlines()[-1]
+    page = Path(last.removeprefix("Report: "))
+    folder = page.parent
+    assert page.name == "report-en.html"
+    seen = Words(page.read_text(encoding="utf-8"))
+    ended = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    done = {name: kind for name, kind in catalogue().items() if name in ended["procedures"]}
+    assert len(done) == len(catalogue()) - 1, "all but the six-step drive's"
+    for name, kind in done.items():
+        for step in kind.steps():
+            assert step.identifier in seen.text, f"{name}: {step.identifier}"
+        for parameter in ended["procedures"][name]["parameters"].values():
+            assert parameter["estimator"] in seen.text
+    assert len(seen.plots) >= 9
+    end = read_journal(folder / "journal.jsonl")
+    assert f"motorbench results verify {folder.name} --sha256 {end.last_hash}" in seen.text
+
+    # Drawn beside the run or afterwards: the same page, to the last letter.
+    assert call("report", folder.name, "--language", "en", "--format", "html", "--output", "again")[0] == 0
+    assert Path("again/report-en.html").read_bytes() == page.read_bytes()
+
+    code, out, _ = call("report", "latest", "--language", "both", "--json")
+    files = json.loads(out)["report"]
+    assert (code, set(files)) == (0, {"html", "pdf"})
+    said = "".join(
+        "".join(p.extract_text().split()) for p in PdfReader(io.BytesIO(Path(files["pdf"]).read_bytes())).pages
+    )
+    said = said.replace("\u200b", "")
+    for kind in done.values():
+        assert all(step.identifier in said for step in kind.steps())
+    assert "电机参数测量报告" in said
+    assert end.last_hash in said
+
+    # A report changes nothing of what it is proven by.
+    assert call("results", "verify", folder.name, "--sha256", end.last_hash)[0] == 0
+
+
+def test_fits_in_the_findings_are_those_of_the_stored_records(motorbench, tmp_path: Path) -> None:
+    status, given = motorbench("run", "dq-inductance-time-constant", "--station", "virtual", "--motor", "ipmsm")
+    assert status == 0
+    (folder,) = (tmp_path / "runs").iterdir()
+    taken = [event.data for event in read_journal(folder / "journal.jsonl").events if event.kind == "waveforms"]
+    fit = given["procedures"]["dq-inductance-time-constant"]["findings"]["q"]["fit"]
+    reference = taken[-1]["value"]["4"]["waveform"]
+    wave = read_waveform(folder / reference.rpartition("#")[0], reference)
+    recorded = dict(zip(wave.time.tolist(), wave.values.tolist(), strict=True))
+    assert len(fit["time"]) == 300
+    for time, fitted, residual in zip(fit["time"], fit["fitted"], fit["residual"], strict=True):
+        assert fitted + residual == pytest.approx(recorded[time], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (("nowhere",), 1, "there is no run here"),
+        (("latest",), 1, "there is no run"),
+        (("x", "--format", "docx"), 2, "--format docx: allowed are html, pdf, both"),
+        (("x", "--language", "de"), 2, "--language de: allowed are en, zh, both, auto"),
+    ],
+)
+def test_wrong_use(arguments: tuple[str, ...], code: int, said: str, call: Call) -> None:
+    got, out, err = call("report", *arguments)
+    assert (got, out) == (code, "")
+    assert re.search(said, err)
