@@ -46,6 +46,10 @@ class ServedWorld:
         """Have the bench take a fault, for at once or for its time."""
         self._ask("POST", "/faults", fault)
 
+    def mend(self) -> dict[str, Any]:
+        """Have the bench take all faults away; return what is left."""
+        return self._ask("DELETE", "/faults")
+
     def truth(self) -> dict[str, Any]:
         """Return what is really so."""
         return self._ask("GET", "/truth")

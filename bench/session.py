@@ -61,12 +61,16 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Finished:
-    """A run that has ended: its folder, what it came to, that as JSON, and the bench time (s) that hands needed."""
+    """A run that has ended: its folder, what it came to, that as JSON, and the bench time (s) that hands needed.
+
+    `left` is what was really so on a virtual bench after the way down, empty for a real one.
+    """
 
     folder: RunFolder
     view: RunView
     result: dict[str, Any]
     hand_time: float
+    left: Mapping[str, Any] = field(default_factory=dict)
 
 
 def run(
@@ -160,7 +164,7 @@ def run(
             warnings=overdue,
             unsafe_before=previous is not None and left_unsafe(previous.events),
         )
-        return Finished(folder, view, conclude(folder, view, translate), where.hand_time())
+        return Finished(folder, view, conclude(folder, view, translate), where.hand_time(), where.really())
 
 
 def _check_instruments(

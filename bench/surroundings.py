@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bench.clock import ReplayClock, SystemClock
 from bench.errors import UsageError
@@ -34,9 +34,9 @@ OPERATORS = ("terminal", "virtual", "answers", "panel")
 class Place:
     """What a run takes place with; `truth` is empty for a real motor, `hand_time` gives the bench time of hand work (s).
 
-    `announce` says in the run's folder how its operator is reached, where that is needed. `step_started` tells a virtual bench
-    which step begins, `listen_to_faults` has one told of the faults that begin and mend there. `in_process` opens the
-    instruments of a bench in this process.
+    `announce` says in the run's folder how its operator is reached, where that is needed. `in_process` opens the
+    instruments of a bench in this process. A virtual bench is told by `step_started` which step begins, and asked by `really`
+    what is really so; `listen_to_faults` has one told of the faults that begin and mend there.
     """
 
     station: Station
@@ -50,6 +50,7 @@ class Place:
     in_process: InProcess | None = None
     step_started: StepStarted = lambda _step, _procedure: None
     listen_to_faults: Callable[[FaultHeard], None] = lambda _: None
+    really: Callable[[], dict[str, Any]] = dict
 
 
 @contextmanager
@@ -186,6 +187,7 @@ def _served(station: Station, seed: int, faults: "Sequence[GivenFault]") -> Iter
             world.motor_truth(),
             lambda: hands.hand_time,
             step_started=world.step_started,
+            really=world.truth,
         )
 
 
@@ -213,4 +215,5 @@ def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]") -> Ite
             in_process=bench,
             step_started=bench.injector.step_started,
             listen_to_faults=bench.injector.listen,
+            really=bench.world.truth,
         )

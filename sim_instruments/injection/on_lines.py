@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from sim_instruments.faults import Fault, FaultKind
-from sim_instruments.injection.description import Description, MaybeCount, Mend, pattern_checked
+from sim_instruments.injection.description import Count, Description, MaybeCount, Mend, pattern_checked
 
 if TYPE_CHECKING:
     from sim_instruments.bench import VirtualBench
@@ -31,7 +31,7 @@ _CAN_ROLES = ("inverter", "drive")
 class LineFault(Description):
     """What becomes of messages and replies.
 
-    Of the `count`-th from its beginning, of those in which `pattern` is found (`times` times, None for always), or,
+    Of the `count`-th from its beginning, of those in which `pattern` is found (`times` times, "always" or None for ever), or,
     with neither, of all; for a kind that concerns readings or channels, of all such.
     """
 
@@ -52,7 +52,9 @@ class LineFault(Description):
     role: str
     pattern: str | None = None
     count: MaybeCount = None
-    times: MaybeCount = None
+    times: Annotated[
+        Count | Literal["always"] | None, Field(description="a whole number of at least 1, or 'always'")
+    ] = None
     delay: Annotated[
         float, Field(ge=0.0, le=3600.0, description="of a late reply", json_schema_extra={"unit": "s"})
     ] = 0.0
@@ -97,7 +99,8 @@ class LineFault(Description):
     def begin(self, bench: "VirtualBench") -> Mend:
         """Add it to the role's line."""
         faults, kind = bench.faults(self.role), FaultKind(self.fault)
-        reply, times = self.reply.encode("latin-1"), self.times
+        reply = self.reply.encode("latin-1")
+        times = None if self.times == "always" else self.times
         if self.count is not None:
             fault = Fault.at(kind, self.count, delay=self.delay, reply=reply, code=self.code)
         else:

@@ -118,6 +118,10 @@ def test_files_that_are_refused(tmp_path: Path, content: str, named: str) -> Non
             "open_phase terminal=A when supply 'OUTP ON'",
             {"fault": "open_phase", "terminal": "A", "message": {"role": "supply", "pattern": "OUTP ON"}},
         ),
+        (
+            "lcr_meter: half on FETC times=always",
+            {"role": "lcr_meter", "fault": "half", "pattern": "FETC", "times": "always"},
+        ),
         ("swapped pair=['A','B']", {"fault": "swapped", "pair": "[A,B]"}),
     ],
 )

@@ -88,6 +88,30 @@ def test_a_run_through_the_wires_holds_the_truth(served: Served, tmp_path: Path)
         assert world.motor_truth() == served.told["motor"]["truth"]
 
 
+def test_a_fault_waits_on_a_served_bench_for_the_step_that_the_run_reports(served: Served, tmp_path: Path) -> None:
+    phrase = "supply: disconnect at step 3.1.2.1/3 of pole-pairs-static after 1"
+    words = ("pole-pairs-static", "--station", str(served.file), "--motor", "lg-400w", "--runs", str(tmp_path))
+    done = motorbench("run", *words, "--json", "--fault", phrase)
+    result = json.loads(done.stdout)
+    assert (done.returncode, result["status"]) == (1, "failed")
+    assert "supply" in result["cause"]
+    assert [step["id"] for step in result["procedures"]["pole-pairs-static"]["steps"]][-1] == "3.1.2.1/3"
+    with ServedWorld(served.told["control"]) as world:
+        truth = world.truth()
+        # Nobody reaches a supply whose cable is out, and the run has said so.
+        assert truth["output_on"] is True
+        assert "supply could not be made safe" in result["cause"]
+    refused = motorbench("run", *words, "--fault", "drive: silence at 1")
+    assert refused.returncode == 1
+    assert "role 'drive' is unknown" in refused.stderr
+    with ServedWorld(served.told["control"]) as world:
+        assert world.mend()["disconnected"] == []
+    again = motorbench("run", *words, "--json")
+    assert again.returncode == 0, again.stderr
+    with ServedWorld(served.told["control"]) as world:
+        assert world.truth()["energised"] is False
+
+
 def test_whoever_knows_the_control_endpoint_has_hands(served: Served) -> None:
     with ServedWorld(served.told["control"]) as world:
         before = world.clock.now()

@@ -137,6 +137,7 @@ def test_descriptions_can_be_pickled_and_told(kind: str) -> None:
         ({"fault": "stuck_rotor", "message": {"role": "supply"}}, "either pattern or count"),
         ({"fault": "silence", "role": "supply", "at": 1.0, "delay": 1.0}, "delay belongs to late"),
         ({"fault": "silence", "role": "supply", "at": 1.0, "reply": "x"}, "reply belongs to replace"),
+        ({"fault": "silence", "role": "supply", "pattern": "x", "times": "often"}, "'always'"),
         ({"fault": "silence", "role": "supply", "at": 1.0, "code": 2}, "code belongs to exception"),
         ({"fault": "speed_runaway", "role": "supply"}, "'dynamometer' or 'inverter'"),
         ({"fault": "current_limited", "current": 0.0}, "greater than 0"),
