@@ -3,7 +3,8 @@
 import asyncio
 import json
 import sys
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,37 @@ class Offer:
             return None
         found = self._asked.result().get(procedure)
         return next((step for step in found.steps if step.identifier == identifier), None) if found else None
+
+
+@dataclass(frozen=True)
+class Rehearsed:
+    """What a rehearsal says: bench time and hands' time (s) by procedure, and what would not go well."""
+
+    times: Mapping[str, tuple[float, float]]
+    objections: tuple[str, ...]
+
+
+async def rehearse(procedures: Sequence[str], station: str, motor: str, language: str) -> Rehearsed:
+    """Return what `motorbench run … --rehearse` says of a plan. Raises InputError with its message."""
+    with tempfile.TemporaryDirectory() as folder:
+        told = await _command(
+            "run",
+            *procedures,
+            "--station",
+            station,
+            "--motor",
+            motor,
+            "--rehearse",
+            "--json",
+            "--language",
+            language,
+            "--runs",
+            folder,
+        )
+    failed = [f"{one['name']}: {one['cause']}" for one in told["procedures"] if one["cause"]]
+    passed = [f"{one['procedure']}: {one['message']}" for one in told["violations"]]
+    times = {one["name"]: (float(one["bench_time"]), float(one["hand_time"])) for one in told["procedures"]}
+    return Rehearsed(times, tuple(dict.fromkeys([*passed, *failed])))
 
 
 async def check_station(station: Path) -> Mapping[str, Any]:

@@ -9,7 +9,7 @@ from nicegui import ui
 from bench.errors import InputError
 from bench.files.shipped_motors import shipped_motors
 from bench.panel.launch import Order
-from bench.panel.offer import Offered, check_station
+from bench.panel.offer import Offered, check_station, rehearse
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.motor_form import motor_files
 from bench.panel.pages.roles import role_name
@@ -32,6 +32,7 @@ class _StartPage:
         self._reader = reader
         self._chosen = motor
         self._boxes: dict[str, ui.checkbox] = {}
+        self._notes: dict[str, ui.label] = {}
         self._roles: frozenset[str] | None = None
         self._offered: Mapping[str, Offered] = {}
 
@@ -73,7 +74,8 @@ class _StartPage:
         with ui.row().classes("w-full mt-4 py-3 items-center gap-4 sticky bottom-0").style("background: var(--paper)"):
             start = ui.button(say(text("Start")), on_click=self._begin, color=None).classes("mb-go text-2xl px-12 py-4")
             start.set_enabled(self._session.may_lead)
-            self._fault = ui.label().props("role=alert").classes("text-lg").style("color:#7a130d")
+            ui.button(say(text("Rehearse")), on_click=self._rehearse).props("outline").classes("text-lg")
+            self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line").style("color:#7a130d")
         ui.timer(0.01, self._fill, once=True)
 
     def _running(self) -> None:
@@ -98,6 +100,7 @@ class _StartPage:
         say = self._reader.say
         self._list.clear()
         self._boxes.clear()
+        self._notes.clear()
         with self._list:
             with ui.row().classes("gap-2 mb-1"):
                 ui.button(say(text("All")), on_click=lambda: self._mark(True)).props("flat dense no-caps")
@@ -112,6 +115,7 @@ class _StartPage:
                 note = ui.label(
                     needs if not missing else say(text("missing: {roles}", roles=[role_name(role) for role in missing]))
                 ).classes("text-sm pl-8 mb-1")
+                self._notes[name] = note
                 note.style("color:#7a130d" if missing else "color:#44505c")
                 box.set_enabled(not missing)
                 self._boxes[name] = box
@@ -175,6 +179,27 @@ class _StartPage:
         due = calibration and calibration.get("due")
         words = text("calibrated until {date}", date=str(due)) if due else text("no calibration entered")
         ui.label(self._reader.say(words)).classes("text-sm pl-6").style("color:#44505c")
+
+    async def _rehearse(self) -> None:
+        """Say how long each procedure takes and what would not go well; nothing of the station is opened."""
+        say = self._reader.say
+        chosen = [name for name, box in self._boxes.items() if box.value]
+        if not self._motor.value or not chosen:
+            self._fault.set_text(say(text("Choose motor and procedures first.")))
+            return
+        self._fault.set_text(say(text("Rehearsing on a virtual twin …")))
+        try:
+            found = await rehearse(chosen, self._panel.station, str(self._motor.value), self._session.language)
+        except InputError as error:
+            self._fault.set_text(str(error))
+            return
+        for name, (bench, hands) in found.times.items():
+            if name in self._notes:
+                words = text("about {minutes:.1f} min, {hands:.0f} s of it by hand", minutes=bench / 60.0, hands=hands)
+                self._notes[name].set_text(say(words))
+        total = sum(bench for bench, _ in found.times.values())
+        said = [say(text("About {minutes:.0f} min in all.", minutes=total / 60.0)), *found.objections]
+        self._fault.set_text("\n".join(said))
 
     async def _begin(self) -> None:
         say = self._reader.say

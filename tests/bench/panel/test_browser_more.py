@@ -69,6 +69,18 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     assert "stator_resistance" in Path(download.value.path()).read_text()
 
 
+def test_a_choice_is_rehearsed_before_it_is_run(serve: Serve, new_page: NewPage) -> None:
+    server, page = serve("--virtual"), new_page()
+    page.goto(server.url)
+    page.get_by_label("Motor type").click()
+    page.get_by_text("lg-400w (virtual)").click()
+    page.get_by_role("button", name="None").click()
+    page.get_by_role("checkbox", name=re.compile("^Stator resistance ·")).click()
+    page.get_by_role("button", name="Rehearse").click()
+    expect(page.get_by_text(re.compile(r"about \d+\.\d min, \d+ s of it by hand"))).to_be_visible()
+    assert not list(server.runs.glob("*/journal.jsonl"))
+
+
 def test_a_motor_is_entered_by_its_nameplate(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     server, page = serve("--virtual", "--motors", str(tmp_path / "motors")), new_page()
     page.goto(f"{server.url}/motor")
