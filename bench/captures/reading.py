@@ -1,5 +1,6 @@
 """One door to all readers: the file's content decides which."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,8 +25,8 @@ def read_capture(path: Path | str, *, abscissa: str = "time") -> Capture:
     file and line.
     """
     where, _, selected = str(path).partition("#")
-    file = Path(path) if Path(path).exists() else Path(where)
-    if not file.is_file():
+    file = Path(path) if os.path.exists(path) else Path(where)
+    if not os.path.isfile(file):
         raise CaptureError(str(file), "is not there, or is not a file; check the path")
     with file.open("rb") as stream:
         if stream.read(8) == _HDF5_SIGNATURE:

@@ -2,22 +2,36 @@
 
 import gzip
 import zlib
+from io import BytesIO
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from bench.captures.capture import CaptureError, FloatArray
 
+#: The longest text that is read (bytes), unpacked: a few bytes of gzip may unpack to any length.
+LONGEST = 512 * 1024 * 1024
+
+
+class Readable(Protocol):
+    """A file that is open for reading."""
+
+    def read(self, size: int, /) -> bytes:
+        """Return up to `size` bytes."""
+
 
 def read_lines(path: Path) -> list[str]:
     """Return the lines of a text file, gzip'ed or not, trailing blank ones left out. Raises CaptureError."""
     try:
-        raw = path.read_bytes()
+        with path.open("rb") as file:
+            raw = _up_to_longest(path, file)
     except OSError as error:
         raise CaptureError(str(path), f"cannot be read: {error.strerror}; check the path") from error
     if raw[:2] == b"\x1f\x8b":
         try:
-            raw = gzip.decompress(raw)
+            with gzip.GzipFile(fileobj=BytesIO(raw)) as file:
+                raw = _up_to_longest(path, file)
         except (OSError, EOFError, zlib.error) as error:
             raise CaptureError(str(path), f"is not a whole gzip file ({error}); copy it again") from error
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -35,10 +49,18 @@ def read_lines(path: Path) -> list[str]:
     return lines
 
 
+def _up_to_longest(path: Path, file: Readable) -> bytes:
+    raw = file.read(LONGEST + 1)
+    if len(raw) > LONGEST:
+        raise CaptureError(str(path), f"holds more than {LONGEST // 2**20} MiB; export a shorter record")
+    return raw
+
+
 def number(cell: str) -> float | None:
     """Return a cell as a number; None where it is not one."""
     try:
-        return float(cell.strip().strip('"'))
+        # Python takes 1_5 for a number.
+        return None if "_" in cell else float(cell.strip().strip('"'))
     except ValueError:
         return None
 

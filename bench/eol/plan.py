@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -173,7 +174,7 @@ def load_plan(path: Path, procedures: Sequence[str]) -> Plan:
         content=content.decode("utf-8"),
         sha256=hashlib.sha256(content).hexdigest(),
         name=plan.name,
-        motor=str(beside) if beside.is_file() else plan.motor,
+        motor=str(beside) if os.path.isfile(beside) else plan.motor,
         serial_pattern=plan.serial_pattern,
         guard=plan.guard,
         minimum_ratio=plan.minimum_ratio,

@@ -1,5 +1,6 @@
 """Where a motor's file is: one that comes with the program, or a path."""
 
+import os
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ def motor_content(reference: str) -> tuple[str, bytes, dict[str, Any]]:
         content = (resources.files("bench") / "motors" / f"{reference}.toml").read_bytes()
         return reference, content, parse(content, reference)
     path = Path(reference)
-    if not path.suffix and path.name == reference and not path.exists():
+    if not path.suffix and path.name == reference and not os.path.exists(path):
         raise InputError(f"there is no motor {reference!r}: {nearest(reference, shipped_motors())}; or give a file")
     content, data = read(path, "motor file")
     return str(path), content, data

@@ -21,17 +21,24 @@ class Section(BaseModel):
 
 
 M = TypeVar("M", bound=BaseModel)
+#: No file that people write is longer (bytes).
+LONGEST = 16 * 1024 * 1024
 _FINITE = "a finite number"
 
 
 def read(path: Path, what: str) -> tuple[bytes, dict[str, Any]]:
     """Return a TOML file's bytes and content. Raises InputError naming the file (`what` it is), line and cause."""
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(LONGEST + 1)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such {what}") from None
     except OSError as error:
         raise InputError(f"{path}: the {what} cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise InputError(f"{str(path)!r} is no name of a {what}") from None
+    if len(content) > LONGEST:
+        raise InputError(f"{path}: more than {LONGEST // 2**20} MiB are no {what}")
     return content, parse(content, str(path))
 
 

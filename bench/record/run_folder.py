@@ -1,6 +1,7 @@
 """Where a run lives on disk."""
 
 import json
+import os
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -73,9 +74,10 @@ def new_run_folder(runs: Path, motor: str) -> RunFolder:
 def existing_run_folder(reference: str, runs: Path) -> RunFolder:
     """Return a run by its folder, by its name under `runs`, or the one begun last for `latest`. Raises InputError for none."""
     for path in (Path(reference), runs / reference):
-        if (path / "journal.jsonl").is_file():
+        # Unlike Path.is_file, these take a name that is too long, too.
+        if os.path.isfile(path / "journal.jsonl"):
             return RunFolder(path)
-        if (path / REHEARSAL).is_file():
+        if os.path.isfile(path / REHEARSAL):
             raise InputError(
                 f"{path}: this is a rehearsal; nothing was measured, and it cannot be resumed or shown as a run"
             )

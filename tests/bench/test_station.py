@@ -48,6 +48,15 @@ def read(path: Path, content: str) -> Station:
     return load_station(path)
 
 
+def test_what_is_no_file_that_a_person_wrote_is_refused() -> None:
+    with pytest.raises(InputError, match="more than 16 MiB are no station file"):
+        load_station(Path("/dev/zero"))
+    with pytest.raises(InputError, match="is no name of a station file"):
+        load_station(Path("a\0b"))
+    with pytest.raises(InputError, match="File name too long"):
+        load_station(Path("x" * 300))
+
+
 def test_a_station_is_read(tmp_path: Path) -> None:
     station = read(tmp_path / "station.toml", GOOD)
     assert station.name == "Bench 1"

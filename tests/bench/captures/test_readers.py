@@ -31,6 +31,17 @@ def test_rohde_schwarz_with_its_channel_and_unit(tmp_path: Path) -> None:
     assert capture.evenly_sampled().times()[1] == pytest.approx(-9.90009e-4)
 
 
+def test_a_text_that_unpacks_to_any_length_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.captures.text.LONGEST", 1 << 20)
+    path = tmp_path / "bomb.csv.gz"
+    path.write_bytes(gzip.compress(b"1,2\n" * (1 << 20)))
+    with pytest.raises(CaptureError, match="more than 1 MiB"):
+        read_capture(path)
+    path.write_bytes(b"1,2\n" * (1 << 20))
+    with pytest.raises(CaptureError, match="more than 1 MiB"):
+        read_capture(path)
+
+
 def test_gzip_is_seen_by_content(tmp_path: Path) -> None:
     path = tmp_path / "record.csv.gz"
     path.write_bytes(gzip.compress(RTB.encode()))

@@ -10,6 +10,7 @@ from typing import Any
 from bench.analysis.statements import read_statements
 from bench.captures import read_capture
 from bench.captures.capture import Capture
+from bench.eol.plan import load_plan
 from bench.errors import InputError
 from bench.files.fault_file import given_faults, load_faults
 from bench.files.motor_file import load_motor
@@ -20,7 +21,7 @@ from bench.operators.answers import AnswersOperator, AnswersPrompt, load_answers
 from bench.plan import make_plan
 from bench.record.journal import Journal, read_journal
 from bench.record.overview import overview
-from bench.record.run_folder import RunFolder
+from bench.record.run_folder import RunFolder, existing_run_folder
 from bench.record.run_result import result_of
 from bench.record.run_view import view_of
 from bench.record.verify import verify
@@ -79,8 +80,23 @@ def typed(data: bytes) -> None:
     """What is typed at the command line and taken apart by our own hands."""
     words = data.decode("utf-8", "replace")
     known = catalogue()
-    each([lambda: make_plan(["stator-resistance"], [words], known), lambda: make_plan([words], [], known)], ERRORS)
+    each(
+        [
+            lambda: make_plan(["stator-resistance"], [words], known),
+            lambda: make_plan([words], [], known),
+            lambda: existing_run_folder(words, ROOT / "bench"),
+            lambda: load_motor(words),
+            lambda: load_station(Path(words)),
+            lambda: read_capture(words),
+        ],
+        ERRORS,
+    )
     each([lambda: parse_address(words, "inverter")], (InstrumentError,))
+
+
+def eol_plan(data: bytes) -> None:
+    plan = load_plan(as_file(data, "plan.toml"), list(catalogue()))
+    each([lambda: plan.limits({"stator_resistance": 0.016}), lambda: plan.check_serial("SN-0001")], ERRORS)
 
 
 def accuracy_file(data: bytes) -> None:
@@ -260,6 +276,7 @@ def _targets() -> Iterator[Target]:
     yield Target("fault-file", "faults, from a file and from a flag", fault_file, ERRORS, _FAULTS)
     seeds = (b"repeats=3", b"stator-resistance.frequency=20.0", b"can://socketcan/can0?node=5&bitrate=500000", b"all")
     yield Target("typed", "settings, procedures and addresses as they are typed", typed, ERRORS, seeds)
+    yield Target("eol-plan", "plans of an end-of-line station", eol_plan, ERRORS, (_PLAN,))
     seeds = (b'time = "25ppm"\n[CH1]\ngain = 0.02\noffset = 0.01\n', b'current = "1% + 20mA"\n')
     yield Target("accuracy-file", "stated accuracies of a capture", accuracy_file, ERRORS, seeds)
     yield Target("capture", "captures as text", capture, ERRORS, CSV)
@@ -306,6 +323,26 @@ address = "x"
 probes = { 1 = { kind = "V", attenuation = 10.0 } }
 """,
 )
+_PLAN = b"""[plan]
+name = "LG line"
+motor = "lg-400w"
+serial_pattern = "SN-[0-9]{4}"
+[[procedure]]
+name = "stator-resistance"
+on_failure = "retry"
+retries = 2
+settings = { repeats = 1 }
+[[limit]]
+parameter = "stator_resistance"
+low = 0.014
+high = 0.018
+[[limit]]
+parameter = "inertia"
+percent = 10.0
+of = "golden"
+[golden]
+inertia = 6.0e-5
+"""
 _FAULTS = (
     b'[[faults]]\nfault = "silence"\nrole = "supply"\npattern = "MEAS"\nat = 1.0\n',
     b"supply: silence on MEAS:CURR at step 3.2.2/3 after 0.5 for 2",
