@@ -49,6 +49,9 @@ def describe(
         },
         "drive": {"driver": "cia402-six-step"},
     }
+    # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
+    for role in ("inverter", "drive"):
+        options[role]["heartbeat_time"] = 2.0 if control else 0.0
     instruments = {role: {**options[role], "address": as_text(address)} for role, address in addresses.items()}
     station = {"name": "virtual bench", **({"control": control} if control else {})}
     made: dict[str, Any] = {"station": station, "instruments": instruments}

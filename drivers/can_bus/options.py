@@ -26,14 +26,14 @@ class NodeOptions:
     """Settings that all such drives have; times are in s.
 
     A transition of the power states may take `transition_timeout`; the drive is asked every `poll_interval`.
-    With `heartbeat_time` above 0, a drive that has a heartbeat consumer (0x1016) is set to switch its voltage off
-    (0x6007, where it has that) once this process, as node `heartbeat_node`, has been silent for so long; 0 sets nothing.
+    A drive that has a heartbeat consumer (0x1016) is set to switch its voltage off (0x6007, where it has that) once this
+    process, as node `heartbeat_node`, has been silent for `heartbeat_time`; 0 sets nothing.
     """
 
     transition_timeout: float = 1.0
     poll_interval: float = 0.01
     serial_number: str | None = None
-    heartbeat_time: float = 0.0
+    heartbeat_time: float = 1.0
     heartbeat_node: int = 127
 
 

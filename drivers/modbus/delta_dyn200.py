@@ -13,7 +13,6 @@ from drivers.interfaces import (
     DynamometerReading,
     Identity,
     MeasurementError,
-    ReportedError,
     Traffic,
 )
 from drivers.limits import check_setpoint, lesser
@@ -21,6 +20,7 @@ from drivers.modbus.delta_c2000 import COAST_TO_STOP, ControlMode, DeltaC2000, m
 from drivers.modbus.dyn200 import RPM, Dyn200
 from drivers.modbus.line import ModbusLine, open_line
 from drivers.modbus.options import DeltaDyn200Options
+from drivers.modbus.watchdog import CommunicationWatchdog
 from drivers.safety import always
 
 #: Share of full scale that is the limit of error of strain-gauge transducers of this class.
@@ -58,6 +58,9 @@ class DeltaDyn200:
         if not guarding:
             self._drive.check_fault()
         self._asked = None if guarding else Dyn200(line, options.transducer_unit)
+        self._watchdog = CommunicationWatchdog(line, options.drive_unit)
+        if options.watchdog_time and not guarding:
+            self._watchdog.arm(options.watchdog_time)
 
     @cached_property
     def _transducer(self) -> Dyn200:
@@ -114,7 +117,7 @@ class DeltaDyn200:
         """
         self._check_speed(speed)
         self._prepare(ControlMode.SPEED)
-        with always(self._drive.disable):
+        with self._watchdog.fed(), always(self._drive.disable):
             self._drive.command_speed(speed)
             self._drive.run()
             self._settle(speed)
@@ -143,7 +146,7 @@ class DeltaDyn200:
             self._name, "torque", torque, "N·m", -self._maximum_torque, self._maximum_torque, self._torque_owner
         )
         self._prepare(ControlMode.TORQUE)
-        with always(self._end_torque):
+        with self._watchdog.fed(), always(self._end_torque):
             # In torque control the frequency command limits the speed (parameter 11-36).
             self._drive.command_speed(highest)
             self._drive.command_torque(torque)
@@ -205,7 +208,8 @@ class DeltaDyn200:
             self._coast()
 
     def close(self) -> None:
-        """Close the connection; may be called twice."""
+        """Put the drive's watch back and close the connection; may be called twice."""
+        self._watchdog.disarm()
         self._line.close()
 
     def _check_speed(self, speed: float) -> None:
@@ -272,6 +276,6 @@ def open_delta_dyn200(
     line = open_line(address, name, traffic=traffic, in_process=in_process)
     try:
         return DeltaDyn200(line, clock, options, name=name, guarding=guarding)
-    except (CommunicationError, ReportedError):
+    except BaseException:
         line.close()
         raise

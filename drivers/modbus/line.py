@@ -1,6 +1,7 @@
 """Registers on a Modbus line, with errors that name the register."""
 
 import struct
+import threading
 from collections.abc import Sequence
 from typing import Protocol
 from urllib.parse import parse_qs, urlsplit
@@ -62,6 +63,8 @@ class ModbusLine:
         self.name = name
         self._client = client
         self._traffic = traffic
+        # A drive's watchdog is fed beside whatever else is asked.
+        self._lock = threading.RLock()
 
     def read(self, unit: int, address: int, count: int, what: str) -> list[int]:
         """Return `count` registers of a unit from `address`; `what` names them in errors.
@@ -70,10 +73,11 @@ class ModbusLine:
         """
         command = f"read {count} × {address:04X}H of unit {unit} ({what})"
         self._trace("write", command)
-        try:
-            reply = self._client.read_holding_registers(address, count=count, device_id=unit)
-        except LINE_ERRORS:
-            reply = self._repeat(command, unit, address, count)
+        with self._lock:
+            try:
+                reply = self._client.read_holding_registers(address, count=count, device_id=unit)
+            except LINE_ERRORS:
+                reply = self._repeat(command, unit, address, count)
         self._check(reply, command, unit, address)
         registers = list(reply.registers)
         self._trace("read", " ".join(f"{register:04X}" for register in registers))
@@ -86,7 +90,8 @@ class ModbusLine:
         command = f"write {value:04X} to {address:04X}H of unit {unit} ({what})"
         self._trace("write", command)
         try:
-            reply = self._client.write_register(address, value, device_id=unit)
+            with self._lock:
+                reply = self._client.write_register(address, value, device_id=unit)
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
         self._check(reply, command, unit, address)
@@ -98,7 +103,8 @@ class ModbusLine:
         command = f"write {said} to {address:04X}H of unit {unit} ({what})"
         self._trace("write", command)
         try:
-            reply = self._client.write_registers(address, list(values), device_id=unit)
+            with self._lock:
+                reply = self._client.write_registers(address, list(values), device_id=unit)
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
         self._check(reply, command, unit, address)
@@ -106,13 +112,16 @@ class ModbusLine:
 
     def reopen(self) -> None:
         """Open the connection anew, so that nothing late is on it; raises CommunicationError where that fails."""
-        self._client.close()
-        if not self._client.connect():
+        with self._lock:
+            self._client.close()
+            connected = self._client.connect()
+        if not connected:
             raise CommunicationError(self.name, "cannot be opened again", remedy="Check address, power and cable")
 
     def close(self) -> None:
         """Close the connection; may be called twice."""
-        self._client.close()
+        with self._lock:
+            self._client.close()
 
     def _repeat(self, command: str, unit: int, address: int, count: int) -> ModbusPDU:
         try:

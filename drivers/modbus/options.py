@@ -29,7 +29,8 @@ class DeltaDyn200Options:
     `speed_tolerance` (relative; slip of an induction machine counts) of the command once readings `settle_interval`
     (s) apart agree within `speed_stability` (relative). `direction_from` says whether the sign of the speed is read
     from the transducer's direction register or taken from the drive's last command.
-    `transducer_range` (N·m) is the transducer's full scale, the rated torque when not given.
+    `transducer_range` (N·m) is the transducer's full scale, the rated torque when not given. With `watchdog_time` (s) above
+    0 the drive coasts to a stop once this process has been silent for so long.
     """
 
     maximum_speed: float
@@ -45,4 +46,5 @@ class DeltaDyn200Options:
     speed_stability: float = 2e-3
     settle_interval: float = 0.05
     settle_timeout: float = 30.0
+    watchdog_time: float = 0.0
     direction_from: Literal["transducer", "command"] = "transducer"

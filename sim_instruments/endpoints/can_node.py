@@ -10,8 +10,9 @@ from canopen import objectdictionary
 from sim_instruments.connection import Connection
 from sim_instruments.endpoints import can_direct
 from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
+from sim_instruments.endpoints.can_watch import ENTRIES, HeartbeatConsumer
 from sim_instruments.faults import Fault, FaultKind, Faults
-from sim_instruments.instruments.cia402_power import Entry, ObjectServer, SdoError
+from sim_instruments.instruments.cia402_power import CONTROL_WORD, Entry, ObjectServer, SdoError
 from sim_instruments.scpi.exchange import Clock
 
 # canopen is typed in parts only.
@@ -64,7 +65,9 @@ class CanNode:
         self._interface = interface
         self._channel = channel or fresh_channel(interface)
         self._node_id = node_id
-        self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(device.entries)))
+        # In process nobody can die and leave the drive on: it has no watch there.
+        entries = device.entries if direct is not None else (*device.entries, *ENTRIES)
+        self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(entries)))
         self._node.add_read_callback(self._read)
         self._node.add_write_callback(self._write)
         end = None if direct is None else direct.end()
@@ -82,6 +85,11 @@ class CanNode:
         numbers = [entry for entry in device.entries if entry.kind != "text"]
         self._widths = {entry.index: int(entry.kind[1:]) for entry in numbers}
         self._signed = {entry.index for entry in numbers if entry.kind.startswith("i")}
+        self._watch = HeartbeatConsumer(
+            lambda identifier, heard: self._network.subscribe(identifier, self._while_up(heard)),
+            self._network.unsubscribe,
+            lambda word: device.write(CONTROL_WORD, word),
+        )
         self.connection.listen(self._plugged)
         if end is None:
             self._network.connect()
@@ -96,6 +104,7 @@ class CanNode:
 
     def close(self) -> None:
         """Leave the bus and end its threads; again is allowed."""
+        self._watch.close()
         if self._network.bus is not None:
             self._node.nmt.stop_heartbeat()
             self._network.disconnect()
@@ -123,6 +132,13 @@ class CanNode:
         elif fault.kind is not FaultKind.SILENCE:
             frame = self._random.integers(0, 256, 4 if fault.kind is FaultKind.HALF else 8, dtype=np.uint8)
             self._network.send_message(server.tx_cobid, frame.tobytes())
+
+    def _while_up(self, heard: Callable[[int, bytearray, float], None]) -> Callable[[int, bytearray, float], None]:
+        def hear(identifier: int, data: bytearray, timestamp: float) -> None:
+            if self.connection.up:
+                heard(identifier, data, timestamp)
+
+        return hear
 
     def _plugged(self, up: bool) -> None:
         nmt = self._node.nmt
@@ -158,8 +174,10 @@ class CanNode:
         return value
 
     def _write(self, *, index: int, data: bytes, **others: Any) -> None:
+        value = others["od"].decode_raw(data)
         try:
-            self._device.write(index, others["od"].decode_raw(data))
+            if not self._watch.write(index, value):
+                self._device.write(index, value)
         except SdoError as error:
             raise canopen.SdoAbortedError(error.code) from error
 

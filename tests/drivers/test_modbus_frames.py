@@ -15,7 +15,7 @@ from pymodbus.framer.rtu import FramerRTU
 
 from drivers.interfaces import InstrumentError
 from drivers.modbus.dyn200 import Dyn200
-from drivers.modbus.line import ModbusLine, _client
+from drivers.modbus.line import ModbusLine, client_for
 
 RPM = 2 * math.pi / 60
 
@@ -120,4 +120,4 @@ def test_a_transducer_in_rtu_frames() -> None:
 def test_whatever_stands_as_an_address(text: str, start: str) -> None:
     # Made, not connected: only what a station file may say is refused, and as ValueError.
     with contextlib.suppress(ValueError):
-        _client(start + text, 1.0).close()
+        client_for(start + text, 1.0).close()

@@ -46,6 +46,14 @@ class Served:
         """Have an instrument answer nothing any more."""
         self.world._ask("POST", "/faults", {"fault": "silence", "role": role, "pattern": "", "times": None})
 
+    def truth_becomes(self, key: str, wanted: object) -> bool:
+        """Wait until something is so."""
+        begun = time.monotonic()
+        while self.world.truth()[key] != wanted:
+            assert time.monotonic() - begun < PATIENCE
+            self.world.clock.sleep(0.5)
+        return True
+
     def contact(self, name: str, *, closed: bool) -> None:
         """Close or open a safety contact."""
         self.world._ask("POST", "/interlocks", {"name": name, "closed": closed})

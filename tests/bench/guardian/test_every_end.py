@@ -142,3 +142,15 @@ def test_the_guardian_answers_an_interlock_where_the_run_does_not(hold: Callable
     run.guardian_left()
     served.contact("door", closed=True)
     served.reset("Li Wei")
+
+
+def test_a_drive_goes_off_by_itself_where_nobody_is_left(hold: Callable[..., Any], served: Any) -> None:
+    run = hold("wait")
+    os.kill(run.guardian_pid, signal.SIGSTOP)
+    run.signal(signal.SIGKILL)
+    assert served.truth_becomes("inverter_enabled", False)
+    # Nobody but its own watchdog did that: what has none is still on.
+    assert served.world.truth()["output_on"] is True
+    os.kill(run.guardian_pid, signal.SIGCONT)
+    assert served.seconds_until_off() < SOON
+    run.guardian_left()

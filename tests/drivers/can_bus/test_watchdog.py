@@ -11,7 +11,7 @@ from drivers.interfaces import ReportedError, SetpointError
 
 CHANNEL = "six-step"
 ADDRESS = f"can://virtual/{CHANNEL}?node=6"
-OPTIONS = Cia402SixStepOptions()
+OPTIONS = Cia402SixStepOptions(heartbeat_time=0.0)
 
 
 WATCHED = Cia402SixStepOptions(heartbeat_time=0.15, heartbeat_node=0x7E)
