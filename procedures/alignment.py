@@ -61,6 +61,7 @@ def aligning(bench: Bench, current: float, settle: float) -> Iterator[Alignment]
     Raises ProcedureError where the current does not flow. The output is off after the block, however it ends.
     """
     supply = bench.supply
+    bench.thermometer.warmed()
     with supply.energised(supply.maximum_voltage, current, Regulated.CURRENT):
         bench.clock.sleep(settle)
         flowing = flowing_current(bench, current).value

@@ -213,11 +213,10 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
 
     def _to_cold(self) -> UncertainReal:
         """Return what refers the constants to 25 °C; the magnets are taken to be as warm as the winding."""
-        measured_at = winding_temperature(self.bench, self.nameplate, self.settings.winding_temperature)
-        self.findings["winding_temperature"] = measured_at
-        temperature = self.bench.uncertainties.limit(
-            "magnet temperature", measured_at, self.settings.temperature_uncertainty
+        temperature = winding_temperature(
+            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
+        self.findings["winding_temperature"] = float(temperature.x)
         return magnet_factor(temperature, self.settings.magnet_coefficient)
 
     def _fit_probes(self) -> list[int]:

@@ -20,6 +20,7 @@ from drivers.interfaces import (
 from procedures.actions import Action, Mend
 from procedures.steps import Step
 from procedures.text import Text, text
+from procedures.thermometer import Thermometer
 from procedures.uncertainty import Uncertainties
 from procedures.wiring.standing import Standing
 
@@ -81,6 +82,7 @@ class Bench:
         self.clock = clock
         self.recorder = recorder
         self.uncertainties = Uncertainties(session)
+        self.thermometer = Thermometer(self.uncertainties)
         #: What the actions done so far leave, and what is known of the wiring.
         self.standing = Standing()
 

@@ -116,6 +116,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         channel = bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
         bench.perform(ConnectProbes((CurrentProbe(channel, Terminal.A),)))
         points = []
+        bench.thermometer.warmed()
         with ExitStack() as running:
             running.enter_context(bench.drive.running())
             for torque in self._torques():

@@ -78,6 +78,7 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
             self._wire()
         wanted = self.settings.current_share * self.nameplate.rated_current
         current = min(wanted, self.bench.inverter.maximum_current, self.nameplate.current_bound)
+        self.bench.thermometer.warmed()
         turning.enter_context(self.bench.inverter.driving_frequency(frequency, current))
         self.bench.clock.sleep(self.settings.settle)
 

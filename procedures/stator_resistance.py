@@ -212,10 +212,10 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     @step("3.2.1/1", "Refer the resistance to 25 °C, and to {working_temperature:g} °C")
     def refer_to_temperature(self, lines: LineReadings, winding: UncertainReal, y_equivalent: UncertainReal) -> None:
         """Report the cold value at 25 °C with the winding's temperature in its budget."""
-        measured_at = winding_temperature(self.bench, self.nameplate, self.settings.winding_temperature)
-        temperature = self.bench.uncertainties.limit(
-            "winding temperature", measured_at, self.settings.temperature_uncertainty
+        temperature = winding_temperature(
+            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
+        measured_at = float(temperature.x)
         copper = (self.settings.coefficient, self.settings.reference_temperature)
         cold = y_equivalent * copper_factor(temperature, COLD, *copper)
         winding_cold = winding * copper_factor(temperature, COLD, *copper)

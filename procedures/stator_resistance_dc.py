@@ -91,7 +91,8 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
 
     def measure(self) -> None:
         """Take the slope between all three pairs of terminals."""
-        temperature = hottest = self.prepare()
+        temperature = self.prepare()
+        hottest = float(temperature.x)
         slopes = {}
         for pair in LINE_PAIRS:
             slopes[pair] = self.slope(pair)
@@ -99,12 +100,14 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         self.conclude(slopes, temperature)
 
     @step("E9/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
-    def prepare(self) -> float:
+    def prepare(self) -> UncertainReal:
         """Return the temperature (°C) that the cold resistance belongs to."""
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(LockRotor())
-        return winding_temperature(self.bench, self.nameplate, self.settings.winding_temperature)
+        return winding_temperature(
+            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
+        )
 
     @step("E9/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
     def slope(self, pair: Pair) -> LineSlope:
@@ -163,7 +166,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         return LineSlope(quantity, (np.array(times), i, v))
 
     @step("E9/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
-    def conclude(self, slopes: dict[Pair, LineSlope], measured_at: float) -> None:
+    def conclude(self, slopes: dict[Pair, LineSlope], temperature: UncertainReal) -> None:
         """Report the phase's resistance; each phase alone stands in the findings."""
         lines = [slopes[pair].resistance for pair in LINE_PAIRS]
         ab, bc, ca = (float(line.x) for line in lines)
@@ -173,13 +176,10 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         phases = resistance.phase_resistances(ab, bc, ca, self.winding)
         names = ("AB", "BC", "CA") if self.is_delta else ("A", "B", "C")
         copper = (self.settings.coefficient, self.settings.reference_temperature)
-        temperature = self.bench.uncertainties.limit(
-            "winding temperature", measured_at, self.settings.temperature_uncertainty
-        )
         cold: UncertainReal = (lines[0] + lines[1] + lines[2]) / 6.0 * copper_factor(temperature, COLD, *copper)
         self.findings |= {
             "phase_resistances": dict(zip(names, phases, strict=True)),
-            "winding_temperature": measured_at,
+            "winding_temperature": float(temperature.x),
         }
         cold = self._at_first_reading(cold, [slopes[pair].readings for pair in LINE_PAIRS])
         self.report(

@@ -11,15 +11,17 @@ from procedures.text import text
 COLD = 25.0
 
 
-def winding_temperature(bench: Bench, nameplate: Nameplate, given: float | None) -> float:
-    """Return the winding's temperature (°C): as set, else as a person reads it.
+def winding_temperature(bench: Bench, nameplate: Nameplate, given: float | None, half_width: float) -> UncertainReal:
+    """Return the winding's temperature (°C), known within ± `half_width` (K): as set, as last read, else as a person reads it now.
 
     Raises ProcedureError where it is above the motor's.
     """
-    if given is None:
+    now = bench.clock.now()
+    known = bench.thermometer.known(now) if given is None else given
+    if known is None:
         asked = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0)
-        given = bench.reading(asked)
-    return check_temperature(nameplate, given)
+        known = bench.reading(asked)
+    return bench.thermometer.take(check_temperature(nameplate, known), half_width, now)
 
 
 def check_temperature(nameplate: Nameplate, temperature: float) -> float:

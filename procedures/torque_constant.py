@@ -94,9 +94,8 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         bench.perform(ReleaseRotor())
         bench.perform(INVERTER)
         bench.perform(CoupleDynamometer())
-        measured_at = winding_temperature(bench, self.nameplate, self.settings.winding_temperature)
-        temperature = bench.uncertainties.limit(
-            "magnet temperature", measured_at, self.settings.temperature_uncertainty
+        temperature = winding_temperature(
+            bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
         largest = self._largest_current(float(derived.x) if derived is not None else None)
         levels = np.concatenate([-np.linspace(largest, 0.0, self.settings.levels, endpoint=False), [0.0],
@@ -104,6 +103,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         currents, torques = [], []
         torque_accuracy = current_accuracy = Accuracy()
         speed = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
+        bench.thermometer.warmed()
         with ExitStack() as running:
             running.enter_context(bench.dynamometer.driving_speed(speed))
             running.enter_context(bench.inverter.driving_current(float(levels[0])))
@@ -123,7 +123,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             "friction_torque": -fit.value("offset"),
             "residuals": fit.residuals.tolist(),
             "speed": speed,
-            "winding_temperature": measured_at,
+            "winding_temperature": float(temperature.x),
         }
         slope = bench.uncertainties.statistical(
             "slope of torque over current",

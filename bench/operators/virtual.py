@@ -41,6 +41,8 @@ _SETTLE = 0.5
 #: A shaft stands for the eye that sees it move less than this (rad) in this time (s); it looks at most this often.
 _STILL, _LOOK, _PATIENCE = 5.0e-4, 0.25, 400
 _CHANNELS = range(1, 9)
+#: What a thermometer on the winding is off at most (K).
+_THERMOMETER = 0.5
 _MOST_MARKS = 500
 #: A shaft that has not got this far (rad) is still at the same position; the hand tries again this often.
 _SAME, _TRIES = math.radians(3.0), 3
@@ -111,6 +113,8 @@ class VirtualOperator:
     def __init__(self, world: HandsOn, seed: int = 0) -> None:
         self._world = world
         self._random = np.random.default_rng([seed, 0x0BE4A7])
+        # One thermometer, and so one error of all that it says.
+        self._thermometer_error = float(self._random.uniform(-_THERMOMETER, _THERMOMETER))
         self.hand_time = 0.0
 
     def perform(self, action: Action) -> object:
@@ -238,7 +242,7 @@ class VirtualOperator:
     def _read(self, action: EnterReading) -> float:
         self._take(_READING)
         if action.key == "winding_temperature":
-            return float(self._world.truth()["winding_temperature"] + self._random.uniform(-0.5, 0.5))
+            return float(self._world.truth()["winding_temperature"] + self._thermometer_error)
         raise ProcedureError(
             text(
                 "the virtual operator has nothing to read {key} from; put it into the motor file's [nameplate]",

@@ -2,7 +2,7 @@
 
 import pytest
 
-SHIPPED = ("lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone")
+SHIPPED = ("lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone", "92bl-30-25l")
 MEASURED = {
     "pole_pairs",
     "stator_resistance",
