@@ -23,7 +23,7 @@ from procedures.bench import Role
 from procedures.curves import curve
 from procedures.estimation import rotor_sweep
 from procedures.estimation.connections import phase_factor
-from procedures.estimation.timed_sweep import fit_timed_sweep
+from procedures.estimation.timed_sweep import LEAST_PERIODS, fit_timed_sweep
 from procedures.inductance import CONVENTION, connection_of, short_correct
 from procedures.procedure import Procedure
 from procedures.steps import step
@@ -156,7 +156,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 estimator="smallest and largest reading, by the note's rule",
             )
             return
-        significant, p_value = rotor_sweep.saliency_significant(fit)
+        beyond_chance, p_value = rotor_sweep.saliency_significant(fit)
+        significant = beyond_chance and fit.periods >= LEAST_PERIODS
         mean, amplitude = fit.value("mean"), fit.value("amplitude") if significant else 0.0
         self.findings |= {
             "saliency_significant": significant,

@@ -22,6 +22,8 @@ _HANGS_TOGETHER = 0.35
 #: Weight of a coefficient of the course (rad) against a residual in standard deviations of the readings: too little to move
 #: what the readings show, enough to keep a high degree from swinging where they show nothing (an extreme at an end).
 _SMOOTH = 2e-3
+#: Fewer periods than this determine no saliency; below this share of the mean there is none to determine.
+LEAST_PERIODS, _NOTEWORTHY = 1.6, 2.5e-3
 #: Over a period or more the amplitude is half the readings' range; much more is a fit that mean and cosine cancel in.
 _PLAUSIBLE = 0.6
 
@@ -117,7 +119,8 @@ def fit_timed_sweep(
 
     θ(t) is a polynomial whose degree the data choose (corrected Akaike criterion), rising all along. At least one
     electrical turn (two periods of L) must be covered. `resolution` is one step of the readings (H). Raises
-    EstimationError on fewer than 12 readings; a motor without saliency gives an amplitude that is not significant.
+    EstimationError on fewer than 12 readings; a motor without saliency gives an amplitude that is not significant, or a small one
+    of fewer periods: the induced voltage goes round once where the inductance goes round twice.
     """
     t, values = series("time", time, least=12), series("inductance", inductance, least=12)
     same_length(time=t, inductance=values)
@@ -147,7 +150,8 @@ def fit_timed_sweep(
             break
     degree = best.size - 1
     fit = sweep_fit(chebyshev.chebval(x, best), values, chebyshev.chebvander(x, degree)[:, 1:], tried, resolution)
-    if fit.periods < 1.5 and saliency_significant(fit)[0]:
+    noteworthy = fit.value("amplitude") > _NOTEWORTHY * fit.value("mean")
+    if fit.periods < LEAST_PERIODS and noteworthy and saliency_significant(fit)[0]:
         raise EstimationError(
             f"the readings show only {fit.periods:.1f} periods of the inductance; turn the shaft over at least one electrical "
             "turn (two periods) during the sweep"

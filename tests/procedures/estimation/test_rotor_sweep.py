@@ -106,3 +106,13 @@ def test_residuals_that_hang_together_count_for_fewer_readings() -> None:
     scattered, wavering = (fit_timed_sweep(time, readings(course) + left, largest_degree=3) for left in (white, smooth))
     assert wavering.uncertainty("amplitude") > 2.0 * scattered.uncertainty("amplitude")
     assert wavering.degrees_of_freedom < 0.3 * scattered.degrees_of_freedom
+
+
+def test_an_induced_voltage_of_one_period_a_turn_is_no_saliency() -> None:
+    time = np.linspace(0.0, 10.5, 96)
+    noise = np.random.default_rng(5).normal(0.0, 2e-5, time.size)
+    fit = fit_timed_sweep(time, (LD + LQ) * (1.0 + 1.5e-4 * np.cos(0.9 * time) + noise))
+    assert fit.periods == pytest.approx(1.5, abs=0.1)
+    assert fit.value("mean") == pytest.approx(LD + LQ, rel=1e-4)
+    with pytest.raises(EstimationError, match="periods of the inductance"):
+        fit_timed_sweep(time, (LD + LQ) * (1.0 + 0.05 * np.cos(0.9 * time) + noise))
