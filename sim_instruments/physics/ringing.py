@@ -25,9 +25,9 @@ _ANGLE, _SPEED, _CURRENT = 3e-7, 1e-8, 1e-6
 _FIRST_STEP = 1e-5
 #: A rotor that has not turned back after so many steps creeps against a stiff circuit, which wants another method.
 _LABOURED = 150
-# Dormand and Prince 5(4) with Shampine's interpolant, whose tables SciPy holds.
+# Dormand and Prince 5(4) with Shampine's interpolant, whose tables SciPy holds. The second stage has no part in the result.
 _C = [float(c) for c in RK45.C]
-_A = [[float(a) for a in row[:stage]] for stage, row in enumerate(RK45.A)]
+_A = [tuple(float(a) for a in row[:stage]) for stage, row in enumerate(RK45.A)]
 _B = [float(b) for b in RK45.B]
 _E = [float(e) for e in RK45.E]
 _P: FloatArray = np.asarray(RK45.P, dtype=np.float64)
@@ -48,7 +48,7 @@ class Rules:
 
 @dataclass
 class _Step:
-    """From `state` at `start` (s) over `length` (s), with the slopes of each state at the method's stages; `after`,
+    """From `state` at `start` (s) over `length` (s), with the slopes of all states at each of the method's stages; `after`,
     `slopes` and `watched` hold at its end.
     """
 
@@ -63,7 +63,8 @@ class _Step:
     def course(self, number: int) -> Callable[[float], float]:
         """Return one state over the share of the step that has passed."""
         begin = self.state[number]
-        first, second, third, fourth = (self.length * sum(map(mul, p, self.stages[number])) for p in _P_COLUMNS)
+        column = [stage[number] for stage in self.stages]
+        first, second, third, fourth = (self.length * sum(map(mul, p, column)) for p in _P_COLUMNS)
         return lambda share: begin + share * (first + share * (second + share * (third + share * fourth)))
 
     def at(self, share: float) -> list[float]:
@@ -95,7 +96,7 @@ class Ringing:
         self._starts = np.array([step.start for step in record.steps])
         self._lengths = np.array([step.length for step in record.steps])
         self._states = np.array([step.state for step in record.steps])
-        self._weights = np.einsum("ksi,ij->jks", np.array([step.stages for step in record.steps]), _P)
+        self._weights = np.einsum("kis,ij->jks", np.array([step.stages for step in record.steps]), _P)
 
     def states(self, passed: FloatArray) -> FloatArray:
         """Return the states (shape (states, n))."""
@@ -111,7 +112,7 @@ class Ringing:
     def _integrated(self, state: list[float], horizon: float, record: _Record) -> tuple[float, RingingEnd]:
         equations, rules, direction, labour = self._equations, self._rules, self.direction, 0
         passed, length, fastest = 0.0, min(horizon, _FIRST_STEP), abs(state[1])
-        slopes, watched = equations.evaluate(passed, state, direction)
+        slopes, watched = equations.law(passed, state, direction)[:2]
         while passed < horizon:
             last = length >= horizon - passed
             step, error = self._tried(
@@ -136,7 +137,7 @@ class Ringing:
                 record.reversals.append(passed)
                 direction = self.direction = 1 if push > 0.0 else -1
                 labour = 0
-                slopes, watched = equations.evaluate(passed, state, direction)
+                slopes, watched = equations.law(passed, state, direction)[:2]
                 continue
             passed = horizon if last else passed + step.length
             state, slopes, watched = step.after, step.slopes, step.watched
@@ -157,34 +158,55 @@ class Ringing:
         self, start: float, length: float, state: list[float], slopes: list[float], direction: int, speed: float
     ) -> tuple[_Step, float]:
         """Return a step and its error relative to what is allowed; `speed` (rad/s) is the absolute part of that."""
-        evaluate = self._equations.evaluate
-        stages = [[slope] for slope in slopes]
-        for c, row in zip(_C[1:], _A[1:], strict=True):
-            # Each row is as long as there are stages so far.
-            point = [value + length * sum(map(mul, row, column)) for value, column in zip(state, stages, strict=True)]
-            for column, slope in zip(stages, evaluate(start + c * length, point, direction)[0], strict=True):
-                column.append(slope)
-        after = [value + length * sum(map(mul, _B, column)) for value, column in zip(state, stages, strict=True)]
-        ended, watched = evaluate(start + length, after, direction)
+        law, first = self._equations.law, slopes
+        (a20,), (a30, a31), (a40, a41, a42), (a50, a51, a52, a53), (a60, a61, a62, a63, a64) = _A[1:]
+        _, c2, c3, c4, c5, c6 = _C
+        point = [y + length * (a20 * k1) for y, k1 in zip(state, first, strict=True)]
+        second = law(start + c2 * length, point, direction)[0]
+        point = [y + length * (a30 * k1 + a31 * k2) for y, k1, k2 in zip(state, first, second, strict=True)]
+        third = law(start + c3 * length, point, direction)[0]
+        point = [
+            y + length * (a40 * k1 + a41 * k2 + a42 * k3)
+            for y, k1, k2, k3 in zip(state, first, second, third, strict=True)
+        ]
+        fourth = law(start + c4 * length, point, direction)[0]
+        point = [
+            y + length * (a50 * k1 + a51 * k2 + a52 * k3 + a53 * k4)
+            for y, k1, k2, k3, k4 in zip(state, first, second, third, fourth, strict=True)
+        ]
+        fifth = law(start + c5 * length, point, direction)[0]
+        point = [
+            y + length * (a60 * k1 + a61 * k2 + a62 * k3 + a63 * k4 + a64 * k5)
+            for y, k1, k2, k3, k4, k5 in zip(state, first, second, third, fourth, fifth, strict=True)
+        ]
+        sixth = law(start + c6 * length, point, direction)[0]
+        b0, _, b2, b3, b4, b5 = _B
+        after = [
+            y + length * (b0 * k1 + b2 * k3 + b3 * k4 + b4 * k5 + b5 * k6)
+            for y, k1, k3, k4, k5, k6 in zip(state, first, third, fourth, fifth, sixth, strict=True)
+        ]
+        ended, watched, _ = law(start + length, after, direction)
+        e0, _, e2, e3, e4, e5, e6 = _E
         total = 0.0
-        for number, column in enumerate(stages):
-            column.append(ended[number])
-            allowance = (_ANGLE, speed, _CURRENT)[min(number, 2)]
+        for number, (k1, k3, k4, k5, k6, k7) in enumerate(zip(first, third, fourth, fifth, sixth, ended, strict=True)):
+            allowance = _ANGLE if not number else speed if number == 1 else _CURRENT
             if number:
-                allowance += _RELATIVE * max(abs(state[number]), abs(after[number]))
-            total += (length * sum(map(mul, _E, column)) / allowance) ** 2
+                before, new = abs(state[number]), abs(after[number])
+                allowance += _RELATIVE * (before if before > new else new)
+            total += (length * (e0 * k1 + e2 * k3 + e3 * k4 + e4 * k5 + e5 * k6 + e6 * k7) / allowance) ** 2
+        stages = [first, second, third, fourth, fifth, sixth, ended]
         return _Step(start, length, state, stages, after, ended, watched), math.sqrt(total / len(state))
 
     def _crossing(self, step: _Step, watched: float, direction: int) -> float | None:
         """Return the share of the step after which the threshold is passed, None where it is not."""
-        rules, evaluate = self._rules, self._equations.evaluate
+        rules, law = self._rules, self._equations.law
         if not rules.sense * (watched - rules.threshold) <= 0.0 < rules.sense * (step.watched - rules.threshold):
             return None
         if watched == rules.threshold:
             return 0.0
 
         def beyond(share: float) -> float:
-            return evaluate(step.start + share * step.length, step.at(share), direction)[1] - rules.threshold
+            return law(step.start + share * step.length, step.at(share), direction)[1] - rules.threshold
 
         return float(brentq(beyond, 0.0, 1.0, xtol=1e-12)) if beyond(0.0) * beyond(1.0) < 0.0 else 1.0
 

@@ -152,25 +152,25 @@ class Swing:
         """Return the states' derivatives (shape (states, n)) and what the supply watches (n,)."""
         states = self._states(times)
         found = [
-            self._equations.evaluate(passed, state, 1 if state[1] > 0.0 else -1)
+            self._equations.law(passed, state, 1 if state[1] > 0.0 else -1)
             for passed, state in zip((times - self._start).tolist(), states.T.tolist(), strict=True)
         ]
-        slopes = np.array([slope for slope, _ in found]).reshape(len(times), len(states)).T
-        return slopes, np.array([watched for _, watched in found])
+        slopes = np.array([slope for slope, _, _ in found]).reshape(len(times), len(states)).T
+        return slopes, np.array([watched for _, watched, _ in found])
 
     def _crept(
         self, begin: FloatArray, direction: int, span: tuple[float, float], rules: Rules, passing: Ending
     ) -> tuple[OdeSolution, float, Ending]:
         """Integrate a stiff circuit until the shaft first stands; return states over time, the end (s) and its cause."""
-        evaluate = self._equations.evaluate
+        law = self._equations.law
         events: list[tuple[Ending, _Event]] = [("standstill", _Event(lambda _, y: direction * float(y[1]), -1))]
         if math.isfinite(rules.threshold):
-            watch = _Event(lambda t, y: evaluate(t, y.tolist(), direction)[1] - rules.threshold, rules.sense)
+            watch = _Event(lambda t, y: law(t, y.tolist(), direction)[1] - rules.threshold, rules.sense)
             events.append((passing, watch))
         # Braked hard, rotor and currents ring against each other much faster than they creep: only an A-stable method
         # steps over that.
         solution = solve_ivp(
-            lambda t, y: evaluate(t, y.tolist(), direction)[0],
+            lambda t, y: law(t, y.tolist(), direction)[0],
             span,
             begin,
             method="Radau",

@@ -1,8 +1,8 @@
 """Equations of a free rotor under current: shaft and circuit together, while the shaft turns one way."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import null_space
@@ -25,14 +25,10 @@ class Shaft:
     torque: float = 0.0
 
 
-class _Field(NamedTuple):
-    """At one state: `torque` (N·m) without friction, loop currents (A), loops' EMF and dM/dθ·x over electrical speed."""
-
-    torque: float
-    cos: float
-    sin: float
-    currents: tuple[float, float, float]
-    seen: tuple[float, float, float]
+#: From seconds since the start, a state and the way of the friction: the states' derivatives, what the supply watches
+#: (the voltage (V) that a regulated current needs, the current (A) that a voltage drives), and the torque (N·m) on the
+#: shaft without friction.
+Law = Callable[[float, list[float], int], tuple[list[float], float, float]]
 
 
 class SwingEquations:
@@ -79,6 +75,7 @@ class SwingEquations:
             self._current = source.current / self._drive
         self._has_1 = self._columns[1]
         self._follows = not self._columns[2] or self._k[2][2] > _FAST * self._m22
+        self.law: Law = self._written_out()
 
     def begin(self, angle: float, speed: float, loops: FloatArray) -> list[float]:
         """Return the state of shaft angle (rad), speed (rad/s) and the network's loop currents (A)."""
@@ -87,7 +84,21 @@ class SwingEquations:
 
     def currents(self, states: FloatArray) -> FloatArray:
         """Return the currents of the three loops (A, shape (3, n)) in states (shape (states, n))."""
-        return np.array([self._field(state).currents for state in states.T.tolist()]).reshape(-1, 3).T
+        rest = states[2:]
+        still = np.zeros_like(states[0])
+        first, rest = (still + self._current, rest) if self._regulated else (rest[0], rest[1:])
+        second, rest = (rest[0], rest[1:]) if self._has_1 else (still, rest)
+        if not self._follows:
+            third = rest[0]
+        elif self._columns[2]:
+            theta, emf = states[0] * self._p, still
+            for order, *_, real, imaginary in self._magnets:
+                emf = emf + np.cos(order * theta) * real - np.sin(order * theta) * imaginary
+            k20, k21, k22 = self._k[2]
+            third = -(k20 * first + k21 * second + self._p * states[1] * emf) / k22
+        else:
+            third = still
+        return np.array([first, second, third])
 
     def current_slopes(self, derivatives: FloatArray) -> FloatArray:
         """Return the derivatives of the three loops' currents (A/s, shape (3, n)) out of the states' derivatives."""
@@ -97,47 +108,9 @@ class SwingEquations:
         second, rest = (rest[:1], rest[1:]) if self._has_1 else (still, rest)
         return np.vstack([first, second, still if self._follows else rest])
 
-    def evaluate(self, passed: float, state: list[float], direction: int) -> tuple[list[float], float]:
-        """Return the states' derivatives `passed` s after the start, with friction against `direction`.
-
-        With them comes what the supply watches: the voltage (V) that a regulated current needs, or the current (A)
-        that a voltage drives.
-        """
-        field, shaft, speed = self._field(state), self._shaft, state[1]
-        friction = direction * shaft.coulomb_friction + shaft.viscous_friction * speed
-        derivatives = [speed, (field.torque - friction) / shaft.inertia]
-        electrical = self._p * speed
-        x0, x1, x2 = field.currents
-        seen0, seen1, seen2 = field.seen
-        (k00, k01, k02), (_, k11, k12), (_, _, k22) = self._k
-        left0 = k00 * x0 + k01 * x1 + k02 * x2 + electrical * seen0
-        m01 = slope1 = 0.0
-        if self._has_1:
-            left1 = k01 * x0 + k11 * x1 + k12 * x2 + electrical * seen1
-            m01 = self._m01[0] + self._m01[1] * field.cos + self._m01[2] * field.sin
-            m11 = self._m11[0] + self._m11[1] * field.cos + self._m11[2] * field.sin
-            slope1 = -left1 / m11
-        if self._regulated:
-            watched = (left0 + m01 * slope1) / self._drive
-        else:
-            left0 -= self._drive * (self._voltage + self._voltage_slope * passed)
-            m00 = self._m00[0] + self._m00[1] * field.cos + self._m00[2] * field.sin
-            if self._has_1:
-                slope0 = -(left0 + m01 * slope1) / (m00 - m01 * m01 / m11)
-                slope1 -= m01 * slope0 / m11
-            else:
-                slope0 = -left0 / m00
-            derivatives.append(slope0)
-            watched = self._drive * x0
-        if self._has_1:
-            derivatives.append(slope1)
-        if not self._follows:
-            derivatives.append(-(k02 * x0 + k12 * x1 + k22 * x2 + electrical * seen2) / self._m22)
-        return derivatives, watched
-
     def push(self, state: list[float]) -> float:
         """Return the torque (N·m) on the shaft without friction."""
-        return self._field(state).torque
+        return self.law(0.0, state, 0)[2]
 
     def lasting_push(self, state: list[float]) -> float:
         """Return the torque (N·m) without friction on a shaft that stands there, once the free currents have settled."""
@@ -149,38 +122,73 @@ class SwingEquations:
             currents = np.linalg.solve(damping, np.array([self._drive * self._voltage, 0.0, 0.0]))
         x: list[float] = currents.tolist()
         standing = [state[0], 0.0, *x[self._regulated : 1], *x[1 : 1 + self._has_1], *x[2 : 3 - self._follows]]
-        return self._field(standing).torque
+        return self.push(standing)
 
-    def _field(self, state: list[float]) -> _Field:
-        theta = state[0] * self._p
-        cos, sin = math.cos(2.0 * theta), math.sin(2.0 * theta)
-        e0 = e1 = e2 = 0.0
-        for order, real0, imaginary0, real1, imaginary1, real2, imaginary2 in self._magnets:
-            along, across = math.cos(order * theta), math.sin(order * theta)
-            e0 += along * real0 - across * imaginary0
-            e1 += along * real1 - across * imaginary1
-            e2 += along * real2 - across * imaginary2
-        at = 2
-        if self._regulated:
-            x0 = self._current
-        else:
-            x0, at = state[at], at + 1
-        x1 = 0.0
-        w0 = 2.0 * (self._m00[2] * cos - self._m00[1] * sin) * x0
-        w1 = 0.0
-        if self._has_1:
-            x1, at = state[at], at + 1
-            g01 = 2.0 * (self._m01[2] * cos - self._m01[1] * sin)
-            w0 += g01 * x1
-            w1 = g01 * x0 + 2.0 * (self._m11[2] * cos - self._m11[1] * sin) * x1
-        if self._follows:
-            k2 = self._k[2]
-            x2 = -(k2[0] * x0 + k2[1] * x1 + self._p * state[1] * e2) / k2[2]
-        else:
-            x2 = state[at]
-        torque = self._p * (x0 * (0.5 * w0 + e0) + x1 * (0.5 * w1 + e1) + x2 * e2) + self._shaft.torque
-        torque -= self._cogging * math.sin(self._cogging_order * state[0])
-        return _Field(torque, cos, sin, (x0, x1, x2), (w0 + e0, w1 + e1, e2))
+    def _written_out(self) -> Law:
+        """Return the law with everything that does not change in its own variables, which is what makes it quick."""
+        cos, sin, p = math.cos, math.sin, self._p
+        inertia, coulomb, viscous = self._shaft.inertia, self._shaft.coulomb_friction, self._shaft.viscous_friction
+        outside, cogging, cogging_order = self._shaft.torque, self._cogging, self._cogging_order
+        (m00, m00_cos, m00_sin), (m01, m01_cos, m01_sin), (m11, m11_cos, m11_sin) = self._m00, self._m01, self._m11
+        m22, drive, voltage, voltage_slope = self._m22, self._drive, self._voltage, self._voltage_slope
+        (k00, k01, k02), (_, k11, k12), (k20, k21, k22) = self._k
+        regulated, current, has_1, follows = self._regulated, self._current, self._has_1, self._follows
+        magnets, has_2 = tuple(self._magnets), self._columns[2]
+        at_1 = 2 if regulated else 3
+        at_2 = at_1 + 1 if has_1 else at_1
+
+        def law(passed: float, state: list[float], direction: int) -> tuple[list[float], float, float]:
+            angle, speed = state[0], state[1]
+            theta, electrical = angle * p, p * speed
+            cos2, sin2 = cos(2.0 * theta), sin(2.0 * theta)
+            e0 = e1 = e2 = 0.0
+            for order, real0, imaginary0, real1, imaginary1, real2, imaginary2 in magnets:
+                along, across = cos(order * theta), sin(order * theta)
+                e0 += along * real0 - across * imaginary0
+                if has_1:
+                    e1 += along * real1 - across * imaginary1
+                if has_2:
+                    e2 += along * real2 - across * imaginary2
+            x0 = current if regulated else state[2]
+            x1 = x2 = w1 = slope1 = coupling = 0.0
+            w0 = 2.0 * (m00_sin * cos2 - m00_cos * sin2) * x0
+            if has_1:
+                x1 = state[at_1]
+                g01 = 2.0 * (m01_sin * cos2 - m01_cos * sin2)
+                w0 += g01 * x1
+                w1 = g01 * x0 + 2.0 * (m11_sin * cos2 - m11_cos * sin2) * x1
+            if not follows:
+                x2 = state[at_2]
+            elif has_2:
+                x2 = -(k20 * x0 + k21 * x1 + electrical * e2) / k22
+            torque = p * (x0 * (0.5 * w0 + e0) + x1 * (0.5 * w1 + e1) + x2 * e2) + outside
+            torque -= cogging * sin(cogging_order * angle)
+            derivatives = [speed, (torque - (direction * coulomb + viscous * speed)) / inertia]
+            left0 = k00 * x0 + k01 * x1 + k02 * x2 + electrical * (w0 + e0)
+            if has_1:
+                left1 = k01 * x0 + k11 * x1 + k12 * x2 + electrical * (w1 + e1)
+                coupling = m01 + m01_cos * cos2 + m01_sin * sin2
+                own1 = m11 + m11_cos * cos2 + m11_sin * sin2
+                slope1 = -left1 / own1
+            if regulated:
+                watched = (left0 + coupling * slope1) / drive
+            else:
+                left0 -= drive * (voltage + voltage_slope * passed)
+                own0 = m00 + m00_cos * cos2 + m00_sin * sin2
+                if has_1:
+                    slope0 = -(left0 + coupling * slope1) / (own0 - coupling * coupling / own1)
+                    slope1 -= coupling * slope0 / own1
+                else:
+                    slope0 = -left0 / own0
+                derivatives.append(slope0)
+                watched = drive * x0
+            if has_1:
+                derivatives.append(slope1)
+            if not follows:
+                derivatives.append(-(k02 * x0 + k12 * x1 + k22 * x2 + electrical * e2) / m22)
+            return derivatives, watched, torque
+
+        return law
 
 
 def _turned(network: Network) -> tuple[tuple[bool, bool, bool], FloatArray]:
