@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import eigh, null_space
+from scipy.linalg import eigh
 
 from sim_instruments.physics.windings import FloatArray, Windings
+from sim_instruments.physics.wiring import wiring
 
 
 class Network:
@@ -33,25 +34,10 @@ class Network:
         self.source_resistance = source_resistance
         self.lead_resistance = lead_resistance
         incidence = windings.incidence
-        groups: dict[str, list[int]] = {}
-        for terminal, socket in enumerate(self.sockets):
-            groups.setdefault(f"open {terminal}" if socket == "open" else socket, []).append(terminal)
-        closed = source is not None and all(pole in groups for pole in source)
-        self.source = source if closed else None
-        rows = [np.ones(3)] if windings.motor.connection == "wye" else []
-        for socket, members in groups.items():
-            if self.source is None or socket not in self.source:
-                rows.append(incidence[members].sum(axis=0))
-        self.basis: FloatArray = null_space(np.array(rows)) if rows else np.eye(3)
-        plus = np.zeros(3)
-        if self.source is not None:
-            plus[groups[self.source[0]]] = 1.0
-        self._plus = plus @ incidence
-        self.drive: FloatArray = self.basis.T @ self._plus
-        joined = np.array(
-            [float(len(groups.get(socket, ())) > 1 or socket in (self.source or ())) for socket in self.sockets]
-        )
-        loss = np.diag(windings.resistance) + lead_resistance * incidence.T @ np.diag(joined) @ incidence
+        self._wiring = found = wiring(windings.motor.connection, self.sockets, source)
+        self.source = found.source
+        self.basis, self.drive, self._plus = found.basis, found.drive, found.plus
+        loss = np.diag(windings.resistance) + lead_resistance * incidence.T @ np.diag(found.joined) @ incidence
         loss += source_resistance * np.outer(self._plus, self._plus)
         self.damping: FloatArray = self.basis.T @ loss @ self.basis
 
@@ -59,6 +45,11 @@ class Network:
     def loops(self) -> int:
         """Number of independent currents."""
         return int(self.basis.shape[1])
+
+    @property
+    def reach(self) -> FloatArray:
+        """Directions (loops, loops − 1) of the loop currents that are free where the source's current is fixed."""
+        return self._wiring.reach
 
     @property
     def drives_current(self) -> bool:
@@ -109,7 +100,7 @@ class Network:
         emf = windings.emf_per_speed(np.array([angle]))[:, 0]
         slope = windings.inductance_slope(angle) @ (self.basis @ loops)
         left = -self.damping @ loops - electrical_speed * (self.basis.T @ (slope + emf))
-        inertance, reach = self.differential_inertance(loops, angle), null_space(self.drive[np.newaxis, :])
+        inertance, reach = self.differential_inertance(loops, angle), self.reach
         slopes = (
             reach @ np.linalg.solve(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
         )

@@ -1,7 +1,6 @@
 """Currents and voltages of a rotor that is turned from outside: a phasor for each harmonic of the EMF."""
 
 import numpy as np
-from scipy.linalg import null_space
 
 from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network, modes
@@ -26,7 +25,7 @@ class Rotating:
             offset = np.zeros(loops)
             force = network.drive * source.voltage
         else:
-            self._reach = null_space(network.drive[np.newaxis, :])
+            self._reach = network.reach
             offset = network.drive * (source.current / float(network.drive @ network.drive))
             force = -network.damping @ offset
         reach = self._reach

@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy.integrate import OdeSolution, solve_ivp
-from scipy.linalg import null_space
 
 from sim_instruments.physics.network import Network, modes
 from sim_instruments.physics.saturation import Saturation
@@ -43,7 +42,7 @@ class SaturatedTransient:
             self._reach, self._offset = np.eye(loops), np.zeros(loops)
             force, slope = network.drive * source.voltage, network.drive * source.slope
         else:
-            self._reach = null_space(network.drive[np.newaxis, :])
+            self._reach = network.reach
             self._offset = network.drive * (source.current / float(network.drive @ network.drive))
         reach = self._reach
         self._inertances = network.axis_inertances(angle)

@@ -1,7 +1,6 @@
 """Currents of a standing rotor: a linear circuit, solved mode by mode."""
 
 import numpy as np
-from scipy.linalg import null_space
 
 from sim_instruments.physics.network import Network, modes
 from sim_instruments.physics.source import Source, VoltageSource
@@ -22,7 +21,7 @@ class LinearTransient:
             self._offset = np.zeros(network.loops)
             force, slope = network.drive * source.voltage, network.drive * source.slope
         else:
-            self._reach = null_space(network.drive[np.newaxis, :])
+            self._reach = network.reach
             self._offset = network.drive * (source.current / float(network.drive @ network.drive))
             force, slope = -network.damping @ self._offset, np.zeros(network.loops)
         reach = self._reach

@@ -1,7 +1,7 @@
 """Three windings and a rotor: inductance, flux, EMF and torque for any winding currents."""
 
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,25 @@ _CLARKE = np.array([[1.0, -0.5, -0.5], [0.0, math.sqrt(0.75), -math.sqrt(0.75)]]
 _AXES = np.arange(3) * (2.0 * math.pi / 3.0)
 
 #: Terminal currents from winding currents: of a wye the same, of a delta (windings AB, BC, CA) their differences.
-_INCIDENCE = {
+INCIDENCE = {
     "wye": np.eye(3),
     "delta": np.array([[1.0, 0.0, -1.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]]),
 }
+
+
+@lru_cache(maxsize=64)
+def _inductances(ld: float, lq: float, zero_sequence: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return L_mean, L_cos, L_sin of L(θ) = L_mean + L_cos·cos 2θ + L_sin·sin 2θ (H, 3×3 each, read-only)."""
+    mean, half = 0.5 * (ld + lq), 0.5 * (ld - lq)
+    # Clarke's transform of the dq values, amplitude-invariant.
+    parts = (
+        mean * (2.0 / 3.0) * _CLARKE.T @ _CLARKE + zero_sequence / 3.0,
+        half * (2.0 / 3.0) * _CLARKE.T @ np.diag([1.0, -1.0]) @ _CLARKE,
+        half * (2.0 / 3.0) * _CLARKE.T @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ _CLARKE,
+    )
+    for shared in parts:
+        shared.flags.writeable = False
+    return parts
 
 
 class Windings:
@@ -27,16 +42,12 @@ class Windings:
     def __init__(self, motor: VirtualMotor, temperature: float) -> None:
         self.motor = motor
         self.temperature = temperature
-        self.incidence: FloatArray = _INCIDENCE[motor.connection]
+        self.incidence: FloatArray = INCIDENCE[motor.connection]
         self.resistance: FloatArray = np.array(motor.resistances_at(temperature))
         self.flux_linkage = motor.flux_linkage_at(temperature)
-        ld, lq = motor.d_axis_inductance, motor.q_axis_inductance
-        mean, half = 0.5 * (ld + lq), 0.5 * (ld - lq)
-        zero = motor.winding_zero_sequence_inductance / 3.0
-        # L(θ) = L_mean + L_cos·cos 2θ + L_sin·sin 2θ: Clarke's transform of the dq values, amplitude-invariant.
-        self.inductance_mean: FloatArray = mean * (2.0 / 3.0) * _CLARKE.T @ _CLARKE + zero
-        self.inductance_cos: FloatArray = half * (2.0 / 3.0) * _CLARKE.T @ np.diag([1.0, -1.0]) @ _CLARKE
-        self.inductance_sin: FloatArray = half * (2.0 / 3.0) * _CLARKE.T @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ _CLARKE
+        self.inductance_mean, self.inductance_cos, self.inductance_sin = _inductances(
+            motor.d_axis_inductance, motor.q_axis_inductance, motor.winding_zero_sequence_inductance
+        )
         #: (order, EMF amplitude per electrical speed, phase)
         self.harmonics = (
             (1, self.flux_linkage, 0.0),

@@ -1,0 +1,54 @@
+"""What follows from the wiring alone: the loops that currents can take, and how the source acts on them."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import null_space
+
+from sim_instruments.physics.windings import INCIDENCE, FloatArray
+
+#: Ways to wire a motor on one bench; more than are ever in use at a time.
+_KEPT = 256
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Loops of a wiring: winding currents are w = `basis`·x. All arrays are shared and read-only.
+
+    `source` is None where it has no closed path; `plus` are the windings' shares in its current, `drive` the loops',
+    `reach` the loops that are left when its current is fixed. `joined` says of each terminal whether a wire carries
+    current into it.
+    """
+
+    source: tuple[str, str] | None
+    basis: FloatArray
+    plus: FloatArray
+    drive: FloatArray
+    reach: FloatArray
+    joined: FloatArray
+
+
+@lru_cache(maxsize=_KEPT)
+def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | None) -> Wiring:
+    """Return what a wiring is: the socket that each terminal meets, and the source's two sockets, + and −."""
+    incidence = INCIDENCE[connection]
+    groups: dict[str, list[int]] = {}
+    for terminal, socket in enumerate(sockets):
+        groups.setdefault(f"open {terminal}" if socket == "open" else socket, []).append(terminal)
+    closed = source if source is not None and all(pole in groups for pole in source) else None
+    rows = [np.ones(3)] if connection == "wye" else []
+    for socket, members in groups.items():
+        if closed is None or socket not in closed:
+            rows.append(incidence[members].sum(axis=0))
+    basis: FloatArray = null_space(np.array(rows)) if rows else np.eye(3)
+    at_plus = np.zeros(3)
+    if closed is not None:
+        at_plus[groups[closed[0]]] = 1.0
+    plus = at_plus @ incidence
+    drive: FloatArray = basis.T @ plus
+    joined = np.array([float(len(groups.get(socket, ())) > 1 or socket in (closed or ())) for socket in sockets])
+    reach = null_space(drive[np.newaxis, :]) if len(drive) else np.zeros((0, 0))
+    for shared in (basis, plus, drive, reach, joined):
+        shared.flags.writeable = False
+    return Wiring(closed, basis, plus, drive, reach, joined)
