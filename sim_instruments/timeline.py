@@ -3,7 +3,7 @@
 import math
 import threading
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
@@ -12,6 +12,7 @@ import numpy as np
 
 from sim_instruments.clock import BenchClock
 from sim_instruments.parts import Parts
+from sim_instruments.past import Past, Quantity
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.windings import FloatArray, Windings
@@ -108,26 +109,22 @@ class Timeline:
 
     # The past
 
-    def sample(self, quantity: Callable[[Segment, FloatArray], FloatArray], times: FloatArray) -> FloatArray:
-        """Return a quantity at past times (s, any order). Raises ValueError for times to come or no longer kept."""
+    def hold(self, first: float, last: float) -> Past:
+        """Return the past from one time (s) to another, to keep. Raises ValueError for times to come or no longer kept."""
+        self._check_known(first, last)
+        numbers = range(max(self._number(first), 0), self._number(last) + 1)
+        return Past([self._segment(number) for number in numbers], self.now)
+
+    def sample(self, quantity: Quantity, times: FloatArray) -> FloatArray:
+        """Return a quantity (shape (…, n)) at n past times (s, any order).
+
+        Raises ValueError for times to come or no longer kept.
+        """
         if not len(times):
             return np.zeros(0)
-        first, last = float(times.min()), float(times.max())
-        self._check_known(first, last)
-        low, high = self._number(first), self._number(last)
-        if low == high:
-            return quantity(self._segment(low), np.minimum(times, self.now))
-        values = np.zeros(len(times))
-        starts = np.array([self._segment(number).start for number in range(low + 1, high + 1)])
-        index = low + np.searchsorted(starts, times, side="right")
-        for number in np.unique(index).tolist():
-            chosen = index == number
-            values[chosen] = quantity(self._segment(number), np.minimum(times[chosen], self.now))
-        return values
+        return self.hold(float(times.min()), float(times.max())).sample(quantity, times)
 
-    def mean(
-        self, quantity: Callable[[Segment, FloatArray], FloatArray], aperture: float, until: float | None = None
-    ) -> float:
+    def mean(self, quantity: Quantity, aperture: float, until: float | None = None) -> float:
         """Return the mean of a quantity over the `aperture` s before `until` (s; now), or its value then for 0.
 
         Raises ValueError where `until` is given and the aperture lies in times to come or no longer kept.

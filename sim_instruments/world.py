@@ -12,6 +12,7 @@ from sim_instruments import hand, impedance
 from sim_instruments.clock import BenchClock
 from sim_instruments.damage import Damage, Switched
 from sim_instruments.dynamometer_shaft import DynamometerShaft
+from sim_instruments.held_probes import HeldProbes, Place
 from sim_instruments.inverter_output import InverterOutput
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.probes import NODES, CurrentProbe, Node, Probe, VoltageProbe
@@ -246,22 +247,22 @@ class World:
         A channel without a probe senses zero. Raises ValueError for times to come or older than the history kept.
         """
         wanted = np.asarray(times, dtype=np.float64)
+        flat = wanted.ravel()
+        if not len(flat):
+            return np.zeros_like(wanted)
         with self._timeline.observing():
-            probe = self._probes.get(channel)
-            if probe is None:
-                return np.zeros_like(wanted)
-            flat = wanted.ravel()
-            if isinstance(probe, CurrentProbe):
-                row, sign = TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal)), probe.sign
-                values = sign * self._timeline.sample(lambda segment, at: segment.terminal_currents(at)[row], flat)
-            elif probe.loose:
-                values = np.zeros_like(flat)
-            else:
-                plus, minus = self._node_row(probe.positive), self._node_row(probe.negative)
-                values = self._timeline.sample(
-                    lambda segment, at: (lambda nodes: nodes[plus] - nodes[minus])(segment.node_potentials(at)), flat
-                )
-            return values.reshape(wanted.shape)
+            return self.hold_probes(float(flat.min()), float(flat.max())).signal(channel, flat).reshape(wanted.shape)
+
+    def hold_probes(self, first: float, last: float) -> HeldProbes:
+        """Return what the probes have sensed from one past bench time (s) to another, to be kept like a record.
+
+        Raises ValueError for times to come or older than the history kept.
+        """
+        with self._timeline.observing():
+            return HeldProbes(
+                self._timeline.hold(first, last),
+                {channel: self._place(probe) for channel, probe in self._probes.items()},
+            )
 
     def voltmeter_voltage(self, aperture: float, until: float | None = None) -> float:
         """Return the mean true voltage (V) between the voltmeter's leads over the `aperture` s before `until` (s).
@@ -383,6 +384,11 @@ class World:
             raise RuntimeError("the rotor is locked; release it before turning or holding the shaft by hand")
         if settings.shaft.coupled and settings.dynamometer.enabled:
             raise RuntimeError("the dynamometer drives the shaft; disable it before touching the shaft")
+
+    def _place(self, probe: Probe) -> Place:
+        if isinstance(probe, CurrentProbe):
+            return TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal))
+        return self._node_row(probe.positive), self._node_row(probe.negative)
 
     def _node_row(self, node: Node) -> int:
         settings = self._timeline.settings

@@ -58,7 +58,9 @@ class KeysightInfiniiVision(ScpiInstrument):
         super().__init__(world.clock, generator, identity, queue_depth=30)
         self._errors = errors or ScopeErrors()
         self._bits = bits
-        self.acquisition = Acquisition(world.clock.now, world.probe_signal, generator, self._errors.time_base)
+        self.acquisition = Acquisition(
+            world.clock.now, world.probe_signal, world.hold_probes, generator, self._errors.time_base
+        )
         self.settings = Settings(self.tree, "+.8E")
         self._add_channels()
         self._add_time_base()

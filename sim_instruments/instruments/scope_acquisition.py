@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -11,9 +11,18 @@ from sim_instruments.instruments.scope_trigger import Edge, EdgeFinder
 
 _AUTO_WAIT = 0.05
 _REMEMBERED = 100.0
-_FROZEN_AFTER = 60.0
 _BACKLOG = 0.25
-_RUNNING_POINTS = 62_500
+
+
+class HeldSignals(Protocol):
+    """What the probes have sensed over a stretch of time."""
+
+    def signal(self, channel: int, times: FloatArray) -> FloatArray:
+        """Return the true signal of a channel at times of the stretch."""
+
+
+#: Keeps what the probes have sensed from one time (s) to another.
+Hold = Callable[[float, float], HeldSignals]
 
 
 @dataclass(frozen=True)
@@ -50,10 +59,16 @@ class Acquisition:
     """The state of the acquisition; `update` carries it to the present."""
 
     def __init__(
-        self, now: Callable[[], float], signal: Signal, generator: np.random.Generator, time_base_error: float
+        self,
+        now: Callable[[], float],
+        signal: Signal,
+        hold: Hold,
+        generator: np.random.Generator,
+        time_base_error: float,
     ) -> None:
         self._now = now
         self._signal = signal
+        self._hold = hold
         self._random = generator
         self._time_base_error = time_base_error
         self._state: Literal["STOP", "SING", "RUN"] = "STOP"
@@ -127,8 +142,6 @@ class Acquisition:
         """Keep up with time, so that nothing is looked for in a past that is forgotten."""
         if self._state == "SING" and self._finder is not None and time - self._finder.searched > _BACKLOG:
             self.update()
-        if self._record is not None and time - self._record.end > _FROZEN_AFTER:
-            self._record.freeze(_RUNNING_POINTS)
 
     def update(self) -> None:
         """Look for triggers up to now and finish a single acquisition that has ended."""
@@ -211,6 +224,10 @@ class Acquisition:
 
     def _make(self, setup: Setup, triggers: tuple[float, ...]) -> Record:
         seed = (int(self._random.integers(1 << 62)),)
+        stretch = 1.0 + self._time_base_error
+        begin = min(triggers) + setup.origin * stretch
+        end = max(triggers) + (setup.origin + setup.span) * stretch
+        held = self._hold(min(begin, self._now()), min(end, self._now()))
         return Record(
             triggers,
             setup.origin,
@@ -219,5 +236,5 @@ class Acquisition:
             setup.verticals,
             seed,
             self._time_base_error,
-            self._signal,
+            held.signal,
         )

@@ -80,7 +80,6 @@ class Record:
     time_base_error: float
     signal: Signal
     _words: dict[tuple[int, int], WordArray] = field(default_factory=dict)
-    _frozen: bool = False
 
     @property
     def end(self) -> float:
@@ -95,17 +94,9 @@ class Record:
         """Return the samples of a channel at `points` evenly spaced times, 16 bits left-aligned."""
         cached = self._words.get((channel, points))
         if cached is None:
-            cached = self._nearest(channel, points) if self._frozen else self._sample(channel, points)
+            cached = self._sample(channel, points)
             self._words[channel, points] = cached
         return cached
-
-    def freeze(self, points: int) -> None:
-        """Keep the samples for good, before the past that they come from is forgotten."""
-        if self._frozen:
-            return
-        for channel in self.verticals:
-            self.words(channel, self.points(points))
-        self._frozen = True
 
     def _sample(self, channel: int, points: int) -> WordArray:
         vertical = self.verticals[channel]
@@ -121,8 +112,3 @@ class Record:
         if vertical.ac_coupled:
             signal -= signal.mean()
         return vertical.words(vertical.displayed(signal), generator)
-
-    def _nearest(self, channel: int, points: int) -> WordArray:
-        kept = max(count for number, count in self._words if number == channel)
-        index = (np.arange(points) * kept) // points
-        return self._words[channel, kept][index]

@@ -1,0 +1,37 @@
+"""What an oscilloscope's probes have sensed over a stretch of time, worked out when the record is read."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sim_instruments.past import Past
+from sim_instruments.settings import FloatArray
+
+#: Of a voltage probe the rows of its two nodes, of a current probe the row of its terminal.
+Place = tuple[int, int] | int
+
+
+class HeldProbes:
+    """Signals of the channels at times of a stretch of the past, the probes being where they were then.
+
+    Channels are mostly read one after the other at the same times: what they have in common is kept.
+    """
+
+    def __init__(self, past: Past, places: Mapping[int, Place]) -> None:
+        self._past = past
+        self._places = dict(places)
+        self._times: FloatArray = np.zeros(0)
+        self._nodes: FloatArray | None = None
+
+    def signal(self, channel: int, times: FloatArray) -> FloatArray:
+        """Return the true signal (V or A, shape (n,)) of a channel's probe; without a probe it is zero."""
+        place = self._places.get(channel)
+        if place is None or not len(times):
+            return np.zeros_like(times)
+        if isinstance(place, int):
+            return self._past.sample(lambda segment, at: segment.terminal_currents(at)[place], times)
+        if self._nodes is None or not np.array_equal(times, self._times):
+            self._times, self._nodes = times, self._past.sample(lambda segment, at: segment.node_potentials(at), times)
+        plus, minus = place
+        result: FloatArray = self._nodes[plus] - self._nodes[minus]
+        return result
