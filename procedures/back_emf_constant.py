@@ -75,6 +75,9 @@ class BackEmfConstantSettings(Settings):
     magnet_coefficient: float = Field(
         default=-0.001, ge=-0.01, le=0.0, description="temperature coefficient of the magnets' flux at 25 °C, 1/K"
     )
+    magnet_coefficient_uncertainty: float | None = Field(
+        default=None, ge=0.0, le=0.01, description="half-width of what is known of it, 1/K; 30 % of it when not given"
+    )
 
 
 @dataclass(frozen=True)
@@ -217,7 +220,12 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
         self.findings["winding_temperature"] = float(temperature.x)
-        return magnet_factor(temperature, self.settings.magnet_coefficient)
+        return magnet_factor(
+            self.bench.uncertainties,
+            temperature,
+            self.settings.magnet_coefficient,
+            self.settings.magnet_coefficient_uncertainty,
+        )
 
     def _fit_probes(self) -> list[int]:
         channels = list(self.bench.oscilloscope.channels(ProbeKind.VOLTAGE))

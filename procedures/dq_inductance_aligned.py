@@ -1,6 +1,7 @@
 """Ld and Lq by a bridge on the aligned and locked rotor (§3.3.3)."""
 
 import math
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import ClassVar
@@ -20,12 +21,15 @@ from procedures.actions import (
     meter_series_parallel,
 )
 from procedures.alignment import aligning
-from procedures.bench import Role
+from procedures.bench import Bench, Role
 from procedures.estimation.connections import ReadingConnection, phase_factor
 from procedures.estimation.misalignment import Held, excess
 from procedures.estimation.repeats import mean_of_readings
 from procedures.inductance import CONVENTION, connection_of, require, short_correct
+from procedures.inductance_foresight import REQUESTED, foresee_inductance
+from procedures.nameplate import Nameplate
 from procedures.procedure import Procedure
+from procedures.result import Notice
 from procedures.steps import step
 from procedures.text import text
 from procedures.wiring.by_bridge import BridgeSettings
@@ -47,6 +51,12 @@ class DqInductanceAlignedSettings(WiringSettings):
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=5, ge=1, le=100, description="readings at each position")
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
+    requested_uncertainty: float = Field(
+        default=REQUESTED,
+        gt=0.0,
+        lt=1.0,
+        description="relative standard uncertainty asked for; a bridge that cannot give it is told of before",
+    )
     check_alignment: bool = Field(
         default=True,
         description="read two lines too: their difference shows how far friction held the rotor off, and is allowed for",
@@ -72,6 +82,11 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     section: ClassVar[str] = "3.3.3"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+
+    @classmethod
+    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceAlignedSettings) -> Sequence[Notice]:
+        """Hold the bridge's accuracy at the type value against the uncertainty asked for."""
+        return foresee_inductance(cls.name, bench, nameplate, settings, 1.5)
 
     def measure(self) -> None:
         """Align, lock and read: d first, then q."""

@@ -1,6 +1,7 @@
 """Ld and Lq from the smallest and largest line inductance while the shaft is turned slowly (§3.3.2)."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -19,13 +20,16 @@ from procedures.actions import (
     UncoupleDynamometer,
     meter_across,
 )
-from procedures.bench import Role
+from procedures.bench import Bench, Role
 from procedures.curves import curve
 from procedures.estimation import rotor_sweep
 from procedures.estimation.connections import phase_factor
 from procedures.estimation.timed_sweep import LEAST_PERIODS, fit_timed_sweep
 from procedures.inductance import CONVENTION, connection_of, short_correct
+from procedures.inductance_foresight import REQUESTED, foresee_inductance
+from procedures.nameplate import Nameplate
 from procedures.procedure import Procedure
+from procedures.result import Notice
 from procedures.steps import step
 from procedures.text import text
 from procedures.wiring.by_bridge import BridgeSettings
@@ -59,6 +63,12 @@ class DqInductanceExtremesSettings(WiringSettings):
     turning_speed: float | None = Field(
         default=None, gt=0.0, le=10.0, description="speed of the hand, rad/s; chosen when not given"
     )
+    requested_uncertainty: float = Field(
+        default=REQUESTED,
+        gt=0.0,
+        lt=1.0,
+        description="relative standard uncertainty asked for; a bridge that cannot give it is told of before",
+    )
     class_threshold: float = Field(
         default=0.10, gt=0.0, lt=1.0, description="difference below which the note calls it an SPMSM"
     )
@@ -85,6 +95,11 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     section: ClassVar[str] = "3.3.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+
+    @classmethod
+    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceExtremesSettings) -> Sequence[Notice]:
+        """Hold the bridge's accuracy at the type value against the uncertainty asked for."""
+        return foresee_inductance(cls.name, bench, nameplate, settings, 2.0)
 
     def measure(self) -> None:
         """Sweep, classify, conclude."""

@@ -6,9 +6,12 @@ from procedures.actions import EnterReading
 from procedures.bench import Bench, ProcedureError
 from procedures.nameplate import Nameplate
 from procedures.text import text
+from procedures.uncertainty import Uncertainties
 
 #: Where every resistance and flux linkage is referred to (°C).
 COLD = 25.0
+#: By which share the temperature coefficient of the remanence differs between grades of one magnet material.
+MAGNET_SPREAD = 0.3
 
 
 def winding_temperature(bench: Bench, nameplate: Nameplate, given: float | None, half_width: float) -> UncertainReal:
@@ -54,6 +57,14 @@ def copper_factor(
     return (1.0 + coefficient * (to - reference)) / (1.0 + coefficient * (measured_at - reference))
 
 
-def magnet_factor(measured_at: UncertainReal, coefficient: float) -> UncertainReal:
-    """Return what takes a flux linkage from a temperature (°C) to 25 °C; `coefficient` (1/K) is the magnets', about −0.001."""
-    return 1.0 / (1.0 + coefficient * (measured_at - COLD))
+def magnet_factor(
+    uncertainties: Uncertainties, measured_at: UncertainReal, coefficient: float, half_width: float | None = None
+) -> UncertainReal:
+    """Return what takes a flux linkage from a temperature (°C) to 25 °C.
+
+    `coefficient` (1/K) is the magnets', about −0.001, known within ± `half_width`, or within the spread of NdFeB grades.
+    """
+    known = abs(coefficient) * MAGNET_SPREAD if half_width is None else half_width
+    magnets = uncertainties.limit("magnets' temperature coefficient", coefficient, known)
+    factor: UncertainReal = 1.0 / (1.0 + magnets * (measured_at - COLD))
+    return factor

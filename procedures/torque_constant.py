@@ -47,6 +47,9 @@ class TorqueConstantSettings(Settings):
     magnet_coefficient: float = Field(
         default=-0.001, ge=-0.01, le=0.0, description="temperature coefficient of the magnets' flux at 25 °C, 1/K"
     )
+    magnet_coefficient_uncertainty: float | None = Field(
+        default=None, ge=0.0, le=0.01, description="half-width of what is known of it, 1/K; 30 % of it when not given"
+    )
 
 
 class TorqueConstant(Procedure[TorqueConstantSettings]):
@@ -140,7 +143,12 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             gain = Accuracy(gain=accuracy.gain or accuracy.offset / reach, source=accuracy.source)
             slope = bench.uncertainties.instrument(name, slope, gain)
         # Torque per ampere is flux, and falls with the magnets' temperature as flux does.
-        slope = slope * magnet_factor(temperature, self.settings.magnet_coefficient)
+        slope = slope * magnet_factor(
+            bench.uncertainties,
+            temperature,
+            self.settings.magnet_coefficient,
+            self.settings.magnet_coefficient_uncertainty,
+        )
         self.report(
             "torque_constant",
             "N·m/A",

@@ -23,7 +23,7 @@ from procedures.estimation.back_emf import (
     peak_to_peak,
 )
 from procedures.estimation.pole_pairs import from_frequency
-from procedures.temperature import magnet_factor
+from procedures.temperature import MAGNET_SPREAD, magnet_factor
 
 ProbeConnection = Literal["line", "phase"]
 _PROBES = {
@@ -84,9 +84,9 @@ def analyze_back_emf(
         outcome.assume("flux linkage as at the record's temperature, which is not given: not referred to 25 °C")
     else:
         known = outcome.uncertainties.limit("magnet temperature", temperature.celsius, temperature.half_width)
-        quantity = quantity * magnet_factor(known, temperature.coefficient)
+        quantity = quantity * magnet_factor(outcome.uncertainties, known, temperature.coefficient)
         outcome.assume(
-            f"magnets at {temperature.celsius:g} °C ± {temperature.half_width:g} K with {temperature.coefficient:g} 1/K: flux linkage "
+            f"magnets at {temperature.celsius:g} °C ± {temperature.half_width:g} K with {temperature.coefficient:g} 1/K ± {MAGNET_SPREAD:.0%}: flux linkage "
             "and what follows from it referred to 25 °C; channels and details as recorded"
         )
         outcome.detail(magnet_temperature=temperature.celsius)

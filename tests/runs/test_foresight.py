@@ -53,6 +53,18 @@ def test_the_bridge_at_32_milliohms(motorbench, expecting):
     assert relative["stator-resistance-dc"] < 0.01
 
 
+def test_the_bridge_at_a_few_microhenries(motorbench, expecting):
+    motor = expecting("stator_resistance = 0.016\nd_axis_inductance = 2e-6")
+    names = ("dq-inductance-extremes", "dq-inductance-aligned")
+    _, given = motorbench("run", *names, "--station", "virtual", "--motor", motor)
+    foretold = {w["procedure"]: w["message"] for w in given["warnings"] if w["id"] == "cannot-support"}
+    assert set(foretold) == set(names)
+    assert "at 1000 Hz on 4 µH can give" in foretold["dq-inductance-extremes"]
+    assert "at 1000 Hz on 3 µH can give" in foretold["dq-inductance-aligned"]
+    assert "test at 2000 Hz instead" in foretold["dq-inductance-extremes"]
+    assert "test at 5000 Hz instead" in foretold["dq-inductance-aligned"]
+
+
 def test_a_bridge_that_can_is_not_warned_of(motorbench, expecting):
     motor = expecting("stator_resistance = 0.016")
     _, given = motorbench(

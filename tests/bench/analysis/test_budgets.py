@@ -112,14 +112,14 @@ def test_back_emf_holds_the_truth_of_one_scope_whose_channels_err_together(tmp_p
     counts = dict.fromkeys(names, 0)
     for _ in range(TRIALS):
         time, v = sim.emf_record(random)
-        gain, offset, base, warm = random.uniform(-1, 1, 4)
+        gain, offset, base, warm, grade = random.uniform(-1, 1, 5)
         read = v * (1 + 0.03 * gain) + 0.05 * offset
         path = table(tmp_path, "t (s),a (V),b (V),c (V)", time * (1 + 0.01 * base), *read)
         found = analyze_back_emf(
             path, connection="phase", pole_pairs=4, accuracy=accuracy, temperature=Temperature(80.0, 5.0, -0.001)
         )
         sums_up(found)
-        cold = sim.FLUX / (1 - 0.001 * (80 + 5 * warm - 25))
+        cold = sim.FLUX / (1 - 0.001 * (1 + 0.3 * grade) * (80 + 5 * warm - 25))
         for name, true in zip(names, (cold, 4 * cold, 6 * cold, 53.0), strict=True):
             counts[name] += holds(found["parameters"][name], true)
     assert_held(counts, names)
@@ -127,6 +127,7 @@ def test_back_emf_holds_the_truth_of_one_scope_whose_channels_err_together(tmp_p
         "voltage channels: gain, as stated",
         "time base: gain, as stated",
         "magnet temperature",
+        "magnets' temperature coefficient",
     }
     assert any("offsets of the voltage channels are fitted along" in note for note in found["assumptions"])
 
