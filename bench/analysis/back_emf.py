@@ -86,8 +86,8 @@ def analyze_back_emf(
         known = outcome.uncertainties.limit("magnet temperature", temperature.celsius, temperature.half_width)
         quantity = quantity * magnet_factor(outcome.uncertainties, known, temperature.coefficient)
         outcome.assume(
-            f"magnets at {temperature.celsius:g} °C ± {temperature.half_width:g} K with {temperature.coefficient:g} 1/K ± {MAGNET_SPREAD:.0%}: flux linkage "
-            "and what follows from it referred to 25 °C; channels and details as recorded"
+            f"magnets at {temperature.celsius:g} °C ± {temperature.half_width:g} K with {temperature.coefficient:g} 1/K "
+            f"± {MAGNET_SPREAD:.0%}: flux linkage and what follows from it referred to 25 °C; channels and details as recorded"
         )
         outcome.detail(magnet_temperature=temperature.celsius)
     frequency = outcome.uncertainties.statistical(
