@@ -76,7 +76,7 @@ def follow(language: str, told: Iterable[str]) -> Path | None:
     from reports.plots.draw import svg
     from reports.plots.of_procedures import plots
 
-    say, drawn = speech(language).one_line, dict[str, str]()
+    say, drawn = speech(language).say, dict[str, str]()
     done: set[str] = set()
     folder = ""
     for line in told:

@@ -433,7 +433,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
             equivalent - 2.0 * parts.switch_resistance - copper,
             section=_SECTION,
             estimator="equivalent resistance less switches and copper",
-            convention=convention + "; exchanged energy, no loss",
+            convention="at the largest load; exchanged energy, no loss",
         )
 
 

@@ -9,6 +9,9 @@ from procedures.text import Text, Translate, text
 from reports.figures import decimals_for, figure, percent, scale_of
 from reports.names import parameter_name, unit_for_readers
 
+#: Below this share of the whole a contribution is not written out.
+_NEGLIGIBLE = 1e-6
+
 if TYPE_CHECKING:
     from rich.console import Group
 
@@ -23,6 +26,13 @@ def budgets(parameters: Sequence[Parameter], translate: Translate) -> "Group":
 def combined(parameter: Parameter) -> float:
     """Return what the rows come to: the root of the sum of their squared contributions, in the parameter's unit."""
     return math.hypot(*(row.contribution for row in parameter.budget))
+
+
+def contribution(size: float, total: float, factor: float) -> str:
+    """Return a row's contribution in the scaled unit, two digits; what rounding left of nothing as a power of ten."""
+    if size < _NEGLIGIBLE * total:
+        return f"{size / factor:.1e}"
+    return figure(size / factor, decimals_for(size / factor, 0.0))
 
 
 def _budget(parameter: Parameter, translate: Translate) -> "Group":
@@ -60,7 +70,7 @@ def _budget(parameter: Parameter, translate: Translate) -> "Group":
             f"{row.value:.6g}",
             f"{row.standard_uncertainty:.3g}",
             f"{row.sensitivity:.4g}",
-            figure(row.contribution / scale.factor, decimals_for(row.contribution / scale.factor, 0.0)),
+            contribution(row.contribution, total, scale.factor),
             _share((row.contribution / total) ** 2),
         )
     legend = text(

@@ -3,26 +3,23 @@
 import io
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from procedures.text import Text
 from reports.figures import scale_of
 from reports.fonts import CHINESE, CHINESE_FAMILY, LATIN_FAMILY, REGULAR
+from reports.plots.layout import WIDTH, Layout, Say, named
 from reports.plots.model import Axes, Manner, Plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as MplAxes
 
-#: Says a text, perhaps in two languages, on one line.
-OneLine = Callable[[Text], str]
-#: Width of a plot, height of one row of axes, and what is left free around axes for their labels (inches).
-_WIDTH, _ROW_HEIGHT = 6.9, 1.55
-_LEFT, _RIGHT, _ABOVE, _BELOW = 0.66, 0.12, 0.22, 0.42
 #: Steps between ticks, at most.
 _TICKS = 6
+#: Share of the figure's width that so many ticks need.
+_ROOM = 0.32
 #: Line styles first, shades of grey second: they survive black and white.
 _MANNERS: dict[Manner, dict[str, Any]] = {
     Manner.READING: {
@@ -59,8 +56,8 @@ _STYLE = {
 }
 
 
-def svg(plot: Plot, say: OneLine) -> str:
-    """Return the plot as an SVG element without prolog."""
+def svg(plot: Plot, say: Say) -> str:
+    """Return the plot as an SVG element without prolog; two languages stand side by side."""
     import matplotlib as mpl
     from matplotlib import font_manager
     from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -72,47 +69,25 @@ def svg(plot: Plot, say: OneLine) -> str:
             font_manager.fontManager.addfont(str(font))
     style: Any = {**_STYLE, "font.family": [LATIN_FAMILY, CHINESE_FAMILY], "svg.hashsalt": plot.name}
     with mpl.rc_context(style):
-        figure = Figure(figsize=(_WIDTH, _height(plot)))
+        layout = Layout(plot, say)
+        figure = Figure(figsize=(WIDTH, layout.height))
         FigureCanvasSVG(figure)
-        for axes, place in _places(plot):
-            _draw(figure.add_axes(place), axes, say)
+        for axes, place, columns in layout.places():
+            _draw(figure.add_axes(place), axes, say, columns)
         stream = io.StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     return _bare(stream.getvalue())
 
 
-def _height(plot: Plot) -> float:
-    """Return a plot's height (inches)."""
-    return sum(_ROW_HEIGHT * share + _ABOVE + _BELOW for share in plot.heights)
-
-
-def _places(plot: Plot) -> Iterator[tuple[Axes, tuple[float, float, float, float]]]:
-    """Give each pair of axes with its place, in shares of the figure: margins are fixed, so nothing need be drawn to be placed."""
-    height = _height(plot)
-    top = height
-    for row, share in zip(plot.rows, plot.heights, strict=True):
-        bottom = top - _ABOVE - _ROW_HEIGHT * share
-        width = _WIDTH / max(len(r) for r in plot.rows)
-        for column, axes in enumerate(row):
-            inner = width - _LEFT - _RIGHT
-            place = (
-                (column * width + _LEFT) / _WIDTH,
-                bottom / height,
-                inner / _WIDTH,
-                _ROW_HEIGHT * share / height,
-            )
-            yield axes, place
-        top = bottom - _BELOW
-
-
-def _draw(place: "MplAxes", axes: Axes, say: OneLine) -> None:
+def _draw(place: "MplAxes", axes: Axes, say: Say, columns: int) -> None:
     x_factor, x_unit = _scale([curve.x for curve in axes.curves], axes.x_unit)
     y_factor, y_unit = _scale([curve.y for curve in axes.curves], axes.y_unit)
     for curve in axes.curves:
-        place.plot(curve.x / x_factor, curve.y / y_factor, label=say(curve.name), **_MANNERS[curve.manner])
-    place.set_xlabel(_label(say(axes.x_label), x_unit))
-    place.set_ylabel(_label(say(axes.y_label), y_unit))
+        place.plot(curve.x / x_factor, curve.y / y_factor, label=" / ".join(say(curve.name)), **_MANNERS[curve.manner])
+    place.set_xlabel(_label(" / ".join(say(axes.x_label)), x_unit))
+    place.set_ylabel(_label("\n".join(say(axes.y_label)), y_unit))
     place.locator_params(nbins=_TICKS)
+    place.locator_params(axis="x", nbins=min(_TICKS, round(_TICKS * place.get_position().width / _ROOM)))
     place.ticklabel_format(useOffset=False)
     if not axes.x_unit:
         place.locator_params(axis="x", integer=True)
@@ -122,9 +97,14 @@ def _draw(place: "MplAxes", axes: Axes, say: OneLine) -> None:
         place.set_ylim(bottom=0.0)
     # Figures are Latin: a fallback for Chinese would make room for its higher letters.
     place.tick_params(labelfontfamily=_FIGURES)
-    if len(axes.curves) > 1:
+    if named(axes):
         place.legend(
-            loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, handlelength=2.6, borderaxespad=0.1
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=columns,
+            frameon=False,
+            handlelength=2.6,
+            borderaxespad=0.1,
         )
 
 

@@ -60,10 +60,10 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
         if not current.size or residual.size != current.size:
             return
         order = np.argsort(current)
-        name = text("between {pair}", pair=pair)
+        current_label = text("Current {pair}", pair=pair)
         row.append(
             Axes(
-                text("Current, {where}", where=name),
+                current_label,
                 "A",
                 _VOLTAGE,
                 "V",
@@ -75,7 +75,7 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
         )
         left.append(
             Axes(
-                text("Current, {where}", where=name),
+                current_label,
                 "A",
                 _RESIDUAL,
                 "V",
@@ -182,14 +182,15 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
             if f"channel_{channel}" not in wave:
                 break
             measured, curve = _array(wave[f"channel_{channel}"]), _array(wave[f"fitted_{channel}"])
-            name = text("channel {number}, fit", number=channel)
-            recorded.append(Curve(_RECORDED if channel == 1 else Text("_"), time, measured, Manner.RECORD))
+            name = text("channel {number}", number=channel)
+            # The records lie beneath their fits and need no name of their own.
+            recorded.append(Curve(Text("_"), time, measured, Manner.RECORD))
             fitted.append(Curve(name, time, curve, manner))
-            left.append(Curve(text("channel {number}", number=channel), time, measured - curve, manner))
+            left.append(Curve(name, time, measured - curve, manner))
         yield Plot(
             f"{procedure.name}-{number}",
             text(
-                "Back-EMF at {speed:.0f} rpm: recorded, the fitted harmonics, and what they leave",
+                "Back-EMF at {speed:.0f} rpm: recorded (grey), the fitted harmonics, and what they leave",
                 speed=point["speed_rpm"],
             ),
             ((Axes(_TIME, "s", _VOLTAGE, "V", (*recorded, *fitted)),), (Axes(_TIME, "s", _RESIDUAL, "V", left),)),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from procedures.parameter_set import ParameterSet
 from procedures.result import Parameter
 from procedures.text import Text, text
-from reports.budget import combined
+from reports.budget import combined, contribution
 from reports.figures import decimals_for, figure, percent, scale_of
 from reports.names import parameter_name, phrase, unit_for_readers
 from reports.parameter_figures import shown
@@ -111,7 +111,7 @@ def budget_table(parameter: Parameter) -> Table | None:
                 f"{row.value:.6g}",
                 f"{row.standard_uncertainty:.3g}",
                 f"{row.sensitivity:.4g}",
-                figure(row.contribution / scale.factor, decimals_for(row.contribution / scale.factor, 0.0)),
+                contribution(row.contribution, total, scale.factor),
                 _share((row.contribution / total) ** 2),
             ]
         )

@@ -78,7 +78,7 @@ def _block(block: Block, speech: Speech, drawn: Mapping[str, str]) -> dict[str, 
         return {"kind": "notices", "items": items, "grave": block.grave}
     if isinstance(block, Figure):
         caption = _say(block.plot.caption, speech)
-        picture = drawn.get(block.plot.name) or svg(block.plot, speech.one_line)
+        picture = drawn.get(block.plot.name) or svg(block.plot, speech.say)
         return {"kind": "figure", "svg": picture, "caption": caption}
     return _signatures(block, speech)
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from procedures.text import Text, Translate
+from procedures.text import Translate
 from reports.report.model import Cell
 
 
@@ -18,10 +18,6 @@ class Speech:
         if isinstance(words, str):
             return [words]
         return list(dict.fromkeys(words.render(translate) for _, translate in self.languages))
-
-    def one_line(self, words: Text) -> str:
-        """Return the words in all languages on one line."""
-        return " / ".join(self.say(words))
 
     @property
     def codes(self) -> list[str]:

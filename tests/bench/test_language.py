@@ -30,7 +30,7 @@ def phrases_at(node: ast.AST) -> Iterator[str]:
         for word in node.keywords:
             if word.arg in ("estimator", "convention"):
                 yield from literals(word.value)
-    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) in ("CONVENTION", "DERIVED"):
+    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) in ("CONVENTION", "DERIVED", "convention"):
         yield from literals(node.value)
 
 

@@ -183,7 +183,7 @@ def rendered() -> Callable[..., dict[str, Any]]:
         document = compose(make_run(**changes))
         if spoken not in drawn:
             figures = [block.plot for s in document.sections for block in s.blocks if isinstance(block, Figure)]
-            drawn[spoken] = {plot.name: svg(plot, speech(*spoken).one_line) for plot in figures}
+            drawn[spoken] = {plot.name: svg(plot, speech(*spoken).say) for plot in figures}
         return render(document, speech(*spoken), drawn[spoken])
 
     return make
