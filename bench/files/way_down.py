@@ -16,7 +16,7 @@ class WayDownSection(Section):
 
     do: Do
     role: Role
-    below: float | None = Field(default=None, gt=0.0, description="V or rad/s, for an item that measures")
+    below: float | None = Field(default=None, gt=0.0, description="V, A or rad/s, for an item that measures")
     within: float | None = Field(
         default=None, ge=0.0, le=3600.0, json_schema_extra={"unit": "s"}, description="for an item that measures"
     )

@@ -20,6 +20,7 @@ class Do(StrEnum):
     BRAKE = "brake"
     SILENCE = "silence"
     VOLTAGE_DECAYED = "voltage_decayed"
+    CURRENT_ZERO = "current_zero"
     SPEED_ZERO = "speed_zero"
 
 
@@ -31,6 +32,7 @@ ROLES_OF: Mapping[Do, tuple[Role, ...]] = {
     Do.BRAKE: (Role.DYNAMOMETER,),
     Do.SILENCE: (Role.LCR_METER, Role.OSCILLOSCOPE, Role.TACHOMETER, Role.VOLTMETER),
     Do.VOLTAGE_DECAYED: (Role.SUPPLY, Role.VOLTMETER),
+    Do.CURRENT_ZERO: (Role.SUPPLY,),
     Do.SPEED_ZERO: (Role.DYNAMOMETER, Role.DRIVE, Role.INVERTER, Role.TACHOMETER),
 }
 #: What takes the energy away from each role that can feed some.
@@ -40,16 +42,22 @@ OFF_BY: Mapping[Role, Do] = {
     Role.DYNAMOMETER: Do.DISABLE,
     Role.SUPPLY: Do.OUTPUT_OFF,
 }
-#: What the measuring items ask for unless the station says otherwise: below (V; rad/s) and within (s).
-BELOW: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 1.0, Do.SPEED_ZERO: 1.0}
-WITHIN: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 5.0, Do.SPEED_ZERO: 60.0}
+#: What the measuring items ask for unless the station says otherwise: below (V; A; rad/s) and within (s).
+# Through a few milliohms tens of amperes flow below a volt, so that an output that stays on shows in the current alone.
+BELOW: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 1.0, Do.CURRENT_ZERO: 0.05, Do.SPEED_ZERO: 1.0}
+WITHIN: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 5.0, Do.CURRENT_ZERO: 5.0, Do.SPEED_ZERO: 60.0}
+_WHAT: Mapping[Do, str] = {
+    Do.VOLTAGE_DECAYED: "the voltage",
+    Do.CURRENT_ZERO: "the current",
+    Do.SPEED_ZERO: "the speed",
+}
 #: How often (s) a measuring item looks.
 _LOOK = 0.05
 
 
 @dataclass(frozen=True)
 class Item:
-    """One item; `below` (V; rad/s, electrical where a drive measures it) and `within` (s) are for those that measure."""
+    """One item; `below` (V; A; rad/s, electrical where a drive measures it) and `within` (s) are for those that measure."""
 
     do: Do
     role: Role
@@ -100,6 +108,7 @@ def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
         item(do, role)
         for do, role in (
             (Do.VOLTAGE_DECAYED, Role.SUPPLY),
+            (Do.CURRENT_ZERO, Role.SUPPLY),
             (Do.SPEED_ZERO, Role.DYNAMOMETER),
             (Do.SPEED_ZERO, Role.DRIVE),
         )
@@ -147,7 +156,10 @@ def _measurement(one: Item, instrument: Any) -> Callable[[], Measured]:
             return Measured(abs(instrument.measure_speed().value), "rad/s")
         return Measured(abs(instrument.measure_frequency().value) * 2.0 * math.pi, "rad/s")
 
-    return voltage if one.do is Do.VOLTAGE_DECAYED else speed
+    def current() -> Measured:
+        return Measured(abs(instrument.measure_current().value), "A")
+
+    return {Do.VOLTAGE_DECAYED: voltage, Do.CURRENT_ZERO: current}.get(one.do, speed)
 
 
 def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: threading.Event) -> Measured:
@@ -155,7 +167,7 @@ def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: thre
     while not (found := measure()).value <= one.below:
         if hurry.is_set() or clock.now() >= deadline:
             waited = "not waited for" if hurry.is_set() else f"after {one.within:g} s"
-            what = "the voltage" if one.do is Do.VOLTAGE_DECAYED else "the speed"
+            what = _WHAT[one.do]
             raise NotReachedError(
                 found, f"{what} is {found.value:.4g} {found.unit} {waited}; at most {one.below:g} {found.unit} is safe"
             )

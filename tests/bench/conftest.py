@@ -79,7 +79,7 @@ class FakeInstrument:
 
     def measure_current(self) -> Reading:
         self._do("measure_current")
-        return Reading(1.25, "A", Accuracy(gain=0.001, source="fake"), 0.5)
+        return Reading(1.25 if self.on else 0.0, "A", Accuracy(gain=0.001, source="fake"), 0.5)
 
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
         self._do("fetch")

@@ -21,6 +21,7 @@ CALLS = {
     "command_zero": "command_zero",
     "output_off": "output_off",
     "voltage_decayed": "measure_voltage",
+    "current_zero": "measure_current",
     "speed_zero": "measure",
 }
 USUAL = [(item.role.value, item.do.value) for item in default_items()]

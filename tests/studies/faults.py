@@ -61,11 +61,9 @@ def table(ended: Iterable[Ended]) -> Iterator[str]:
         for name, counted in rows.items():
             yield f"| {name} | {counted.total()} | {' | '.join(str(counted[outcome]) for outcome in OUTCOMES)} |"
         yield ""
-    unnamed = Counter(one.words for one in all_ended if one.outcome == REFUSED and not one.named)
-    yield f"Refusals that do not name the instrument: {unnamed.total()}."
-    yield ""
     yield from _told("wrong", (one for one in all_ended if one.outcome == WRONG))
     yield from _told("warned", (one for one in all_ended if one.outcome == WARNED))
+    yield from _told("instrument not named", (one for one in all_ended if one.outcome == REFUSED and not one.named))
 
 
 def _told(title: str, ended: Iterable[Ended]) -> Iterator[str]:

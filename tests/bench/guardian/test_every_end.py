@@ -32,6 +32,7 @@ def test_killed(hold: Callable[..., Any], served: Any) -> None:
         ("dynamometer", "disable"),
         ("supply", "output_off"),
         ("supply", "voltage_decayed"),
+        ("supply", "current_zero"),
         ("dynamometer", "speed_zero"),
     ]
     assert run.journal[-1].kind == "energised"

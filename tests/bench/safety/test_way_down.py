@@ -68,7 +68,7 @@ class Instrument:
         self._do("measured")
         return Reading(next(self.values, 0.0), "", Accuracy(), 0.0)
 
-    measure_voltage = measure_speed = measure_frequency = _reading
+    measure_voltage = measure_current = measure_speed = measure_frequency = _reading
 
     def measure(self) -> DynamometerReading:
         return DynamometerReading(0.0, self._reading().value, 0.0, 0.0, Accuracy(), Accuracy())
@@ -99,7 +99,7 @@ def test_the_usual_list_reaches_every_role_and_every_source_of_energy() -> None:
     assert {(off, role) for role, off in OFF_BY.items()} <= {(one.do, one.role) for one in USUAL}
     order = [one.do for one in USUAL]
     assert order == sorted(order, key=[Do.COMMAND_ZERO, Do.DISABLE, Do.OUTPUT_OFF, Do.SILENCE, Do.VOLTAGE_DECAYED,
-                                       Do.SPEED_ZERO].index)  # fmt: skip
+                                       Do.CURRENT_ZERO, Do.SPEED_ZERO].index)  # fmt: skip
 
 
 def test_a_person_is_asked_once_an_instrument() -> None:
@@ -140,6 +140,7 @@ def test_what_is_measured_is_waited_for_and_stands_in_the_journal(instruments: d
     found = {(e["instrument"], e["item"]): (e["value"], e["unit"]) for e in journal.events if "value" in e}
     assert found == {
         ("supply", "voltage_decayed"): (0.9, "V"),
+        ("supply", "current_zero"): (0.0, "A"),
         ("dynamometer", "speed_zero"): (0.5, "rad/s"),
         ("drive", "speed_zero"): (0.0, "rad/s"),
     }
@@ -148,6 +149,7 @@ def test_what_is_measured_is_waited_for_and_stands_in_the_journal(instruments: d
 @pytest.mark.parametrize(("do", "role", "unit"), [
     (Do.VOLTAGE_DECAYED, Role.SUPPLY, "V"),
     (Do.VOLTAGE_DECAYED, Role.VOLTMETER, "V"),
+    (Do.CURRENT_ZERO, Role.SUPPLY, "A"),
     (Do.SPEED_ZERO, Role.DYNAMOMETER, "rad/s"),
     (Do.SPEED_ZERO, Role.TACHOMETER, "rad/s"),
 ])  # fmt: skip
