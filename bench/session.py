@@ -1,5 +1,6 @@
 """One run from the command line's wishes to the written result."""
 
+import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -84,6 +85,7 @@ def run(
 
     Raises InputError before anything is touched.
     """
+    _quieten_libraries()
     plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
     translate = translator(wishes.language)
     interrupts = Interrupts()
@@ -165,6 +167,16 @@ def run(
             unsafe_before=previous is not None and left_unsafe(previous.events),
         )
         return Finished(folder, view, conclude(folder, view, translate), where.hand_time(), where.really())
+
+
+def _quieten_libraries() -> None:
+    """Have libraries' logs go where somebody has set them up to go, and not between the lines of the run.
+
+    What they complain of is in the errors that the drivers raise.
+    """
+    root = logging.getLogger()
+    if not root.handlers:
+        root.addHandler(logging.NullHandler())
 
 
 def _check_instruments(

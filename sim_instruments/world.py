@@ -174,12 +174,12 @@ class World:
     def turn_shaft(self, speed: float, wobble: float = 0.0) -> None:
         """Turn the shaft by hand (rad/s, mechanical) until held or let go; `wobble` is the speed's relative variation.
 
-        Raises RuntimeError where the rotor is locked or the dynamometer drives it, ValueError for a wobble outside 0…1.
+        Raises RuntimeError where the rotor is locked or stuck or the dynamometer drives it, ValueError for a wobble outside 0…1.
         """
         if not 0.0 <= wobble < 1.0:
             raise ValueError(f"wobble {wobble} is outside 0 … 1; a hand does not turn back")
         with self._timeline.changing() as settings:
-            self._check_hand()
+            self._check_movable()
             shaft = settings.shaft
             shaft.holder, shaft.turning_speed, shaft.wobble = "turning", float(speed), wobble
             shaft.wobble_phase = float(self._random.uniform(0.0, 2.0 * math.pi))
@@ -201,12 +201,12 @@ class World:
 
         The pull takes bench time, slowly where joined terminals brake the rotor, and the shaft settles after it: wait until
         it stands. Where nothing draws the shaft it is turned on by a random twentieth to tenth of a turn and stays there.
-        Raises RuntimeError where the rotor is locked or driven by the dynamometer, ValueError for a direction other than ±1.
+        Raises RuntimeError where the rotor is locked, stuck or driven by the dynamometer, ValueError for a direction other than ±1.
         """
         if direction not in (1, -1):
             raise ValueError(f"direction {direction} is not allowed; use 1 (forwards) or -1")
         with self._timeline.changing() as settings:
-            self._check_hand()
+            self._check_movable()
             state = self._timeline.state
             pull = hand.pull_to_next(self._timeline.parts, settings, state, direction)
             if pull is None:
@@ -389,6 +389,11 @@ class World:
         if isinstance(probe, CurrentProbe):
             return TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal))
         return self._node_row(probe.positive), self._node_row(probe.negative)
+
+    def _check_movable(self) -> None:
+        self._check_hand()
+        if self._timeline.settings.faults.stuck_rotor:
+            raise RuntimeError("the shaft does not move: the rotor is stuck")
 
     def _node_row(self, node: Node) -> int:
         settings = self._timeline.settings

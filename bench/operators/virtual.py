@@ -116,6 +116,8 @@ class VirtualOperator:
         # One thermometer, and so one error of all that it says.
         self._thermometer_error = float(self._random.uniform(-_THERMOMETER, _THERMOMETER))
         self.hand_time = 0.0
+        # When turning began (s), at which angle (rad), how fast (rad/s).
+        self._turning: tuple[float, float, float] | None = None
 
     def perform(self, action: Action) -> object:
         """Do it; ProcedureError where the world does not let it be done."""
@@ -155,11 +157,13 @@ class VirtualOperator:
             case MarkRestPositions():
                 return self._mark(action.turns)
             case StartTurning():
+                self._turning = (world.clock.now(), world.dial_angle(), action.speed)
                 world.turn_shaft(action.speed, _WOBBLE)
             case StopTurning():
                 world.hold_shaft()
                 self._take(_SETTLE)
                 world.let_go()
+                self._feel()
             case CoupleDynamometer():
                 self._at_rest(world.couple_dynamometer)
             case UncoupleDynamometer():
@@ -172,6 +176,17 @@ class VirtualOperator:
             case _:
                 assert_never(action)
         return None
+
+    def _feel(self) -> None:
+        """Raise RuntimeError where the shaft has not turned as the hand would have it."""
+        if self._turning is None:
+            return
+        began, angle, speed = self._turning
+        self._turning = None
+        expected = abs(speed) * (self._world.clock.now() - began - _SETTLE)
+        turned = abs(self._world.dial_angle() - angle)
+        if turned < 0.5 * expected:
+            raise RuntimeError(f"the shaft got stuck after {turned / (2.0 * math.pi):.2g} turns")
 
     def _wait_for_rest(self) -> None:
         """Look until a rotor that rings about its position stands; nobody locks a swinging shaft."""

@@ -1,6 +1,8 @@
 """Faults from a file and from flags: what is taken, and what is said of what is not."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -183,6 +185,19 @@ def test_what_the_bench_cannot_have_is_refused_before_the_run(motorbench: Call, 
     assert code == 1
     assert "--fault \"drive: silence at 1\": role 'drive' is unknown; the bench has supply" in said
     assert not (tmp_path / "runs").exists()
+
+
+def test_what_libraries_log_does_not_stand_between_the_lines(tmp_path: Path) -> None:
+    words = ("run", "pole-pairs-inverter", "--motor", "lg-400w", "--station", "virtual", "--runs", str(tmp_path))
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", *words, "--fault", "inverter: bus_off at step 3.1.2.2-1/1"],
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+        check=False,
+    )
+    first, *_ = [line for line in done.stderr.splitlines() if not line.startswith("[")]
+    assert first.startswith("motorbench: the run failed: pole-pairs-inverter: inverter after 'read 0x6041:00'")
 
 
 def test_faults_stand_in_the_record(motorbench: Call, tmp_path: Path) -> None:

@@ -233,3 +233,18 @@ def test_the_virtual_operator_wires_locks_and_couples(world: World) -> None:
 def test_a_seed_decides_the_hand(world: World) -> None:
     first, second, third = (VirtualOperator(world, seed).perform(READING) for seed in (1, 1, 2))
     assert first == second != third
+
+
+def test_the_virtual_operator_feels_a_stuck_shaft(world: World) -> None:
+    hands = VirtualOperator(world)
+    world.set_stuck_rotor(True)
+    for action in (StartTurning(0.5), TurnToRest()):
+        with pytest.raises(ProcedureError, match="the shaft does not move: the rotor is stuck"):
+            hands.perform(action)
+    world.set_stuck_rotor(False)
+    hands.perform(StartTurning(0.5))
+    world.clock.sleep(2.0)
+    world.set_stuck_rotor(True)
+    world.clock.sleep(10.0)
+    with pytest.raises(ProcedureError, match=r"the shaft got stuck after 0\.1\d turns"):
+        hands.perform(StopTurning())

@@ -67,7 +67,7 @@ def judge(case: Case, seed: int) -> Ended:
             return Ended(case, WRONG, f"left on and not told: {_plain(cause) or 'completed'}")
         return Ended(case, TOLD, _plain(cause))
     if view.status != "completed":
-        return Ended(case, REFUSED, _plain(cause), case.role in cause)
+        return Ended(case, REFUSED, _plain(cause), case.role.replace("_", " ") in cause.replace("_", " ").lower())
     off = _off(ended, undisturbed)
     if not off:
         return Ended(case, RIGHT)
