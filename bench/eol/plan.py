@@ -4,6 +4,7 @@ import hashlib
 import math
 import os
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,8 +42,11 @@ class _Plan(Section):
     @classmethod
     def _compiles(cls, pattern: str) -> str:
         try:
-            re.compile(pattern)
-        except re.error as error:
+            with warnings.catch_warnings():
+                # One whose meaning is going to change is refused as well.
+                warnings.simplefilter("error")
+                re.compile(pattern)
+        except (re.error, Warning, OverflowError, RecursionError) as error:
             raise ValueError(f"serial_pattern = {pattern!r} is no regular expression: {error}") from None
         return pattern
 

@@ -1,6 +1,7 @@
 """What every described fault has: when it begins, and when it mends."""
 
 import re
+import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,10 +21,12 @@ MaybeCount = Annotated[int | None, Field(ge=1, le=1_000_000)]
 
 
 def pattern_checked(pattern: str | None) -> str | None:
-    """Return a regular expression as it is. Raises ValueError for one that is none."""
+    """Return a regular expression as it is. Raises ValueError for one that is none, or whose meaning is going to change."""
     try:
-        re.compile(pattern or "")
-    except re.error as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            re.compile(pattern or "")
+    except (re.error, Warning, OverflowError, RecursionError) as error:
         raise ValueError(f"{pattern!r} is no regular expression: {error}") from error
     return pattern
 

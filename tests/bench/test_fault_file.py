@@ -83,6 +83,8 @@ def test_a_fault_is_what_the_file_says(tmp_path: Path) -> None:
             "there is no procedure 'inertial'; did you mean inertia?",
         ),
         ("[[faults]]\nfault = 'silence'\nrole = 'supply'\npattern = '('\nstep = '3.2.2/3'", "is no regular expression"),
+        ("[[faults]]\nfault = 'silence'\nrole = 'supply'\npattern = '[[a]'\nstep = '3.2.2/3'", "Possible nested set"),
+        ("[[faults]]\nfault = 'silence'\nrole = 'supply'\npattern = 'a{99999999999}'\nat = 1.0", "repetition number"),
         ("[[faults]]\nfault = 'silence'\nrole = 'supply'", "give pattern or count, or when it begins"),
         ("[[faults]]\nfault = 'thermal_runaway'\ntemperature = 'hot'", "faults[0].temperature = 'hot'"),
         ("not toml", "not valid TOML"),

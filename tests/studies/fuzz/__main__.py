@@ -19,6 +19,8 @@ from tests.studies.fuzz.target import Target, check, in_time
 
 #: What one input may take (s) and the process may hold (MiB) under libFuzzer.
 _SECONDS, _MEBIBYTES, _LONGEST_INPUT = 10, 1024, 8192
+#: Inputs by chance between two looks at the clock.
+_BATCH = 200
 _EXECUTIONS = re.compile(r"stat::number_of_executed_units: (\d+)")
 _BRANCHES = re.compile(r" cov: (\d+)")
 _PEAK = re.compile(r"stat::peak_rss_mb: +(\d+)")
@@ -65,12 +67,10 @@ def by_chance(target: Target, seconds: float, findings: Path) -> Outcome:
 
     end, inputs, broken = monotonic() + seconds, 0, b""
 
-    @settings(max_examples=10**6, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=_BATCH, deadline=None, database=None, suppress_health_check=list(HealthCheck))
     @given(mutated(target.seeds))
     def run(data: bytes) -> None:
         nonlocal inputs, broken
-        if monotonic() > end:
-            return
         inputs, broken = inputs + 1, data
         with in_time():
             check(target, data)
