@@ -78,9 +78,9 @@ def by_chance(target: Target, seconds: float, findings: Path) -> Outcome:
     while monotonic() < end:
         try:
             run()
-        except Exception:  # noqa: BLE001  whatever it is, it is what was looked for
+        except Exception as error:  # noqa: BLE001  whatever it is, it is what was looked for
             (findings / f"{target.name}-crash").write_bytes(broken)
-            return Outcome(inputs, 0, 0, traceback.format_exc().strip().splitlines()[-1])
+            return Outcome(inputs, 0, 0, traceback.format_exception_only(error)[0].strip())
     return Outcome(inputs, 0, 0)
 
 
