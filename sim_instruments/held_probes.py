@@ -1,14 +1,24 @@
 """What an oscilloscope's probes have sensed over a stretch of time, worked out when the record is read."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from sim_instruments.past import Past
 from sim_instruments.settings import FloatArray
 
-#: Of a voltage probe the rows of its two nodes, of a current probe the row of its terminal.
-Place = tuple[int, int] | int
+
+@dataclass(frozen=True)
+class InTerminal:
+    """Place of a current probe: the row of its terminal, and −1 where it is the wrong way round."""
+
+    row: int
+    sign: int
+
+
+#: Of a voltage probe the rows of its two nodes.
+Place = tuple[int, int] | InTerminal
 
 
 class HeldProbes:
@@ -28,8 +38,8 @@ class HeldProbes:
         place = self._places.get(channel)
         if place is None or not len(times):
             return np.zeros_like(times)
-        if isinstance(place, int):
-            return self._past.sample(lambda segment, at: segment.terminal_currents(at)[place], times)
+        if isinstance(place, InTerminal):
+            return place.sign * self._past.sample(lambda segment, at: segment.terminal_currents(at)[place.row], times)
         if self._nodes is None or not np.array_equal(times, self._times):
             self._times, self._nodes = times, self._past.sample(lambda segment, at: segment.node_potentials(at), times)
         plus, minus = place

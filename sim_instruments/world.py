@@ -12,7 +12,7 @@ from sim_instruments import hand, impedance
 from sim_instruments.clock import BenchClock
 from sim_instruments.damage import Damage, Switched
 from sim_instruments.dynamometer_shaft import DynamometerShaft
-from sim_instruments.held_probes import HeldProbes, Place
+from sim_instruments.held_probes import HeldProbes, InTerminal, Place
 from sim_instruments.inverter_output import InverterOutput
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.probes import NODES, CurrentProbe, Node, Probe, VoltageProbe
@@ -261,7 +261,11 @@ class World:
         with self._timeline.observing():
             return HeldProbes(
                 self._timeline.hold(first, last),
-                {channel: self._place(probe) for channel, probe in self._probes.items()},
+                {
+                    channel: place
+                    for channel, probe in self._probes.items()
+                    if (place := self._place(probe)) is not None
+                },
             )
 
     def voltmeter_voltage(self, aperture: float, until: float | None = None) -> float:
@@ -385,9 +389,12 @@ class World:
         if settings.shaft.coupled and settings.dynamometer.enabled:
             raise RuntimeError("the dynamometer drives the shaft; disable it before touching the shaft")
 
-    def _place(self, probe: Probe) -> Place:
+    def _place(self, probe: Probe) -> Place | None:
+        """Return what a probe is on, None for one with a loose lead: it senses nothing."""
         if isinstance(probe, CurrentProbe):
-            return TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal))
+            return InTerminal(TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal)), probe.sign)
+        if probe.loose:
+            return None
         return self._node_row(probe.positive), self._node_row(probe.negative)
 
     def _check_movable(self) -> None:
