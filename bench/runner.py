@@ -17,6 +17,7 @@ from bench.safety.way_down import WayDown, failures
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
 from procedures.consistency import check_consistency
+from procedures.estimation.fit import EstimationError
 from procedures.nameplate import Nameplate
 from procedures.result import Notice
 from procedures.text import Translate
@@ -191,7 +192,7 @@ class Runner:
 
 
 def _cause(error: BaseException, translate: Translate) -> str:
-    if isinstance(error, ProcedureError | InstrumentError | Interrupted):
+    if isinstance(error, ProcedureError | InstrumentError | EstimationError | Interrupted):
         return message(error, translate)
     # Anything else is a fault of the program: its kind belongs to the message, its trace is in the journal.
     return f"{type(error).__name__}: {message(error, translate)}"

@@ -10,7 +10,7 @@ from typing import Any
 
 from bench.safety.lanes import Call, Lane
 from bench.safety.way_down_items import Item, Measured, NotReachedError, default_items, perform
-from drivers.interfaces import Clock, Instrument
+from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Recorder, Role
 
 #: How long (s) the list waits for one item before it goes on with the next, which another instrument then does meanwhile.
@@ -125,7 +125,10 @@ class _Walk:
             error = "no answer in time"
         elif isinstance(call.error, NotReachedError):
             found, error = call.error.found, str(call.error)
+        elif isinstance(call.error, InstrumentError):
+            error = str(call.error)
         elif call.error is not None:
+            # Anything else is a fault of the program, whose kind belongs to the message.
             error = f"{type(call.error).__name__}: {call.error}"
         outcome = Outcome(item, error, found, not call.done.is_set())
         self._record(outcome)

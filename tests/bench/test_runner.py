@@ -83,7 +83,7 @@ def test_one_that_cannot_be_made_safe_does_not_keep_the_next(
     view = make_runner().run(plan, "run_started", about)
     assert [entry for entry in trace if entry in DONE][-len(DONE) :] == DONE
     assert view.status == "failed"
-    assert "supply could not be made safe (output_off): CommunicationError: supply: no reply" in view.cause
+    assert "supply could not be made safe (output_off): supply: no reply" in view.cause
     assert "inverter could not be made safe (disable): KeyboardInterrupt" in view.cause
     assert "tachometer: gone" in view.cause
 

@@ -28,7 +28,7 @@ RIGHT, WARNED, REFUSED, TOLD, WRONG = "right", "warned", "refused", "still on, t
 #: A run that has not ended after so long (s of the wall's time) hangs.
 LONGEST = 60.0
 #: An error whose kind is part of the message: nobody has made a sentence of it.
-_PROGRAM_FAULT = re.compile(r"(?:[a-z-]+: )?(?!EstimationError)[A-Z]\w*(?:Error|Exception|Warning): ")
+_PROGRAM_FAULT = re.compile(r"(?:[a-z-]+: )?[A-Z]\w*(?:Error|Exception|Warning): ")
 _NOT_SAFE = "could not be made safe"
 
 
