@@ -16,9 +16,7 @@ from drivers.interfaces import Accuracy, ProbeKind, Reading
 from drivers.interfaces.oscilloscope import ScreenReadings
 from procedures.actions import (
     ALL_OPEN,
-    ConnectProbes,
     CoupleDynamometer,
-    CurrentProbe,
     Node,
     ReleaseRotor,
     VoltageProbe,
@@ -28,11 +26,12 @@ from procedures.curves import curve
 from procedures.driven import driving_speed_rad
 from procedures.estimation.back_emf import BackEmfFit, fit_back_emf, flux_by_integration, peak_amplitude
 from procedures.estimation.repeats import mean_of_estimates
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.recording import ranged_record
 from procedures.steps import step
 from procedures.temperature import magnet_factor, winding_temperature
 from procedures.text import text
+from procedures.wiring.settings import TurnedWiringSettings
 
 _POINTS = 20_000
 _RPM = math.pi / 30.0
@@ -49,7 +48,7 @@ class Probing(Enum):
     LINE = "line"
 
 
-class BackEmfConstantSettings(Settings):
+class BackEmfConstantSettings(TurnedWiringSettings):
     """Settings of §3.4."""
 
     speeds_rpm: tuple[float, ...] = Field(
@@ -229,7 +228,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
 
     def _fit_probes(self) -> list[int]:
         channels = list(self.bench.oscilloscope.channels(ProbeKind.VOLTAGE))
-        probes: tuple[VoltageProbe | CurrentProbe, ...]
+        probes: tuple[VoltageProbe, ...]
         if self.settings.probing is Probing.LINE:
             channels = channels[:1]
             probes = (VoltageProbe(channels[0], Node.A, Node.B),)
@@ -245,7 +244,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 VoltageProbe(channel, node, Node.ARTIFICIAL_STAR)
                 for channel, node in zip(channels, (Node.A, Node.B, Node.C), strict=True)
             )
-        self.bench.perform(ConnectProbes(probes))
+        self.wiring.shaft.probes(probes)
         return channels
 
     def _point(self, channels: Sequence[int], speed: float) -> SpeedPoint:

@@ -23,6 +23,7 @@ from procedures.actions import (
 from procedures.alignment import aligning
 from procedures.bench import Bench, Role
 from procedures.estimation.connections import ReadingConnection, phase_factor
+from procedures.estimation.held_angle import held_angle
 from procedures.estimation.misalignment import Held, excess
 from procedures.estimation.repeats import mean_of_readings
 from procedures.inductance import CONVENTION, connection_of, require, short_correct
@@ -33,13 +34,13 @@ from procedures.result import Notice
 from procedures.steps import step
 from procedures.text import text
 from procedures.wiring.by_bridge import BridgeSettings
-from procedures.wiring.settings import WiringSettings
+from procedures.wiring.settings import SupplyWiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.
 _TELLING = 4.0
 
 
-class DqInductanceAlignedSettings(WiringSettings):
+class DqInductanceAlignedSettings(SupplyWiringSettings):
     """Settings of §3.3.3."""
 
     align_share: float = Field(
@@ -90,6 +91,8 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     def measure(self) -> None:
         """Align, lock and read: d first, then q."""
+        #: Whether each alignment's connection had its continuity proved.
+        self._proved: dict[str, bool] = {}
         with ExitStack() as energised:
             self.align_d(energised)
             self.lock_d(energised)
@@ -120,7 +123,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     def lock_d(self, energised: ExitStack) -> None:
         """Lock before the current goes, so that cogging cannot move the rotor."""
         self.bench.perform(LockRotor())
-        self.wiring.supply.held(ALIGN_D)
+        self._proved["d"] = self.wiring.supply.held(ALIGN_D)
         energised.close()
 
     @step("3.3.3-d/3", "Read the inductance of A against B and C together", by_hand=True)
@@ -140,7 +143,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     def lock_q(self, energised: ExitStack) -> None:
         """Lock before the current goes."""
         self.bench.perform(LockRotor())
-        self.wiring.supply.held(ALIGN_Q)
+        self._proved["q"] = self.wiring.supply.held(ALIGN_Q)
         energised.close()
 
     @step("3.3.3-q/3", "Read the inductance of A against B and C together", by_hand=True)
@@ -169,7 +172,16 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
             self.wiring.bridge.connect(meter_across(high, low), at)
             lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}")[0])
         # The bridge's own errors are the same in both, and fall out of the difference.
-        return Position(reading, taken.resistance, lines[0] - lines[1])
+        ab, ca = lines
+        self.wiring.supply.aligned(
+            ALIGN_D if axis == "d" else ALIGN_Q,
+            held_angle(float(statistics.x), float(ab.x), float(ca.x), taken.resistance, self._angular()),
+            continuous=self._proved[axis],
+        )
+        return Position(reading, taken.resistance, ab - ca)
+
+    def _angular(self) -> float:
+        return 2.0 * math.pi * self.settings.frequency
 
     def _repeated(self, what: str) -> tuple[UncertainReal, ImpedanceReading]:
         readings = [self.bench.lcr_meter.measure(Wanted.INDUCTANCE) for _ in range(self.settings.repeats)]
@@ -187,7 +199,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         found = excess(
             Held(float(d.x), at_d.resistance, float(off_d.x)),
             Held(float(q.x), at_q.resistance, float(off_q.x)),
-            2.0 * math.pi * self.settings.frequency,
+            self._angular(),
         )
         self.findings |= {"off_d": found.angle_d, "off_q": found.angle_q}
         return d - _squared(found.d, off_d), q - _squared(found.q, off_q)

@@ -35,7 +35,7 @@ from procedures.procedure import Procedure
 from procedures.recording import configure, record
 from procedures.steps import step
 from procedures.text import text
-from procedures.wiring.settings import WiringSettings
+from procedures.wiring.settings import SupplyWiringSettings
 
 _POINTS = 10_000
 _PRE_TRIGGER = 0.3
@@ -62,7 +62,7 @@ class Polarity(Enum):
     ALONG = "along"
 
 
-class DqInductanceTimeConstantSettings(WiringSettings):
+class DqInductanceTimeConstantSettings(SupplyWiringSettings):
     """Settings of §3.3.1."""
 
     align_share: float = Field(

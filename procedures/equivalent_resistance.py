@@ -11,16 +11,17 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, ProbeKind, Reading
-from procedures.actions import DRIVE, ConnectProbes, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal
+from procedures.actions import DRIVE, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal
 from procedures.bench import ProcedureError, Role
 from procedures.estimation import six_step
 from procedures.estimation.back_emf import fit_back_emf
 from procedures.estimation.fit import EstimationError, Fit
 from procedures.estimation.linear import least_squares
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.recording import ranged_record
 from procedures.steps import step
 from procedures.text import text
+from procedures.wiring.settings import WiringSettings
 
 _POINTS = 50_000
 _SECTION = "paper"
@@ -28,7 +29,7 @@ _SECTION = "paper"
 _STATE_MEAN = 3.0 / math.pi
 
 
-class EquivalentResistanceSettings(Settings):
+class EquivalentResistanceSettings(WiringSettings):
     """Settings of the paper's measurement."""
 
     load_shares: tuple[float, ...] = Field(
@@ -112,17 +113,15 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         bench = self.bench
         bench.perform(ReleaseRotor())
         bench.perform(CoupleDynamometer())
-        bench.perform(DRIVE)
-        channel = bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
-        bench.perform(ConnectProbes((CurrentProbe(channel, Terminal.A),)))
-        points = []
+        probe = CurrentProbe(bench.oscilloscope.channels(ProbeKind.CURRENT)[0], Terminal.A)
+        points: list[LoadPoint] = []
         bench.thermometer.warmed()
         with ExitStack() as running:
-            running.enter_context(bench.drive.running())
+            self.wiring.inverter.full_voltage(DRIVE, probe, lambda: running.enter_context(bench.drive.running()))
             for torque in self._torques():
                 with bench.dynamometer.driving_torque(-torque):
                     bench.clock.sleep(self.settings.settle)
-                    points.append(self._point(torque, channel))
+                    points.append(self._point(torque, probe, first=not points))
         return points
 
     @step("paper/2", "EMF constant, and the EMF at each point")
@@ -312,14 +311,17 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
             )
         return wanted
 
-    def _point(self, torque: float, channel: int) -> LoadPoint:
-        bench = self.bench
+    def _point(self, torque: float, probe: CurrentProbe, *, first: bool) -> LoadPoint:
+        bench, channel = self.bench, probe.channel
         frequency = bench.drive.measure_frequency().value
         if frequency <= 0.0:
             raise ProcedureError(text("the motor does not turn at {torque:.3g} N·m; lower the load", torque=torque))
         record_time = self.settings.periods / frequency
         bench.oscilloscope.configure_acquisition(record_time, _POINTS, 0.0)
         wave = ranged_record(bench, {channel: 4.0 * self.nameplate.current_bound}, 10.0 + record_time)[channel]
+        bus_current = _averaged([bench.drive.measure_bus_current() for _ in range(self.settings.readings)])
+        if first:
+            self.wiring.inverter.running(DRIVE, probe, wave, bus_current.value)
         fit = fit_back_emf(wave.time, np.atleast_2d(wave.values), harmonics=(1, 5, 7, 11, 13), frequency=frequency)
         try:
             line = six_step.fold(wave.time, wave.values, fit.frequency)
@@ -335,7 +337,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
             torque=torque,
             speed=bench.tachometer.measure_speed(),
             bus_voltage=_averaged([bench.drive.measure_bus_voltage() for _ in range(self.settings.readings)]),
-            bus_current=_averaged([bench.drive.measure_bus_current() for _ in range(self.settings.readings)]),
+            bus_current=bus_current,
             electrical_frequency=fit.frequency,
             line=line,
             current_accuracy=wave.accuracy,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, DynamometerReading
-from procedures.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
+from procedures.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.bench import ProcedureError, Role
 from procedures.curves import curve
 from procedures.driven import driving_speed_rad
@@ -122,7 +122,7 @@ class Inertia(Procedure[InertiaSettings]):
     def open_terminals(self) -> Ramps | None:
         """Open the terminals; return the dynamometer's own ramps where its tare is to be measured."""
         bench = self.bench
-        bench.perform(ALL_OPEN)
+        self.wiring.shaft.open_terminals()
         bench.perform(ReleaseRotor())
         bench.dynamometer.stop()
         tare = None

@@ -7,19 +7,20 @@ import numpy as np
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind, Reading
-from procedures.actions import ALL_OPEN, ConnectProbes, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
+from procedures.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
 from procedures.bench import Role
 from procedures.driven import driving_speed_rad
 from procedures.estimation.back_emf import fit_back_emf
 from procedures.pole_pair_count import count, frequency_reading
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.recording import ranged_record
 from procedures.steps import step
+from procedures.wiring.settings import TurnedWiringSettings
 
 _POINTS = 20_000
 
 
-class PolePairsBackEmfSettings(Settings):
+class PolePairsBackEmfSettings(TurnedWiringSettings):
     """Settings of §3.1.2.2, method 2."""
 
     speed_share: float = Field(default=0.8, gt=0.0, le=1.0, description="speed, share of the rated speed")
@@ -50,7 +51,7 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
         self.bench.perform(ReleaseRotor())
         self.bench.perform(CoupleDynamometer())
         channel = self.bench.oscilloscope.channels(ProbeKind.VOLTAGE)[0]
-        self.bench.perform(ConnectProbes((VoltageProbe(channel, Node.A, Node.B),)))
+        self.wiring.shaft.probes((VoltageProbe(channel, Node.A, Node.B),))
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
         driven.enter_context(self.bench.dynamometer.driving_speed(speed))
 

@@ -8,14 +8,15 @@ import numpy as np
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind, Reading
-from procedures.actions import INVERTER, ConnectProbes, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer
+from procedures.actions import INVERTER, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer
 from procedures.bench import ProcedureError, Role
 from procedures.estimation.back_emf import fit_back_emf
 from procedures.pole_pair_count import count, frequency_reading, is_clear, ratio
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.recording import ranged_record
 from procedures.steps import step
 from procedures.text import text
+from procedures.wiring.settings import FedWiringSettings
 
 _RECORD_PERIODS = 10
 _POINTS = 20_000
@@ -23,7 +24,7 @@ _POINTS = 20_000
 _FASTER = 1.5
 
 
-class PolePairsInverterSettings(Settings):
+class PolePairsInverterSettings(FedWiringSettings):
     """Settings of §3.1.2.2, method 1."""
 
     frequency: float | None = Field(
@@ -128,9 +129,8 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
-        self.bench.perform(INVERTER)
         channel = self.bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
-        self.bench.perform(ConnectProbes((CurrentProbe(channel, Terminal.A),)))
+        self.wiring.inverter.probed(INVERTER, CurrentProbe(channel, Terminal.A))
 
     def _frequency(self, pairs: float | None = None) -> float:
         """Return the electrical frequency (Hz) to turn at: as set, or the speed aimed at with so many pole pairs."""

@@ -14,7 +14,7 @@ from procedures.estimation import pole_pairs
 from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.text import text
-from procedures.wiring.settings import WiringSettings
+from procedures.wiring.settings import SupplyWiringSettings
 
 #: A mark so near (rad) to the first one come round again is that one.
 _CLOSE = math.radians(5.0)
@@ -24,7 +24,7 @@ _FEW = 3
 _SAME_PLACE = math.radians(10.0)
 
 
-class PolePairsStaticSettings(WiringSettings):
+class PolePairsStaticSettings(SupplyWiringSettings):
     """Settings of §3.1.2.1."""
 
     current_share: float = Field(

@@ -13,7 +13,7 @@ from procedures.settings import Settings
 from procedures.steps import Step, steps_of
 from procedures.text import Text, text
 from procedures.wiring.proof import Proof
-from procedures.wiring.settings import WiringSettings
+from procedures.wiring.settings import levels_of
 from procedures.wiring.wiring import Wiring
 
 __all__ = ["Procedure", "Settings"]
@@ -43,9 +43,8 @@ class Procedure(ABC, Generic[C]):
         self._parameters: list[Parameter] = []
         self._notices: list[Notice] = []
         self.findings: dict[str, Any] = {}
-        checks = settings if isinstance(settings, WiringSettings) else WiringSettings()
         #: Has connections made, and proves them.
-        self.wiring = Wiring(Proof(bench, nameplate, checks, known, self.findings, self.notice))
+        self.wiring = Wiring(Proof(bench, nameplate, levels_of(settings), known, self.findings, self.notice))
 
     @classmethod
     def settings_type(cls) -> type[Settings]:

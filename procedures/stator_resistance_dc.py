@@ -28,14 +28,14 @@ from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.temperature import COLD, check_temperature, copper_factor, warmed, winding_temperature
 from procedures.text import text
-from procedures.wiring.settings import WiringSettings
+from procedures.wiring.settings import SupplyWiringSettings
 
 Pair = tuple[Terminal, Terminal]
 #: A drift is taken for one beyond so many standard uncertainties.
 _CLEAR = 3.0
 
 
-class StatorResistanceDcSettings(WiringSettings):
+class StatorResistanceDcSettings(SupplyWiringSettings):
     """Settings of the four-wire measurement."""
 
     current_share: float = Field(
@@ -97,6 +97,15 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         for pair in LINE_PAIRS:
             slopes[pair] = self.slope(pair)
             hottest = self._check_warming(hottest, slopes[pair].rise)
+
+        def read_again(number: int) -> None:
+            slopes[LINE_PAIRS[number]] = self.slope(LINE_PAIRS[number])
+
+        self.wiring.supply.compare_lines(
+            [Connect({high: Socket.SUPPLY_POSITIVE, low: Socket.SUPPLY_NEGATIVE}) for high, low in LINE_PAIRS],
+            lambda: [float(slopes[pair].resistance.x) for pair in LINE_PAIRS],
+            read_again,
+        )
         self.conclude(slopes, temperature)
 
     @step("E9/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
@@ -139,6 +148,10 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
                 currents.append(sign * current.value)
                 voltages.append(voltage.value)
         i, v = np.array(currents), np.array(voltages)
+        half = len(levels) + 1
+        self.wiring.supply.both_ways(
+            fed, *(float(np.polyfit(i[part], v[part], 1)[0]) for part in (slice(half), slice(half, None)))
+        )
         fit = least_squares(("resistance", "offset", "meter"), np.column_stack((i, np.ones_like(i), -np.sign(i))), v)
         unc = self.bench.uncertainties
         label = high.value + low.value

@@ -12,17 +12,18 @@ from procedures.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.bench import Role
 from procedures.driven import driving_speed_rad
 from procedures.estimation.torque_constant import fit_torque_constant
-from procedures.procedure import Procedure, Settings
+from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.temperature import magnet_factor, winding_temperature
 from procedures.text import text
+from procedures.wiring.settings import DrivenWiringSettings
 
 CONVENTION = "per peak phase ampere, amplitude-invariant, at 25 °C"
 #: Estimator of the figure that is not measured on the shaft.
 DERIVED = "1.5 · pole pairs · flux linkage"
 
 
-class TorqueConstantSettings(Settings):
+class TorqueConstantSettings(DrivenWiringSettings):
     """Settings of §2.4."""
 
     measured: bool = Field(
@@ -97,6 +98,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         bench.perform(ReleaseRotor())
         bench.perform(INVERTER)
         bench.perform(CoupleDynamometer())
+        self.wiring.inverter.direction(INVERTER)
         temperature = winding_temperature(
             bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
@@ -120,6 +122,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
                     currents.append(current.value)
                     torque_accuracy, current_accuracy = reading.torque_accuracy, current.accuracy
         fit = fit_torque_constant(np.array(currents), np.array(torques))
+        self.wiring.inverter.judge_slope(INVERTER, fit)
         self.findings |= {
             "currents": currents,
             "torques": torques,

@@ -62,16 +62,23 @@ class InverterOutput:
             return self._timeline.settings.inverter.fault
 
     def output_frequency(self) -> float:
-        """Return the electrical frequency (Hz, signed) the bridge puts out now."""
+        """Return the electrical frequency (Hz, signed) the bridge puts out now, in the order of its own outputs."""
         with self._timeline.observing():
-            return self._timeline.present.field_frequency(self._timeline.now)
+            return self._own(self._timeline.present.field_frequency(self._timeline.now))
 
     def q_current(self) -> float:
-        """Return the torque-producing current (A, peak) that flows now; in frequency mode the amplitude's q part."""
+        """Return the torque-producing current (A, peak) that flows now; in frequency mode the amplitude's q part.
+
+        Its sign is the bridge's own: with two wires in each other's place a positive one drives backwards.
+        """
         with self._timeline.observing():
-            return self._timeline.present.q_axis_current(self._timeline.now)
+            return self._own(self._timeline.present.q_axis_current(self._timeline.now))
 
     def current_amplitude(self) -> float:
         """Return the amplitude (A, peak) of the phase currents that flow now."""
         with self._timeline.observing():
             return self._timeline.present.current_amplitude(self._timeline.now)
+
+    def _own(self, value: float) -> float:
+        """Return a signed figure of the motor's as the bridge sees it, whose outputs may meet the phases in the other order."""
+        return value * (self._timeline.parts.inverter_direction(self._timeline.settings) or 1)

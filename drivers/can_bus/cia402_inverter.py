@@ -67,6 +67,11 @@ class Cia402Inverter:
         return self._node.identity
 
     @property
+    def read_by_hand(self) -> bool:
+        """Never: it answers by itself."""
+        return False
+
+    @property
     def maximum_current(self) -> float:
         """Largest phase current (A, peak) that may be commanded: the station's limit."""
         return self._options.maximum_current

@@ -25,6 +25,10 @@ class Dynamometer(Instrument, Protocol):
     """A four-quadrant dynamometer. Speeds are mechanical, rad/s; torques N·m."""
 
     @property
+    def read_by_hand(self) -> bool:
+        """Whether a person sets and reads it, and is not asked for more than a step needs."""
+
+    @property
     def maximum_speed(self) -> float:
         """Largest speed (rad/s) that may be commanded."""
 

@@ -10,6 +10,10 @@ class Inverter(Instrument, Protocol):
     """A drive with an open-loop frequency mode and a current (torque) mode. Currents are phase, peak, in A."""
 
     @property
+    def read_by_hand(self) -> bool:
+        """Whether a person sets and reads it, and is not asked for more than a step needs."""
+
+    @property
     def maximum_current(self) -> float:
         """Largest phase current (A, peak) that may be commanded."""
 

@@ -30,6 +30,11 @@ class ManualDynamometer:
         return Identity("", self._options.model)
 
     @property
+    def read_by_hand(self) -> bool:
+        """Always so."""
+        return True
+
+    @property
     def maximum_speed(self) -> float:
         """Largest speed (rad/s) that may be commanded: the station's limit."""
         return self._options.maximum_speed

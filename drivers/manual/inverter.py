@@ -25,6 +25,11 @@ class ManualInverter:
         return Identity("", self._options.model)
 
     @property
+    def read_by_hand(self) -> bool:
+        """Always so."""
+        return True
+
+    @property
     def maximum_current(self) -> float:
         """Largest phase current (A, peak) that may be commanded: the station's limit."""
         return self._options.maximum_current

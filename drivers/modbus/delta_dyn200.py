@@ -89,6 +89,11 @@ class DeltaDyn200:
         return Identity("Delta Electronics", "C2000 with DYN-200")
 
     @property
+    def read_by_hand(self) -> bool:
+        """Never: it answers by itself."""
+        return False
+
+    @property
     def maximum_speed(self) -> float:
         """Largest speed (rad/s) that may be commanded: the lesser of the drive's and the station's."""
         return self._maximum_speed

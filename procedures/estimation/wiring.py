@@ -207,14 +207,15 @@ def judge(candidates: Sequence[Mistake], observations: Sequence[Observation]) ->
     return Judgement(Outcome.WRONG, wires or possible)
 
 
-def odd_line(lines: Sequence[float]) -> int | None:
-    """Return which of three line readings (Ω) is three quarters of the other two, as with the third terminal joined; or None.
+def odd_line(lines: Sequence[float], share: float = 0.75) -> int | None:
+    """Return which of three line readings (Ω) is a share of the other two, which are alike; or None.
 
-    A winding with unlike phases shows two low lines or none: no three phases of a healthy motor give one low line of a quarter.
+    Three quarters is a line with the third terminal joined, a half one whose voltage is taken at the third. A winding with
+    unlike phases shows two low lines or none: no three phases of a healthy motor give one line lower by a quarter.
     """
     for k, line in enumerate(lines):
         others = [other for m, other in enumerate(lines) if m != k]
-        if max(others) < _ALIKE * min(others) and abs(line / (0.5 * sum(others)) - 0.75) < _NEAR:
+        if max(others) < _ALIKE * min(others) and abs(line / (0.5 * sum(others)) - share) < _NEAR:
             return k
     return None
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from drivers.interfaces import ImpedanceReading, SetpointError
 from procedures.actions import Connect
-from procedures.estimation.wiring import Outcome, odd_line
+from procedures.estimation.wiring import Outcome
 from procedures.wiring import by_bridge
 from procedures.wiring.by_bridge import BridgeSettings
 from procedures.wiring.check import Check
@@ -58,21 +58,7 @@ class BridgeWiring:
         self, connects: Sequence[Connect], lines: Callable[[], Sequence[float]], read_again: Callable[[int], None]
     ) -> None:
         """Hold the readings (Ω) of AB, BC, CA against each other; `read_again` has one of them made anew."""
-        odd = odd_line(lines())
-        if odd is None:
-            for number, connect in enumerate(connects):
-                self._proof.record(connect, by_bridge.compared(lines(), number))
-            return
-        looked = False
-
-        def check() -> Check:
-            nonlocal looked
-            if looked:
-                read_again(odd)
-            looked = True
-            return by_bridge.compared(lines(), odd)
-
-        self._proof.verify(connects[odd], check)
+        self._proof.compare(connects, lambda which: by_bridge.compared(lines(), which), read_again)
 
     def _held_against_others(self, connect: Connect) -> Check:
         lines = self._proof.lines

@@ -10,15 +10,13 @@ from procedures.estimation.wiring import Kind, Leads, Mistake, Outcome, Pole, mi
 from procedures.text import Text, text
 from procedures.wiring.check import Check, mistake_record, records
 from procedures.wiring.lines import Reference
-from procedures.wiring.two_poles import NO_PATH, expected, loop, poles_of
+from procedures.wiring.two_poles import NO_PATH, THIRD, alike, expected, loop, poles_of
 from procedures.wiring.two_poles import judged as judged_alike
 
 #: Clips against each other read within so many limits of error of zero, and this (Ω) where no more is stated.
 _ZERO, _CONTACT = 2.0, 1e-3
 #: Of the limit of error, so much may differ between a reading and a like one.
 _DIFFERING = 1.0 / 3.0
-#: The terminal that is left open when AB, BC, CA are read; lines within this factor of each other are alike.
-_THIRD, _ALIKE = (2, 0, 1), 1.12
 
 
 @dataclass(frozen=True)
@@ -68,12 +66,10 @@ def compared(lines: Sequence[float], which: int) -> Check:
     """Hold one of three line readings (Ω) against the other two, which stand for what it should be."""
     told = {"resistance": lines[which]}
     if odd_line(lines) != which:
-        alike = max(lines) < _ALIKE * min(lines)
-        return Check(
-            Outcome.PROVED if alike else Outcome.UNPROVED, "lcr_meter", (), told, "alike" if alike else "unlike"
-        )
+        like = alike(lines)
+        return Check(Outcome.PROVED if like else Outcome.UNPROVED, "lcr_meter", (), told, "alike" if like else "unlike")
     others = [line for k, line in enumerate(lines) if k != which]
-    joined = mistake_record(Mistake(Kind.JOINED, (_THIRD[which],), (Pole.OPEN,) * 3), Leads())
+    joined = mistake_record(Mistake(Kind.JOINED, (THIRD[which],), (Pole.OPEN,) * 3), Leads())
     evidence = text(
         "the LCR meter reads {read:.4g} Ω there, and {one:.4g} Ω and {other:.4g} Ω between the other terminals",
         read=lines[which],

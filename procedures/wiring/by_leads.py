@@ -1,8 +1,9 @@
 """Verification by what senses beside a supply: a voltmeter's leads, a voltage probe and a current probe."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from procedures.actions import Connect, ConnectVoltmeter, CurrentProbe, Node, Terminal, VoltageProbe
+from procedures.actions import Connect, ConnectVoltmeter, CurrentProbe, Node, Socket, Terminal, VoltageProbe
 from procedures.estimation.intervals import ANY, Interval, around
 from procedures.estimation.wiring import (
     Kind,
@@ -13,13 +14,14 @@ from procedures.estimation.wiring import (
     current_sensed,
     loop_resistance,
     mistakes,
+    odd_line,
     voltage_sensed,
 )
 from procedures.text import Text, text
 from procedures.wiring.by_supply import Fed, evidence, figures, middle
 from procedures.wiring.check import TERMINALS, Check, records
 from procedures.wiring.lines import Reference
-from procedures.wiring.two_poles import ALIKE, expected, loop, poles_of
+from procedures.wiring.two_poles import ALIKE, THIRD, alike, expected, loop, poles_of
 from procedures.wiring.two_poles import judged as judged_alike
 
 #: Shares of voltage and current between unlike phases are off by this at most.
@@ -79,6 +81,36 @@ def judged(
         reason,
         _evidence(read, sensed, expected(connect, reference)),
     )
+
+
+def compared(lines: Sequence[float], which: int) -> Check:
+    """Hold one of three four-wire readings (Ω) against the other two, which stand for what it should be."""
+    told = {"resistance": lines[which]}
+    if which not in (odd_line(lines), odd_line(lines, 0.5)):
+        like = alike(lines)
+        return Check(Outcome.PROVED if like else Outcome.UNPROVED, "voltmeter", (), told, "alike" if like else "unlike")
+    third = {"kind": "third", "terminals": [TERMINALS[THIRD[which]].value]}
+    evidence = text(
+        "four wires read {read:.4g} Ω there, and {others} Ω between the other terminals",
+        read=lines[which],
+        others=[f"{line:.4g}" for k, line in enumerate(lines) if k != which],
+    )
+    return Check(Outcome.WRONG, "voltmeter", (third,), told, "", evidence)
+
+
+def both_ways(connect: Connect, forwards: float, backwards: float) -> Check:
+    """Hold four-wire readings (Ω) of one pair in both polarities against each other."""
+    told = {"forwards": forwards, "backwards": backwards}
+    if min(told.values()) > 0.0 and alike((forwards, backwards)):
+        return Check(Outcome.PROVED, "voltmeter", (), told)
+    (third,) = (t.value for t, socket in connect.complete().items() if socket is Socket.OPEN)
+    evidence = text(
+        "four wires read {forwards:.4g} Ω with one polarity and {backwards:.4g} Ω with the other",
+        forwards=forwards,
+        backwards=backwards,
+    )
+    entry = {"kind": "third", "terminals": [third]}
+    return Check(Outcome.WRONG, "voltmeter", (entry,), told, "", evidence, mendable=False)
 
 
 def _motor_share(read: Fed, leads: Interval) -> Interval:

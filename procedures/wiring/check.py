@@ -17,7 +17,8 @@ class Check:
     """What a check found.
 
     `by` is the instrument's role, `possible` the records of mistakes that would read the same (or, of a wrong connection, that
-    explain it), `read` the figures in SI units by name, `reason` a key of `words.REASONS`, `evidence` the figures in words.
+    explain it), `read` the figures in SI units by name, `reason` a key of `words.REASONS`, `evidence` the figures in words,
+    `mendable` false where it shows too late to be mended.
     """
 
     outcome: Outcome
@@ -26,11 +27,12 @@ class Check:
     read: Mapping[str, float] = field(default_factory=dict)
     reason: str = ""
     evidence: Text | None = None
+    mendable: bool = True
 
     @property
-    def mendable(self) -> bool:
-        """Whether the connection that was checked may be the wrong one, and not only one before it."""
-        return any(not entry.get("earlier") for entry in self.possible)
+    def to_be_mended(self) -> bool:
+        """Whether the connection that was checked can be put right now, and may be the wrong one: not only one before it."""
+        return self.mendable and any(not entry.get("earlier") for entry in self.possible)
 
     def record(self) -> dict[str, Any]:
         """Return it for the journal and the findings."""

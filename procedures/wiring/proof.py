@@ -1,6 +1,6 @@
 """Checks made, recorded, and a wrong connection mended or refused: what all ways of verifying share."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ from procedures.text import Text, text
 from procedures.wiring import words
 from procedures.wiring.check import Check, Connection, connection_record
 from procedures.wiring.lines import Lines
-from procedures.wiring.settings import WiringSettings
+from procedures.wiring.settings import WiringLevels
 
 
 class WiringError(ProcedureError):
@@ -26,7 +26,7 @@ class Proof:
 
     bench: Bench
     nameplate: Nameplate
-    settings: WiringSettings
+    levels: WiringLevels
     known: Mapping[str, Parameter]
     findings: dict[str, Any]
     notice: Callable[[str, Text], None]
@@ -41,16 +41,16 @@ class Proof:
 
         `beside` is what was fitted beside it and may be wrong as well. Raises WiringError where it stays wrong.
         """
-        for attempt in range(self.settings.wiring_attempts):
+        for attempt in range(self.levels.attempts):
             found = check()
             self.record(connection, found, *beside)
             if found.outcome is not Outcome.WRONG:
                 break
-            last = attempt + 1 == self.settings.wiring_attempts
-            if last or not found.mendable or not self._mended(found, (connection, *beside)):
+            last = attempt + 1 == self.levels.attempts
+            if last or not found.to_be_mended or not self._mended(found, (connection, *beside)):
                 raise WiringError(
                     text(
-                        "the connection just made is not as told: {finding}. Put it right and begin again",
+                        "the wiring is not as told: {finding}. Put it right and begin again",
                         finding=self._finding(found),
                     )
                 )
@@ -66,6 +66,27 @@ class Proof:
                 ),
             )
         return found
+
+    def compare(
+        self, connects: Sequence[Connect], check: Callable[[int], Check], read_again: Callable[[int], None]
+    ) -> None:
+        """Check connections by what was read on all of them; a wrong one is mended and read again."""
+        found = [check(number) for number in range(len(connects))]
+        wrong = next((number for number, one in enumerate(found) if one.outcome is Outcome.WRONG), None)
+        if wrong is None:
+            for connect, one in zip(connects, found, strict=True):
+                self.record(connect, one)
+            return
+        looked = False
+
+        def again() -> Check:
+            nonlocal looked
+            if looked:
+                read_again(wrong)
+            looked = True
+            return check(wrong)
+
+        self.verify(connects[wrong], again)
 
     def record(self, connection: Connection, found: Check, *beside: Connection) -> None:
         """Put a check into the journal and the findings."""

@@ -1,4 +1,4 @@
-"""A steady voltage or current as an oscilloscope's channels show it."""
+"""A steady voltage or current as an oscilloscope's channels show it, direct or alternating."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,6 +12,10 @@ from procedures.recording import configure, record
 _RECORD_TIME, _POINTS = 5e-3, 500
 #: A mean over a record is known within so much of a step of the converter.
 _STEP = 0.5
+#: An alternating signal is recorded with so many points; its range is fitted in so many attempts, until it fills this share.
+_ALTERNATING_POINTS, _ATTEMPTS, _FILLED = 2000, 5, 0.3
+#: A channel shows so much more than the largest value seen.
+_ROOM = 1.3
 
 
 def direct(bench: Bench, spans: Mapping[int, float]) -> dict[int, Waveform]:
@@ -31,3 +35,25 @@ def risen(zero: Waveform, shown: Waveform) -> Interval:
     """Return by how much the mean of a channel lies above its zero, within its error: the channel's offset falls out."""
     rise = float(np.mean(shown.values) - np.mean(zero.values))
     return around(rise, gain=shown.accuracy.gain, offset=_STEP * shown.resolution)
+
+
+def alternating(bench: Bench, channels: Sequence[int], span: float, record_time: float) -> dict[int, Waveform]:
+    """Return a record (s) of channels in one range that fits the largest signal; `span` (V or A) is a first guess of it.
+
+    All channels have one range, so that what one does not show is small beside the others.
+    """
+    bench.oscilloscope.configure_acquisition(record_time, _ALTERNATING_POINTS)
+    waves: dict[int, Waveform] = {}
+    for _ in range(_ATTEMPTS):
+        for channel in channels:
+            configure(bench.oscilloscope, channel, -span, span)
+        waves = record(bench, channels, Trigger(None), 10.0 + record_time)
+        largest = max(float(np.max(np.abs(wave.values))) for wave in waves.values())
+        resolution = max(wave.resolution for wave in waves.values())
+        if any(wave.clipped for wave in waves.values()):
+            span *= 4.0
+        elif largest < _FILLED * span and largest > _ROOM * resolution:
+            span = _ROOM * max(largest, 8.0 * resolution)
+        else:
+            break
+    return waves

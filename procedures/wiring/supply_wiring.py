@@ -1,11 +1,16 @@
 """Connections to a supply, proved by a harmless current."""
 
+import math
+from collections.abc import Callable, Sequence
+
 from drivers.interfaces import Reading, Regulated
 from procedures.actions import Connect, ConnectProbes, ConnectVoltmeter, CurrentProbe, VoltageProbe
+from procedures.estimation.held_angle import Stands, explaining
 from procedures.estimation.intervals import ANY
-from procedures.estimation.wiring import Leads, Outcome
+from procedures.estimation.wiring import Kind, Leads, Outcome
+from procedures.text import text
 from procedures.wiring import by_leads, by_supply
-from procedures.wiring.check import Check
+from procedures.wiring.check import Check, mistake_record
 from procedures.wiring.proof import Proof
 from procedures.wiring.steady import again, direct, risen
 from procedures.wiring.two_poles import poles_of
@@ -28,11 +33,56 @@ class SupplyWiring:
         self._bench.perform(connect)
         self._proof.verify(connect, lambda: self._by_harmless_current(connect))
 
-    def held(self, connect: Connect) -> None:
-        """Prove a connection by the current that flows already, the shaft being locked, where that was not done before."""
-        if self._bench.standing.proved or self._bench.supply.read_by_hand:
+    def held(self, connect: Connect) -> bool:
+        """Prove a connection by the current that flows already, the shaft being locked, where that was not done before.
+
+        Return whether it is proved.
+        """
+        standing = self._bench.standing
+        if not standing.proved and not self._bench.supply.read_by_hand:
+            self._proof.verify(connect, lambda: self._judge(connect, by_supply.fed(self._bench.supply), swinging=False))
+        return standing.proved
+
+    def aligned(self, connect: Connect, stands: Stands, *, continuous: bool) -> None:
+        """Prove that the rotor stands where this connection's current turns it, where its saliency tells an angle.
+
+        `continuous` says that the connection's continuity was proved when the current flowed.
+        """
+        if not stands.telling:
             return
-        self._proof.verify(connect, lambda: self._judge(connect, by_supply.fed(self._bench.supply), swinging=False))
+        explaining_it = explaining(stands, poles_of(connect), continuous=continuous)
+        told = {"angle": stands.angle, "saliency": stands.saliency}
+        if not explaining_it:
+            # Friction may hold a rotor off; the procedure itself judges how far is too far.
+            return
+        possible = tuple(mistake_record(mistake, Leads()) for mistake in explaining_it)
+        right = explaining_it[0].kind is Kind.NONE
+        evidence = text(
+            "aligned by this connection, the rotor stands at {angle:.0f}° of phase A's axis, electrical",
+            angle=math.degrees(stands.angle),
+        )
+        found = Check(
+            Outcome.PROVED if right else Outcome.WRONG,
+            "lcr_meter",
+            () if right else possible,
+            told,
+            "aligned" if right else "",
+            evidence,
+            mendable=False,
+        )
+        self._proof.record(connect, found) if right else self._proof.verify(connect, lambda: found)
+
+    def both_ways(self, connect: Connect, forwards: float, backwards: float) -> None:
+        """Hold four-wire readings (Ω) of one pair in both polarities against each other, which only a clip elsewhere tells apart."""
+        found = by_leads.both_ways(connect, forwards, backwards)
+        if found.outcome is Outcome.WRONG:
+            self._proof.verify(connect, lambda: found)
+
+    def compare_lines(
+        self, connects: Sequence[Connect], lines: Callable[[], Sequence[float]], read_again: Callable[[int], None]
+    ) -> None:
+        """Hold four-wire readings (Ω) of AB, BC, CA against each other; `read_again` has one of them made anew."""
+        self._proof.compare(connects, lambda which: by_leads.compared(lines(), which), read_again)
 
     def four_wires(self, connect: Connect, voltmeter: ConnectVoltmeter, *, ranged: bool) -> None:
         """Connect the terminals to the supply, the voltmeter being fitted, and prove both.
@@ -96,7 +146,7 @@ class SupplyWiring:
         return self._judge_leads(connect, by_leads.of_probes(voltage, current), read, sensed)
 
     def _judge(self, connect: Connect, read: by_supply.Fed, *, swinging: bool) -> Check:
-        lines, leads = self._proof.lines, self._proof.settings.wiring_leads
+        lines, leads = self._proof.lines, self._proof.levels.leads
         reference = lines.for_supply(self._proof.known, leads)
         found = by_supply.judged(connect, read, reference, leads, swinging=swinging)
         if reference is None and read.path and not swinging:
@@ -104,13 +154,13 @@ class SupplyWiring:
         return found
 
     def _judge_leads(self, connect: Connect, told: Leads, read: by_supply.Fed, sensed: by_leads.Sensed) -> Check:
-        leads = self._proof.settings.wiring_leads
+        leads = self._proof.levels.leads
         reference = self._proof.lines.for_supply(self._proof.known, leads)
         return by_leads.judged(connect, told, read, sensed, reference, leads)
 
     def _harmless(self) -> tuple[float, float]:
         """Return the voltage (V) and the current limit (A) that wiring is verified with."""
         supply, plate = self._bench.supply, self._proof.nameplate
-        share = self._proof.settings.wiring_current_share * plate.rated_current
+        share = self._proof.levels.current_share * plate.rated_current
         highest = supply.maximum_voltage
         return min(highest, plate.rated_voltage or highest), min(share, supply.maximum_current, plate.current_bound)

@@ -27,6 +27,10 @@ _POLES: Mapping[Socket, Pole] = {
 }
 #: Legs that stand for all where nothing is known of them.
 ALIKE = (1.0, 1.0, 1.0)
+#: The terminal that is left open when AB, BC, CA are read.
+THIRD = (2, 0, 1)
+#: Lines within this factor of each other are alike.
+_ALIKE_LINES = 1.12
 #: Resistance (Ω) without a path, and with one of which no more is known.
 NO_PATH = Interval(math.inf, math.inf)
 ANY_PATH = Interval(0.0, 1e12)
@@ -75,6 +79,11 @@ def judged(
         and judge(candidates[:1], observe(reference.had_it_been(mistake.poles))).outcome is Outcome.PROVED
     ]
     return (Judgement(Outcome.WRONG, found.possible), earlier) if earlier else (found, [])
+
+
+def alike(lines: Sequence[float]) -> bool:
+    """Tell whether line readings (Ω) are so alike that none has its third terminal joined."""
+    return max(lines) < _ALIKE_LINES * min(lines)
 
 
 def expected(connect: Connect, reference: Reference | None) -> float | None:

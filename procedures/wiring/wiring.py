@@ -1,7 +1,9 @@
 """Connections made and proved, by what they are made to: what procedures call."""
 
 from procedures.wiring.bridge_wiring import BridgeWiring
+from procedures.wiring.inverter_wiring import InverterWiring
 from procedures.wiring.proof import Proof
+from procedures.wiring.shaft_wiring import ShaftWiring
 from procedures.wiring.supply_wiring import SupplyWiring
 
 
@@ -13,3 +15,7 @@ class Wiring:
         self.supply = SupplyWiring(proof)
         #: To the LCR meter.
         self.bridge = BridgeWiring(proof)
+        #: To nothing but probes, while the shaft is turned from outside.
+        self.shaft = ShaftWiring(proof)
+        #: To the inverter or the six-step drive.
+        self.inverter = InverterWiring(proof)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from procedures.estimation.probed_phases import Fault
 from procedures.estimation.wiring import Kind, Outcome
 from procedures.text import Text, text
 
@@ -32,6 +33,9 @@ REASONS: Mapping[str, Text] = {
     "full voltage": text(
         "the drive knows full voltage only; its own protections watch for a wire that is missing or out of order"
     ),
+    "aligned": text("the locked rotor stands where the connection's current turns it"),
+    "sequence": text("each channel shows its own phase, but they follow each other the other way round"),
+    "one line": text("the current flows in the line that the probe is round; the others are for the inverter to watch"),
     "weak": text("the signal is too weak beside the instrument's resolution"),
     "one probe": text("there is a voltage; which two terminals it is taken from makes no difference to its frequency"),
 }
@@ -103,6 +107,38 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
                 place=place,
                 wanted=wires[0],
             )
+        case Fault.SILENT.value:
+            return text(
+                "channel {channel} shows no voltage: its tip or its reference touches nothing", channel=entry["channel"]
+            )
+        case Fault.REVERSED.value:
+            return text("channel {channel}: tip and reference are interchanged", channel=entry["channel"])
+        case Fault.TIP.value:
+            return text("the tip of channel {channel} is on {place}", channel=entry["channel"], place=wires[0])
+        case Fault.REFERENCE.value:
+            return text(
+                "the reference of channel {channel} is on {place}, not on the artificial star point",
+                channel=entry["channel"],
+                place=wires[0],
+            )
+        case Fault.JOINED.value:
+            return text("{one} and {other} are connected to each other", one=wires[0], other=wires[1])
+        case Fault.SEQUENCE.value:
+            return text("two channels or two wires are interchanged, or the dynamometer turns the other way")
+        case "third":
+            return text(
+                "{wire} is connected as well, or a lead of supply or voltmeter is on it instead of where it should be",
+                wire=wires[0],
+            )
+        case "no voltage":
+            return text("no channel shows a voltage: the star point's wires, or the coupling")
+        case "refused":
+            return text(
+                "the {instrument} switches itself off: look for a wire that is off or in another's place",
+                instrument=Text(entry["by"]),
+            )
+        case "order":
+            return text("two of the three wires are interchanged, or the dynamometer turns the other way")
         case _:
             raise ValueError(f"a wiring record names the mistake {entry['kind']!r}, which is not known to this version")
 

@@ -15,6 +15,7 @@ from procedures.actions import Action, Mend
 from procedures.bench import Bench
 from procedures.catalogue import catalogue
 from procedures.estimation.intervals import Interval
+from procedures.nameplate import Nameplate
 from procedures.wiring.proof import WiringError
 from sim_instruments.bench import VirtualBench
 from tests.studies.measured_motor import NoRecord
@@ -49,19 +50,25 @@ class Mending:
 
 
 @pytest.fixture
-def bench():
-    motor = load_motor(MOTOR)
-    with VirtualBench(motor.virtual_motor(), seed=2, sockets=False) as virtual:
+def motor():
+    return MOTOR
+
+
+@pytest.fixture
+def bench(motor):
+    file = load_motor(motor)
+    with VirtualBench(file.virtual_motor(), seed=2, sockets=False, six_step=file.six_step) as virtual:
         yield virtual
 
 
 class Measuring:
     """Runs one procedure at a time on the bench as it was prepared; `taught` is a run that has measured the lines before."""
 
-    def __init__(self, bench: VirtualBench, instruments: StationInstruments, record: Record) -> None:
+    def __init__(self, bench: VirtualBench, instruments: StationInstruments, record: Record, plate: Nameplate) -> None:
         self._bench = bench
         self._instruments = instruments
         self._record = record
+        self._plate = plate
 
     @property
     def events(self) -> list[tuple[str, dict[str, Any]]]:
@@ -75,15 +82,15 @@ class Measuring:
             bench.standing.lines.read_by_bridge(LINES, 0.1, 20.0)
             bench.standing.lines.read_by_four_wires(LINES, 0.005)
             bench.standing.lines.seen_leads(LEADS)
-        return planned.procedure(bench, load_motor(MOTOR).nameplate, planned.settings, {}).run()
+        return planned.procedure(bench, self._plate, planned.settings, {}).run()
 
 
 @pytest.fixture
-def measure(bench):
-    record, motor = Record(), load_motor(MOTOR)
+def measure(bench, motor):
+    record, plate = Record(), load_motor(motor).nameplate
     instruments = StationInstruments(
         virtual_station(bench.addresses()),
-        motor.nameplate,
+        plate,
         bench.clock,
         record,
         record,
@@ -91,7 +98,7 @@ def measure(bench):
         lambda _: None,
         in_process=bench,
     )
-    yield Measuring(bench, instruments, record)
+    yield Measuring(bench, instruments, record, plate)
     instruments.close()
 
 
@@ -252,3 +259,105 @@ def test_it_is_not_asked_for_ever(bench, measure):
     with pytest.raises(WiringError):
         measure("dq-inductance-extremes", operator=hands, settings=("wiring_attempts=4",))
     assert len(hands.asked) == 3
+
+
+def test_wires_interchanged_while_aligning_show_by_where_the_rotor_stands(bench, measure):
+    bench.world.slips.exchange("A", "B")
+    said = refused(measure, "dq-inductance-aligned")
+    assert "A (white) and B (green) are interchanged, or C (black) is on the instrument's other pole" in said
+    assert "stands at -6" in said
+
+
+def test_one_polarity_on_another_terminal_shows_without_knowing_the_lines(bench, measure):
+    bench.world.slips.wire("C", "supply-")
+    said = refused(measure, "stator-resistance-dc", taught=False)
+    assert "C (black) is connected as well, or a lead of supply or voltmeter is on it" in said
+
+
+@pytest.mark.parametrize(
+    ("channel", "leads", "said"),
+    [
+        (1, ("B", None), "the tip of channel 1 is on B (green)"),
+        (2, ("loose", None), "channel 2 shows no voltage"),
+        (3, (None, "A"), "the reference of channel 3 is on A (white), not on the artificial star point"),
+        (1, ("star", "A"), "channel 1: tip and reference are interchanged"),
+    ],
+)
+def test_probes_of_the_turned_motor(bench, measure, channel, leads, said):
+    bench.world.slips.voltage_leads(channel, *leads)
+    assert said in refused(measure, "back-emf-constant")
+    # Found while turning slowly, and at rest for whoever mends it.
+    assert max(data["arguments"][0] for kind, data in measure.events if kind == "energising") < 40.0
+    assert abs(bench.world.truth()["shaft_speed"]) < 0.1
+
+
+def test_terminals_that_should_be_open(bench, measure):
+    bench.world.slips.wire("A", "lcr_low")
+    bench.world.slips.wire("B", "lcr_low")
+    assert "A (white) and B (green) are connected to each other" in refused(measure, "back-emf-constant")
+
+
+def test_labels_that_are_interchanged_are_a_notice(bench, measure):
+    bench.world.set_swapped(("B", "C"))
+    result = measure("back-emf-constant")
+    assert "phase-order" in {notice.identifier for notice in result.warnings}
+    assert outcomes(result) == ["proved"]
+    assert result.findings["wiring"][0]["reason"] == "sequence"
+
+
+def test_one_probe_that_touches_nothing(bench, measure):
+    bench.world.slips.voltage_leads(1, "loose", None)
+    assert "channel 1 shows no voltage" in refused(measure, "pole-pairs-back-emf")
+
+
+@pytest.mark.parametrize("name", ["pole-pairs-inverter", "torque-constant"])
+def test_a_wire_missing_at_the_inverter(bench, measure, name):
+    bench.world.set_open_phase("B")
+    said = refused(measure, name)
+    assert "the inverter switches itself off: look for a wire that is off" in said
+    assert not bench.world.truth()["energised"]
+
+
+def test_two_wires_interchanged_at_the_inverter(bench, measure):
+    bench.world.slips.exchange("A", "B")
+    said = refused(measure, "torque-constant")
+    assert "two of the three wires are interchanged, or the dynamometer turns the other way" in said
+    # A twentieth of the rated 29 A has shown it.
+    currents = [
+        data["arguments"][0]
+        for kind, data in measure.events
+        if kind == "energising" and data["instrument"] == "inverter"
+    ]
+    assert currents == [pytest.approx(1.45)]
+
+
+def test_a_current_probe_round_no_wire_at_the_inverter(bench, measure):
+    attach = bench.world.attach_current_probe
+    bench.world.attach_current_probe = lambda *_: None
+    assert "channel 4: the current probe is round no wire, or A (white) is open" in refused(
+        measure, "pole-pairs-inverter"
+    )
+    bench.world.attach_current_probe = attach
+
+
+def test_open_terminals_stay_proved_while_nobody_touches_them(bench, measure):
+    assert outcomes(measure("inertia")) == ["not proved"]
+
+
+SIX_STEP = "92bl-30-25l"
+
+
+@pytest.mark.parametrize("motor", [SIX_STEP])
+def test_a_six_step_drive_that_does_not_start(bench, measure):
+    bench.world.set_open_phase("A")
+    said = refused(measure, "equivalent-resistance", settings=("loads=[0.3,0.5,0.7]",))
+    assert "the drive switches itself off" in said
+    assert "0x7122" in said
+
+
+@pytest.mark.parametrize("motor", [SIX_STEP])
+def test_no_current_probe_on_a_running_six_step_drive(bench, measure):
+    bench.world.attach_current_probe = lambda *_: None
+    said = refused(measure, "equivalent-resistance", settings=("loads=[0.3,0.5,0.7]",))
+    assert "channel 4: the current probe is round no wire" in said
+    assert not bench.world.truth()["energised"]
