@@ -131,7 +131,7 @@ def test_a_rehearsal_lists_the_set_points_of_the_run(
     ]
     listed = [(line["instrument"], line["value"]) for line in lines(made, "set point")]
     assert listed == sent
-    assert len(lines(made, "on")) == len(lines(made, "off")) == 39
+    assert len(lines(made, "on")) == len(lines(made, "off")) == 40
     actions = [line["text"][0] for line in lines(made, "action")]
     assert actions[:2] == ["Take the motor's shaft off the dynamometer", "Unlock the shaft, so that it turns freely"]
     assert made["bench_time"] == pytest.approx(sum(one["bench_time"] for one in made["procedures"]), abs=5.0)
