@@ -88,6 +88,7 @@ def test_the_table_counts_and_names(monkeypatch: pytest.MonkeyPatch) -> None:
     some = [the_case("stator-resistance", step, "lcr_meter", "silence") for step in ("3.2.2/3", "3.2.2/4")]
     ended = list(judge_all(some, SEED, 0))
     assert [one.outcome for one in ended] == [REFUSED, RIGHT]
+    assert list(judge_all(some, SEED, 0)) == ended
     ended.append(Ended(some[0], WRONG, "left on and not told: completed"))
     lines = list(table(ended))
     assert "| silence | 3 | 1 | 1 | 0 | 0 | 1 |" in lines

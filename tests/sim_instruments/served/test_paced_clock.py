@@ -56,6 +56,25 @@ def test_a_pulse_tells_those_who_follow() -> None:
     assert told == [pytest.approx(2.0)]
 
 
+def test_a_pulse_runs_what_is_due_in_its_order() -> None:
+    wall, seen = Wall(), list[str]()
+    clock = PacedClock(2.0, wall)
+    clock.call_at(3.0, lambda: seen.append("later"))
+    clock.call_at(1.0, lambda: seen.append("first"))
+    clock.call_at(1.5, lambda: clock.call_at(1.9, lambda: seen.append("third")) and None)
+    cancel = clock.call_at(1.2, lambda: seen.append("never"))
+    cancel()
+    cancel()
+    clock.pulse()
+    assert seen == []
+    wall.time += 1.0
+    clock.pulse()
+    assert seen == ["first", "third"]
+    wall.time += 1.0
+    clock.pulse()
+    assert seen == ["first", "third", "later"]
+
+
 def test_closing_wakes_whoever_sleeps() -> None:
     clock = PacedClock(1.0)
     sleeper = threading.Thread(target=clock.sleep, args=(3600.0,))
