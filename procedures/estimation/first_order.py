@@ -1,7 +1,6 @@
 """Exact response of a first-order system to an input that is straight between its samples."""
 
 import numpy as np
-from scipy.signal import lfilter
 
 from procedures.estimation.fit import FloatArray
 
@@ -21,6 +20,9 @@ def respond(time: FloatArray, drive: FloatArray, rate: float, start: float = 0.0
 
     `drive` (n,) runs straight from sample to sample (first-order hold); sampling need not be even.
     """
+    # scipy.signal takes long to load, and who only reads results needs none of it.
+    from scipy.signal import lfilter
+
     steps = np.diff(time)
     step = float(time[-1] - time[0]) / steps.size
     if np.all(np.abs(steps - step) < 1e-6 * step):

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from procedures.estimation.checks import same_length, series, uniform_step
 from procedures.estimation.first_order import respond
@@ -91,6 +90,9 @@ def fit_step_response(
     mid-interval. The resolutions (V, A) are one converter step. Raises EstimationError where there is no step, the
     record is too short, or a probe is reversed.
     """
+    # scipy.signal takes long to load, and who only reads results needs none of it.
+    from scipy.signal import lfilter
+
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
     resistance, inductance, offset = _start(record)
     prior_voltage = record.voltage_noise / np.sqrt(record.edge) if record.edge else 0.0

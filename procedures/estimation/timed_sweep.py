@@ -4,7 +4,6 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
-from scipy.signal import hilbert
 
 from procedures.estimation.checks import increasing, same_length, series
 from procedures.estimation.fit import EstimationError, FloatArray
@@ -48,6 +47,9 @@ def _scan(x: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:
 
 def _analytic_phase(x: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return places and phase (rad) of the analytic signal away from its ends; it follows a strongly varying speed."""
+    # scipy.signal takes long to load, and who only reads results needs none of it.
+    from scipy.signal import hilbert
+
     even = np.linspace(-1.0, 1.0, x.size)
     centred = np.interp(even, x, values - np.mean(values))
     phase = np.unwrap(np.angle(hilbert(centred)))
