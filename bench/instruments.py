@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 from bench.files.station import Entry, Station
 from bench.record.errors import RecordError
 from bench.record.recording import Recording, WaveformSink
-from bench.safety.guards import PolePairs, guarded
+from bench.safety.limited import PolePairs
+from bench.safety.limiting import limited
 from bench.safety.limits import Observer, limits_of, nobody
 from drivers.can_bus.buses import CanBuses
 from drivers.in_process import InProcess
@@ -62,13 +63,13 @@ class StationInstruments:
         self._in_process = in_process
         self._can_buses = CanBuses(in_process)
         self._opened: dict[Role, Instrument] = {}
-        self._guarded = {role: self._guard(role) for role in station.entries}
+        self._limited = {role: self._limit(role) for role in station.entries}
 
     def available(self) -> Mapping[Role, Instrument]:
         """Return one instrument for every role, behind the limits, recorded, and opened at its first use."""
         return {
             role: Recording(instrument, role.value, self._recorder, self._waveforms)
-            for role, instrument in self._guarded.items()
+            for role, instrument in self._limited.items()
         }
 
     def open(self, role: Role) -> None:
@@ -79,7 +80,7 @@ class StationInstruments:
     def get(self, role: Role) -> Instrument:
         """Return the instrument of a role, opened, behind the limits."""
         self._bare(role)
-        return self._guarded[role]
+        return self._limited[role]
 
     def opened(self) -> Mapping[Role, Instrument]:
         """Return those that are open, with nothing in front: on the way down no reading may be refused."""
@@ -96,11 +97,11 @@ class StationInstruments:
             self._visa = None
         return faults
 
-    def _guard(self, role: Role) -> Instrument:
+    def _limit(self, role: Role) -> Instrument:
         entry = self._station.entries[role]
         limits = limits_of(role, self._nameplate, entry.limits)
         lazy = _Lazy(lambda: self._bare(role))
-        return guarded(role, lazy, entry.name, limits, pole_pairs=self._pole_pairs, observe=self._observe)
+        return limited(role, lazy, entry.name, limits, pole_pairs=self._pole_pairs, observe=self._observe)
 
     def _bare(self, role: Role) -> Instrument:
         if role not in self._opened:

@@ -75,7 +75,7 @@ class ProcedureScript:
 
 
 class Script:
-    """Hears the journal and the guards of a rehearsal; `names` are the instruments', by role."""
+    """Hears the journal of a rehearsal and its set points; `names` are the instruments', by role."""
 
     def __init__(
         self,
@@ -111,7 +111,7 @@ class Script:
             self._add(Line(_BLOCKS[kind], self._names[data["instrument"]], data["call"]))
 
     def set_point(self, point: SetPoint) -> None:
-        """Take a set point from a guard; the instrument's own range bounds it as well."""
+        """Take a set point; the instrument's own range bounds it as well."""
         own = self._own(point.instrument, point.parameter)
         if own.value < point.bound:
             point = replace(point, bound=own.value, owner=own.owner)
@@ -152,7 +152,7 @@ class Script:
         self._add(Line("action", words=tuple(line.render(self._translate) for line in lines)))
 
     def _setting(self, data: Mapping[str, Any]) -> None:
-        # What a guard judged stands there as a set point already.
+        # What was held against limits stands there as a set point already.
         if data["instrument"] not in _LIMITED:
             said = [*data.get("arguments", ()), *data.get("named", {}).values()]
             self._add(

@@ -324,18 +324,18 @@ def test_a_drive_is_switched_off_when_a_reading_is_beyond_a_limit(counted: MakeC
     assert not bench.world.truth()["energised"]
 
 
-def test_what_puts_nothing_out_has_no_guard(counted: MakeCounted) -> None:
+def test_what_puts_nothing_out_has_no_limits(counted: MakeCounted) -> None:
     bench = counted()
     assert bench["oscilloscope"].identity.model.startswith("DSO")
     assert bench.heard == []
 
 
-def test_every_role_that_energises_or_moves_is_guarded() -> None:
+def test_every_role_that_energises_or_moves_is_limited() -> None:
     from bench.files.limits import SECTIONS
-    from bench.safety.guards import guarded
+    from bench.safety.limiting import limited
     from bench.safety.limits import Limits
     from procedures.bench import Role
 
     bare: Any = object()
-    kept = {role for role in Role if guarded(role, bare, role.value, Limits()) is not bare}
+    kept = {role for role in Role if limited(role, bare, role.value, Limits()) is not bare}
     assert kept == {*SECTIONS, Role.TACHOMETER}

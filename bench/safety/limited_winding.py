@@ -1,100 +1,17 @@
-"""What stands in front of every instrument that can energise or move: no set point passes that is beyond a limit."""
+"""Limits in front of what feeds the winding."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import Any
 
-from bench.safety.limits import (
-    Limit,
-    Limits,
-    Observer,
-    Quantity,
-    check_reading,
-    check_set_point,
-    nobody,
-)
-from drivers.interfaces import (
-    Aperture,
-    BldcDrive,
-    Dynamometer,
-    DynamometerReading,
-    Instrument,
-    Inverter,
-    LcrMeter,
-    Reading,
-    Regulated,
-    Supply,
-    Tachometer,
-)
-from procedures.bench import Role
-
-#: Gives the number of pole pairs, None where nobody knows it yet.
-PolePairs = Callable[[], int | None]
+from bench.safety.limited import Limited, as_frequency
+from bench.safety.limits import Limit, Quantity
+from drivers.interfaces import Aperture, BldcDrive, Inverter, LcrMeter, Reading, Regulated, Supply
 
 
-def _unknown() -> None:
-    return None
+class LimitedSupply(Limited):
+    """A DC supply: voltage and current limit."""
 
-
-def guarded(
-    role: Role,
-    instrument: Instrument,
-    name: str,
-    limits: Limits,
-    *,
-    pole_pairs: PolePairs = _unknown,
-    observe: Observer = nobody,
-) -> Instrument:
-    """Return the instrument with limits in front; one that puts nothing out is returned as it is.
-
-    `name` stands for it in messages, `observe` hears every set point before it is judged. A guard adds no method and takes none
-    away: what it does not check it passes on.
-    """
-    guards: dict[Role, type[_Guard]] = {
-        Role.SUPPLY: _GuardedSupply,
-        Role.LCR_METER: _GuardedLcrMeter,
-        Role.INVERTER: _GuardedInverter,
-        Role.DYNAMOMETER: _GuardedDynamometer,
-        Role.DRIVE: _GuardedDrive,
-        Role.TACHOMETER: _GuardedTachometer,
-    }
-    guard = guards.get(role)
-    return guard(instrument, name, limits, pole_pairs, observe) if guard else instrument
-
-
-class _Guard:
-    def __init__(self, instrument: Any, name: str, limits: Limits, pole_pairs: PolePairs, observe: Observer) -> None:
-        self._instrument = instrument
-        self._name = name
-        self._bounds = {quantity: limits.bound(quantity) for quantity in Quantity}
-        self._reading_bounds = {quantity: limits.reading_bound(quantity) for quantity in Quantity}
-        self._pole_pairs = pole_pairs
-        self._observe = observe
-
-    def __getattr__(self, attribute: str) -> Any:
-        return getattr(self._instrument, attribute)
-
-    def _bound(self, quantity: Quantity) -> Limit:
-        return self._bounds[quantity]
-
-    def _check(self, call: str, parameter: str, value: float, unit: str, limit: Limit, *, signed: bool = False) -> None:
-        check_set_point(self._name, call, parameter, value, unit, limit, signed=signed, observe=self._observe)
-
-    def _held(self, parameter: str, reading: Reading, quantity: Quantity) -> Reading:
-        check_reading(self._name, parameter, reading.value, reading.unit, self._reading_bounds[quantity])
-        return reading
-
-    def _held_frequency(self, reading: Reading) -> Reading:
-        """Hold an electrical frequency against its own limit and, where the pole pairs are known, against the speed's."""
-        pairs = self._pole_pairs()
-        if pairs is not None:
-            limit = _as_frequency(self._reading_bounds[Quantity.SPEED], pairs)
-            check_reading(self._name, "frequency", reading.value, reading.unit, limit)
-        return self._held("frequency", reading, Quantity.FREQUENCY)
-
-
-class _GuardedSupply(_Guard):
     _instrument: Supply
 
     @property
@@ -132,7 +49,9 @@ class _GuardedSupply(_Guard):
         self._check(call, "current limit", current_limit, "A", self._bound(Quantity.CURRENT))
 
 
-class _GuardedLcrMeter(_Guard):
+class LimitedLcrMeter(Limited):
+    """An LCR meter: test level and frequency."""
+
     _instrument: LcrMeter
 
     def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
@@ -152,7 +71,9 @@ class _GuardedLcrMeter(_Guard):
         return min(candidates, key=lambda limit: limit.value)
 
 
-class _GuardedInverter(_Guard):
+class LimitedInverter(Limited):
+    """An inverter: phase current and the field's frequency."""
+
     _instrument: Inverter
 
     @property
@@ -191,55 +112,11 @@ class _GuardedInverter(_Guard):
         return self._held("current", self._instrument.measure_current(), Quantity.CURRENT)
 
     def _frequency_bound(self) -> Limit:
-        by_motor = _as_frequency(self._bound(Quantity.SPEED), self._pole_pairs())
+        by_motor = as_frequency(self._bound(Quantity.SPEED), self._pole_pairs())
         return min(self._bound(Quantity.FREQUENCY), by_motor, key=lambda limit: limit.value)
 
 
-class _GuardedDynamometer(_Guard):
-    _instrument: Dynamometer
-
-    @property
-    def maximum_speed(self) -> float:
-        """Largest speed (rad/s): the least of the machine's, the motor's and the station's."""
-        return min(self._instrument.maximum_speed, self._bound(Quantity.SPEED).value)
-
-    @property
-    def maximum_torque(self) -> float:
-        """Largest torque (N·m): the lesser of the machine's and the station's."""
-        return min(self._instrument.maximum_torque, self._bound(Quantity.TORQUE).value)
-
-    def driving_speed(self, speed: float) -> AbstractContextManager[None]:
-        """Hold a speed (rad/s) for the length of the block."""
-        self._check("driving_speed", "speed", speed, "rad/s", self._bound(Quantity.SPEED), signed=True)
-        return self._instrument.driving_speed(speed)
-
-    def set_speed(self, speed: float) -> None:
-        """Change the commanded speed (rad/s)."""
-        self._check("set_speed", "speed", speed, "rad/s", self._bound(Quantity.SPEED), signed=True)
-        self._instrument.set_speed(speed)
-
-    def driving_torque(self, torque: float, speed_limit: float | None = None) -> AbstractContextManager[None]:
-        """Put a torque (N·m) on the shaft; the drive keeps below the motor's and the station's highest speed (rad/s)."""
-        self._check("driving_torque", "torque", torque, "N·m", self._bound(Quantity.TORQUE), signed=True)
-        highest = self._reading_bounds[Quantity.SPEED]
-        if speed_limit is not None:
-            self._check("driving_torque", "speed limit", speed_limit, "rad/s", highest)
-        elif not math.isinf(highest.value):
-            speed_limit = min(highest.value, self._instrument.maximum_speed)
-        return self._instrument.driving_torque(torque, speed_limit)
-
-    def measure(self) -> DynamometerReading:
-        """Return one reading; raises LimitError where its speed or its torque is beyond a limit."""
-        reading = self._instrument.measure()
-        for parameter, value, unit, quantity in (
-            ("speed", reading.speed, "rad/s", Quantity.SPEED),
-            ("torque", reading.torque, "N·m", Quantity.TORQUE),
-        ):
-            check_reading(self._name, parameter, value, unit, self._reading_bounds[quantity])
-        return reading
-
-
-class _GuardedDrive(_Guard):
+class LimitedDrive(Limited):
     """A drive at full voltage has no set point: its source's voltage is judged before it runs, its readings while it does."""
 
     _instrument: BldcDrive
@@ -265,20 +142,3 @@ class _GuardedDrive(_Guard):
     def measure_frequency(self) -> Reading:
         """Return the electrical frequency (Hz); raises LimitError where it, or the speed it means, is beyond a limit."""
         return self._held_frequency(self._instrument.measure_frequency())
-
-
-class _GuardedTachometer(_Guard):
-    _instrument: Tachometer
-
-    def measure_speed(self) -> Reading:
-        """Return the speed (rad/s); raises LimitError where it is beyond a limit."""
-        return self._held("speed", self._instrument.measure_speed(), Quantity.SPEED)
-
-
-def _as_frequency(speed: Limit, pole_pairs: int | None) -> Limit:
-    """Return a limit of mechanical speed (rad/s) as one of electrical frequency (Hz).
-
-    With a single pole pair a frequency means the highest speed that it can, so that is taken where the number is not known.
-    """
-    words = "pole pairs unknown: 1 taken" if pole_pairs is None else f"{pole_pairs} pole pairs"
-    return Limit(speed.value / (2.0 * math.pi) * (pole_pairs or 1), f"{speed.owner}, {words}")
