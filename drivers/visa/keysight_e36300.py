@@ -19,7 +19,9 @@ from drivers.interfaces import (
 )
 from drivers.limits import check_setpoint, lesser
 from drivers.safety import always
+from drivers.visa.keysight_e36300_channel import Channel
 from drivers.visa.keysight_e36300_data import OUTPUTS
+from drivers.visa.keysight_e36300_protection import Protection
 from drivers.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.visa.options import E36300Options
 from drivers.visa.replies import is_overrange
@@ -31,12 +33,6 @@ if TYPE_CHECKING:
 #: Condition register of an output (ISUMmary): two low bits say what regulates; higher ones concern lists and logs.
 REGULATION_MASK = 0b11
 REGULATION = {0: None, 1: OutputMode.CONSTANT_CURRENT, 2: OutputMode.CONSTANT_VOLTAGE, 3: OutputMode.UNREGULATED}
-
-#: How far a level read back may lie from the one set: steps of the converters are below 5 mV and 5 mA.
-READBACK_STEP = 5e-3
-
-#: Longest delay (s) of the over-current protection (the same in Keysight's N6700 and E36731A).
-LONGEST_DELAY = 0.255
 
 #: How long (s) the way down waits for a reply: other instruments are still energised meanwhile.
 WAY_DOWN_TIME = 2.0
@@ -80,14 +76,12 @@ class KeysightE36300:
                 remedy="Correct the channel in the station file",
             )
         self._output = outputs[options.channel]
-        self._list = f"(@{options.channel})"
-        self._voltage_query = f"MEAS:VOLT? {self._list}"
-        self._current_query = f"MEAS:CURR? {self._list}"
+        self._channel = Channel(session, options.channel, name)
         self._voltage_accuracy = options.voltage_accuracy or self._output.voltage
         self._current_accuracy = options.current_accuracy or self._output.current
         self._maximum_voltage, self._voltage_owner = lesser(self._output.maximum_voltage, options.maximum_voltage)
         self._maximum_current, self._current_owner = lesser(self._output.maximum_current, options.maximum_current)
-        check_setpoint(name, "over_current_delay", options.over_current_delay, "s", 0.0, LONGEST_DELAY, "the model")
+        self._protection = Protection(self._channel, options.over_current_delay, name)
         if not guarding:
             session.check_errors()
 
@@ -120,25 +114,19 @@ class KeysightE36300:
         """
         self._check_levels(voltage, current_limit)
         protection = self._protection_for(voltage)
-        write = self._session.write
+        channel = self._channel
         # The protection must stay above the level at every moment, upwards and downwards.
-        if voltage >= self._session.query_number(f"VOLT? {self._list}"):
+        if voltage >= channel.number("VOLT"):
             steps = (("VOLT:PROT", protection), ("VOLT", voltage))
         else:
             steps = (("VOLT", voltage), ("VOLT:PROT", protection))
         trips = regulated is Regulated.VOLTAGE or self._options.trip_at_current_limit
-        delay = self._options.over_current_delay
-        write(f"CURR:PROT:DEL {delay:.6g},{self._list}")
-        # The delay is to pass over a moment at the limit, whenever it comes.
-        write(f"CURR:PROT:DEL:STAR CCTR,{self._list}")
-        write(f"CURR:PROT:STAT {'ON' if trips else 'OFF'},{self._list}")
-        write(f"CURR {current_limit:.6g},{self._list}")
-        for header, value in steps:
-            write(f"{header} {value:.6g},{self._list}")
-        for header, value in (("CURR", current_limit), *steps, ("CURR:PROT:DEL", delay)):
-            self._confirm(header, value)
-        self._confirm("CURR:PROT:STAT", float(trips))
-        self._confirm_start()
+        self._protection.set_over_current(trips=trips)
+        for header, value in (("CURR", current_limit), *steps):
+            channel.write(header, f"{value:.6g}")
+        for header, value in (("CURR", current_limit), *steps):
+            channel.confirm(header, value)
+        self._protection.confirm_over_current(trips=trips)
 
     @contextmanager
     def energised(
@@ -150,12 +138,13 @@ class KeysightE36300:
         ReportedError where a protection has tripped, before the block or in it.
         """
         self._check_levels(voltage, current_limit)
-        self._refuse_latched()
+        self._protection.refuse_latched()
         self.configure(voltage, current_limit, regulated)
         with always(self._end):
-            self._session.write(f"OUTP ON,{self._list}")
-            if not self._is_on():
-                raise ReportedError(self._name, "the output did not switch on", command=f"OUTP ON,{self._list}")
+            self._channel.write("OUTP", "ON")
+            if not self._channel.flag("OUTP"):
+                on = self._channel.command("OUTP", "ON")
+                raise ReportedError(self._name, "the output did not switch on", command=on)
             yield
 
     def output_off(self) -> None:
@@ -178,7 +167,7 @@ class KeysightE36300:
             raise ReportedError(
                 self._name,
                 "the output is still on",
-                command=f"OUTP OFF,{self._list}",
+                command=self._channel.command("OUTP", "OFF"),
                 remedy="Switch it off at the front panel",
             )
 
@@ -188,24 +177,24 @@ class KeysightE36300:
         regulation = decode_regulation(condition)
         if regulation in (OutputMode.CONSTANT_VOLTAGE, OutputMode.CONSTANT_CURRENT):
             return regulation
-        if self._tripped():
+        if self._protection.tripped():
             return OutputMode.TRIPPED
-        return OutputMode.UNREGULATED if self._is_on() else OutputMode.OFF
+        return OutputMode.UNREGULATED if self._channel.flag("OUTP") else OutputMode.OFF
 
     def clear_protection(self) -> None:
         """Release a tripped protection; the output stays off until it is switched on anew."""
         # Clearing restores the output to what it was before the trip: off must be what it is told last.
         self.output_off()
-        self._session.write(f"OUTP:PROT:CLE {self._list}")
+        self._channel.write("OUTP:PROT:CLE")
         self.output_off()
 
     def measure_voltage(self) -> Reading:
         """Return the output voltage (V) by the supply's own meter; raises MeasurementError where it has none."""
-        return self._measure(self._voltage_query, "V", self._voltage_accuracy)
+        return self._measure("MEAS:VOLT", "V", self._voltage_accuracy)
 
     def measure_current(self) -> Reading:
         """Return the output current (A) by the supply's own meter; raises MeasurementError where it has none."""
-        return self._measure(self._current_query, "A", self._current_accuracy)
+        return self._measure("MEAS:CURR", "A", self._current_accuracy)
 
     def make_safe(self) -> None:
         """Switch the output off and confirm it."""
@@ -222,7 +211,7 @@ class KeysightE36300:
     def _end(self) -> None:
         """Switch off, then say whether a protection had done so already; its latch is released."""
         self.output_off()
-        tripped = self._tripped()
+        tripped = self._protection.tripped()
         if tripped:
             self.clear_protection()
             raise ReportedError(
@@ -231,25 +220,10 @@ class KeysightE36300:
                 remedy="Check the leads, the motor's connection and the settings",
             )
 
-    def _refuse_latched(self) -> None:
-        tripped = self._tripped()
-        if tripped:
-            raise ReportedError(
-                self._name,
-                f"{tripped} protection has tripped earlier and holds the output off",
-                remedy="Remove the cause, then clear the protection at the front panel",
-            )
-
-    def _tripped(self) -> str:
-        """Return which protection has tripped, nothing where none has."""
-        if self._flag("CURR:PROT:TRIP?"):
-            return "over-current"
-        return "over-voltage" if self._flag("VOLT:PROT:TRIP?") else ""
-
-    def _measure(self, query: str, unit: str, accuracy: Accuracy) -> Reading:
-        value = self._session.query_number(query)
+    def _measure(self, header: str, unit: str, accuracy: Accuracy) -> Reading:
+        value = self._channel.number(header)
         if is_overrange(value):
-            raise MeasurementError(self._name, "the meter gives no value (9.9E37)", command=query)
+            raise MeasurementError(self._name, "the meter gives no value (9.9E37)", command=f"{header}?")
         return Reading(value, unit, accuracy, self._clock.now())
 
     def _protection_for(self, voltage: float) -> float:
@@ -258,26 +232,8 @@ class KeysightE36300:
 
     def _switch_off(self) -> bool:
         """Send off and return whether the output is on nevertheless."""
-        self._session.write(f"OUTP OFF,{self._list}")
-        return self._is_on()
-
-    def _is_on(self) -> bool:
-        return self._flag("OUTP?")
-
-    def _flag(self, query: str) -> bool:
-        return self._session.query_number(f"{query} {self._list}") != 0
-
-    def _confirm(self, header: str, value: float) -> None:
-        query = f"{header}? {self._list}"
-        found = self._session.query_number(query)
-        if abs(found - value) > READBACK_STEP:
-            raise CommunicationError(self._name, f"reads back {found:g} after {value:g} was set", command=query)
-
-    def _confirm_start(self) -> None:
-        query = f"CURR:PROT:DEL:STAR? {self._list}"
-        found = self._session.query(query).strip()
-        if not found.upper().startswith("CCT"):
-            raise CommunicationError(self._name, f"reads back {found} after CCTR was set", command=query)
+        self._channel.write("OUTP", "OFF")
+        return self._channel.flag("OUTP")
 
 
 def open_keysight_e36300(
