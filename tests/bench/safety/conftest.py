@@ -36,7 +36,7 @@ class Counted:
 
     def __init__(self, motor: str, nameplate: Mapping[str, Any], limits: Limits, stack: ExitStack) -> None:
         file = load_motor(motor)
-        self.bench = stack.enter_context(VirtualBench(file.virtual_motor(), six_step=file.six_step))
+        self.bench = stack.enter_context(VirtualBench(file.virtual_motor(), six_step=file.six_step, sockets=False))
         self.world = self.bench.world
         self.nameplate: Nameplate = replace(file.nameplate, **nameplate)
         told = describe(self.bench.addresses())
@@ -51,6 +51,7 @@ class Counted:
             Nowhere(),
             lambda: pyvisa.ResourceManager(self.bench.visa_library),
             lambda _: None,
+            in_process=self.bench,
             observe=self.heard.append,
         )
         stack.callback(self.instruments.close)
