@@ -84,7 +84,11 @@ class Journal:
         #: A line that may or may not stand in the file, where its writing was interrupted.
         self._pending = b""
         self._failure: RecordError | None = None
-        self._file = _opened(path, previous)
+        try:
+            self._file = _opened(path, previous)
+        except BaseException:
+            self._release()
+            raise
 
     @property
     def failure(self) -> RecordError | None:

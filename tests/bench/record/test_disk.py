@@ -170,12 +170,15 @@ def test_two_processes_do_not_write_one_run(tmp_path: Path) -> None:
 
 
 def test_a_journal_that_cannot_be_opened_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reserve = Reserve(tmp_path / ".reserve")
+
     def read_only(*arguments: Any) -> int:
         raise OSError(errno.EROFS, "Read-only file system")
 
     monkeypatch.setattr(os, "open", read_only)
     with pytest.raises(InputError, match=r"cannot be written: Read-only file system\. Make the folder writable"):
-        Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+        Journal(tmp_path / "journal.jsonl", lambda: 0.0, reserve=reserve)
+    assert not (tmp_path / ".reserve").exists()
     with pytest.raises(RecordError, match=r"Read-only file system\. .* choose another by --runs"):
         write_file(tmp_path / "x", b"content")
 
