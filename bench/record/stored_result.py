@@ -1,11 +1,16 @@
 """A procedure's result as it stands in the journal, and back."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
+from string import Formatter
 from typing import Any
 
 from procedures.result import Contribution, Notice, Parameter, ProcedureResult
 from procedures.text import Text
+
+#: How a value may be formatted: with a short width, so that no file can ask for a line of any length.
+_FORM = re.compile(r"[<>^]?[-+ ]?0?\d{0,2}(\.\d{1,2})?[a-zA-Z%]?")
 
 
 def store(result: ProcedureResult) -> dict[str, Any]:
@@ -46,8 +51,13 @@ def store_text(message: Text) -> dict[str, Any]:
 
 
 def restore_text(data: Mapping[str, Any]) -> Text:
-    """Return the sentence that `store_text` took apart."""
-    return Text(data["template"], {name: _restore_value(value) for name, value in data["values"].items()})
+    """Return the sentence that `store_text` took apart. Raises ValueError, KeyError or TypeError for one that cannot be said."""
+    for _, name, form, _ in Formatter().parse(data["template"]):
+        if name is not None and not (name.isidentifier() and _FORM.fullmatch(form or "")):
+            raise ValueError(f"{{{name}:{form}}} is no place for a value")
+    sentence = Text(data["template"], {name: _restore_value(value) for name, value in data["values"].items()})
+    sentence.render()
+    return sentence
 
 
 def _store_value(value: object) -> Any:

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from bench.errors import InputError
 from bench.record.encoding import dumps
-from bench.record.journal import Journal, read_journal
+from bench.record.journal import Event, Journal, read_journal
+from bench.record.run_view import view_of
 from procedures.actions import ALIGN_D
 from procedures.text import text
 
@@ -146,3 +147,21 @@ def test_listeners_hear_what_was_written(tmp_path: Path) -> None:
     journal.event("warning", id="E1")
     journal.close()
     assert heard == [("warning", {"id": "E1"})]
+
+
+@pytest.mark.parametrize(
+    ("template", "values"),
+    [
+        ("{a:*1f}", {"a": 1.5}),
+        ("{a:>9999999999}", {"a": 1.5}),
+        ("{a.__class__}", {"a": 1.5}),
+        ("{b}", {"a": 1.5}),
+        ("{a:d}", {"a": 1.5}),
+        ("{", {}),
+        ("{a}", {"a": {"wrong": 1}}),
+    ],
+)
+def test_a_sentence_that_cannot_be_said_is_no_event_of_a_run(template: str, values: dict[str, Any]) -> None:
+    data = {"procedure": "", "warning": {"id": "E1", "text": {"template": template, "values": values}}}
+    with pytest.raises(InputError, match=r"event 1 \(known_before\) is not as this version of motorbench writes it"):
+        view_of([Event(1, "", 0.0, "known_before", data)])
