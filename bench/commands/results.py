@@ -10,14 +10,15 @@ from cyclopts import App, Parameter
 from bench.commands.output import console_on, print_end, print_json, print_summary
 from bench.errors import UsageError
 from bench.files.toml_file import nearest
+from bench.guardian.record import read_guardian
 from bench.language import language_of, translator
 from bench.record.journal_file import read_journal
 from bench.record.overview import overview
-from bench.record.run_folder import existing_run_folder, run_folders
+from bench.record.run_folder import RunFolder, existing_run_folder, run_folders
 from bench.record.run_result import end_of
 from bench.record.run_view import RunView, view_of
 from procedures.result import Parameter as Measured
-from procedures.text import Translate
+from procedures.text import Translate, text
 
 #: Procedures that a list names one by one.
 _NAMED = 3
@@ -52,13 +53,17 @@ def results(
     journal = read_journal(folder.journal)
     view = view_of(journal.events)
     if json:
-        print_json({**view.as_dict(translate), "journal": end_of(journal), "torn": journal.torn})
+        acts = [{"wall": at, "cause": cause} for at, cause in _acts(folder)]
+        print_json({**view.as_dict(translate), "journal": end_of(journal), "torn": journal.torn, "guardian": acts})
     elif budget is not None:
         _print_budgets(view, budget, translate)
     else:
         print_summary(view, folder, translate)
         if view.status != "completed":
             print_end(view, folder, translate)
+        for at, cause in _acts(folder):
+            said = text("The guardian took the way down at {time}: {cause}", time=at, cause=cause)
+            console_on(sys.stdout).print(said.render(translate), markup=False)
     sys.stdout.flush()
     return 0
 
@@ -87,6 +92,11 @@ def list_runs(*, json: bool = False, runs: Path = Path("runs")) -> int:
             )
             print(f"{each.name:{widest}}  {each.status:11}  {each.motor}: {what}")
     return 0
+
+
+def _acts(folder: RunFolder) -> list[tuple[str, str]]:
+    """Return when (ISO 8601, UTC) and why the guardian took the way down; empty where it never had to."""
+    return [(event["wall"], event["data"]["cause"]) for event in read_guardian(folder.path) if event["kind"] == "took"]
 
 
 def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) -> None:

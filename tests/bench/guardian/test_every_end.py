@@ -3,9 +3,13 @@
 import os
 import signal
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+from bench.commands.run import run as motorbench_run
+from bench.errors import InputError
 
 #: Whatever the end, everything is off soon (s); how soon is measured in tests/benchmarks.
 SOON = 5.0
@@ -119,7 +123,7 @@ def test_an_instrument_that_is_lost(hold: Callable[..., Any], served: Any) -> No
 
 
 @pytest.mark.parametrize("name", ["emergency_stop", "door"])
-def test_an_interlock_that_opens(hold: Callable[..., Any], served: Any, name: str) -> None:
+def test_an_interlock_that_opens(hold: Callable[..., Any], served: Any, tmp_path: Path, name: str) -> None:
     run = hold("wait")
     served.contact(name, closed=False)
     assert served.seconds_until_off() < SOON
@@ -127,9 +131,10 @@ def test_an_interlock_that_opens(hold: Callable[..., Any], served: Any, name: st
     assert (told["status"], told["cause"]) == ("aborted", f"interrupted by the interlock {name}, which is open")
     (start,) = (event.data for event in run.journal if event.kind == "way_down_started")
     assert start["interrupted_after"] < SOON
-    served.refuses(f"the interlock {name} was open at")
-    served.contact(name, closed=True)
-    served.refuses("nobody has reset it")
+    for closed, why in ((False, f"the interlock {name} was open at"), (True, "nobody has reset it")):
+        served.contact(name, closed=closed)
+        with pytest.raises(InputError, match=why):
+            motorbench_run("pole-pairs-static", station=str(served.station), motor="lg-400w", runs=tmp_path)
     served.reset("Li Wei")
 
 

@@ -9,12 +9,14 @@ from typing import Any
 
 import pytest
 
+from bench.commands.results import results
 from bench.errors import InputError
 from bench.files.station import load_station
 from bench.guardian.charge import Charge, charge_of, decode, encode
 from bench.guardian.hands import is_shared, needs_guardian
 from bench.guardian.record import FILE, GuardianRecord, read_guardian
 from bench.guardian.watch import Watch
+from bench.record.journal import Journal as RunJournal
 from bench.safety.way_down import Outcome
 from bench.safety.way_down_items import Do, Item, Measured, item
 from procedures.bench import Recorder, Role
@@ -251,3 +253,19 @@ def test_who_needs_one(tmp_path: Path) -> None:
     path.write_text(STATION.replace("1.5", "0.01"), encoding="utf-8")
     with pytest.raises(InputError, match=r"guardian\.heartbeat = 0\.01; allowed is a number of at least 0\.2"):
         load_station(path)
+
+
+def test_what_a_guardian_did_is_shown_with_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    journal = RunJournal(tmp_path / "journal.jsonl", lambda: 0.0)
+    journal.event("run_started", run=str(tmp_path), motor={"name": "M"}, station={}, procedures=["tiny"], settings={})
+    journal.close()
+    assert results(str(tmp_path), language="en") == 0
+    assert "The guardian" not in capsys.readouterr().out
+    record = GuardianRecord(tmp_path)
+    record.event("took", cause="the run's process has died")
+    record.close()
+    assert results(str(tmp_path), language="en") == 0
+    assert "The guardian took the way down at 20" in (said := capsys.readouterr().out)
+    assert "the run's process has died" in said
+    assert results(str(tmp_path), json=True) == 0
+    assert '"cause": "the run\'s process has died"' in capsys.readouterr().out

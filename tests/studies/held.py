@@ -1,0 +1,129 @@
+"""A virtual bench in a process of its own, and a run on it with everything energised, for those who end it in every manner."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from bench.commands.station import reset
+from bench.guardian.record import read_guardian
+from bench.record.journal import Event, read_journal
+from bench.served_world import ServedWorld
+
+QUIET = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
+HELD_RUN = Path(__file__).parent / "held_run.py"
+#: Nobody dies in a test for longer than this (s).
+PATIENCE = 30.0
+
+
+class Served:
+    """`motorbench sim serve`, and what is really so on it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.station = folder / "station.toml"
+        words = ("--motor", "lg-400w", "--json", "--speedup", "20", "--station-file", str(self.station))
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=QUIET
+        )
+        assert self.process.stdout is not None
+        self.told: dict[str, Any] = json.loads(self.process.stdout.readline())
+        self.world = ServedWorld(self.told["control"])
+        self.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
+        self.world.hold_shaft()
+        self.world.couple_dynamometer()
+        self.world.let_go()
+
+    def silence(self, role: str) -> None:
+        """Have an instrument answer nothing any more."""
+        self.world._ask("POST", "/faults", {"fault": "silence", "role": role, "pattern": "", "times": None})
+
+    def truth_becomes(self, key: str, wanted: object) -> bool:
+        """Wait until something is so."""
+        begun = time.monotonic()
+        while self.world.truth()[key] != wanted:
+            assert time.monotonic() - begun < PATIENCE
+            self.world.clock.sleep(0.5)
+        return True
+
+    def contact(self, name: str, *, closed: bool) -> None:
+        """Close or open a safety contact."""
+        self.world._ask("POST", "/interlocks", {"name": name, "closed": closed})
+
+    def reset(self, by: str) -> None:
+        """Have a person reset what the interlocks have left."""
+        assert reset(self.station, by=by) == 0
+
+    def mend(self) -> None:
+        """Take all faults away."""
+        self.world._ask("DELETE", "/faults")
+
+    def seconds_until_off(self) -> float:
+        """Return how long it takes until nothing is energised any more."""
+        begun = time.monotonic()
+        while self.world.truth()["energised"]:
+            assert time.monotonic() - begun < PATIENCE
+            self.world.clock.sleep(0.1)
+        return time.monotonic() - begun
+
+    def end(self) -> None:
+        self.world.__exit__()
+        self.process.send_signal(signal.SIGTERM)
+        self.process.communicate(timeout=PATIENCE)
+
+
+class Run:
+    """A held run under way."""
+
+    def __init__(self, served: Served, folder: Path, *then: str) -> None:
+        self.served = served
+        self.runs = folder
+        self.process = subprocess.Popen(
+            [sys.executable, str(HELD_RUN), str(served.station), str(folder), *then],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=QUIET,
+        )
+        assert self.process.stdout is not None
+        said = self.process.stdout.readline()
+        assert said == "energised\n", said + self.process.communicate(timeout=PATIENCE)[1]
+        truth = served.world.truth()
+        assert (truth["output_on"], truth["inverter_enabled"], truth["dynamometer_enabled"]) == (True, True, True)
+
+    @property
+    def folder(self) -> Path:
+        return next(self.runs.iterdir())
+
+    @property
+    def guardian(self) -> list[dict[str, Any]]:
+        return read_guardian(self.folder)
+
+    @property
+    def guardian_pid(self) -> int:
+        return int(self.guardian[0]["data"]["pid"])
+
+    @property
+    def journal(self) -> tuple[Event, ...]:
+        return read_journal(self.folder / "journal.jsonl").events
+
+    def signal(self, number: signal.Signals) -> None:
+        self.process.send_signal(number)
+
+    def ended(self) -> dict[str, Any]:
+        """Return how the run ended, as it tells it itself."""
+        output, errors = self.process.communicate(timeout=PATIENCE)
+        assert self.process.returncode == 0, errors
+        told: dict[str, Any] = json.loads(output.splitlines()[-1])
+        return told
+
+    def guardian_left(self) -> list[dict[str, Any]]:
+        """Return what the guardian wrote, once it has left."""
+        begun = time.monotonic()
+        while (events := self.guardian)[-1]["kind"] != "left":
+            assert time.monotonic() - begun < PATIENCE, events
+            self.served.world.clock.sleep(0.2)
+        return events

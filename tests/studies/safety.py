@@ -1,0 +1,178 @@
+"""How soon everything is off, and what safety costs: `python -m tests.studies.safety --rounds 10`.
+
+Reactions are asked of a served bench in a process of its own, a request to it taking some milliseconds itself. The cost is
+that of whole runs, alternately with and without guardian, interlocks and limits; on the virtual bench in process
+there are neither guardian nor interlocks, and only the limits are left out.
+"""
+
+import argparse
+import os
+import signal
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from unittest import mock
+
+from rich.console import Console
+
+from bench.files.motor_file import load_motor
+from bench.session import Wishes, run
+from procedures.catalogue import catalogue
+from tests.studies.held import Run, Served
+
+#: What ends a run, by name.
+ENDS = ("kill -9", "SIGSTOP", "guardian killed", "SIGTERM", "Ctrl-C", "emergency stop (Modbus)", "door (CAN)")
+ON_WIRES = ("pole-pairs-static", "stator-resistance-dc")
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=10)
+    rounds = parser.parse_args().rounds
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        print("until everything is off (s, from the cause; frozen: from SIGSTOP, heartbeat included)")
+        print(f"  {'':<26}{'median':>8}{'worst':>8}   interrupted after (ms): median, worst")
+        for end in ENDS:
+            _print_reaction(end, [reaction(folder, end, number) for number in range(rounds)])
+        print("time of a run (s): of the wall on wires, of the processor in process")
+        print(f"  {'':<44}{'with':>8}{'without':>9}{'cost':>8}")
+        _print_cost(f"served at 20 ×: {', '.join(ON_WIRES)}", *on_wires(folder, rounds))
+        _print_cost("in process: all", *in_process(folder, rounds))
+
+
+def reaction(folder: Path, end: str, number: int) -> tuple[float, float | None]:
+    """End a run with everything energised; return how long (s) until all is off, and until the run was interrupted."""
+    here = folder / f"{end.split()[0]}-{end.split()[-1].strip('()')}-{number}"
+    here.mkdir()
+    served = Served(here)
+    try:
+        one = Run(served, here / "runs", "wait")
+        time.sleep(0.3)  # noqa: TID251  the run is to be in the midst of waiting
+        _ending(one, served, end)
+        off = served.seconds_until_off()
+        if end in ("kill -9",):
+            one.guardian_left()
+            one.process.communicate()
+            return off, None
+        if end == "SIGSTOP":
+            one.signal(signal.SIGCONT)
+        one.ended()
+        (started,) = (event.data for event in one.journal if event.kind == "way_down_started")
+        return off, None if end == "SIGSTOP" else float(started["interrupted_after"])
+    finally:
+        served.end()
+
+
+def _ending(one: Run, served: Served, end: str) -> None:
+    match end:
+        case "kill -9":
+            one.signal(signal.SIGKILL)
+        case "SIGSTOP":
+            one.signal(signal.SIGSTOP)
+        case "guardian killed":
+            os.kill(one.guardian_pid, signal.SIGKILL)
+        case "SIGTERM":
+            one.signal(signal.SIGTERM)
+        case "Ctrl-C":
+            one.signal(signal.SIGINT)
+        case "emergency stop (Modbus)":
+            served.contact("emergency_stop", closed=False)
+        case "door (CAN)":
+            served.contact("door", closed=False)
+
+
+def on_wires(folder: Path, rounds: int) -> tuple[list[float], list[float]]:
+    """Return wall times (s) of runs on a served bench, with and without guardian, interlocks and limits."""
+    here = folder / "wires"
+    here.mkdir()
+    served = Served(here)
+    bare = here / "bare.toml"
+    content = served.station.read_text(encoding="utf-8")
+    bare.write_text(content[: content.index("[interlocks")], encoding="utf-8")
+    try:
+        return _alternately(
+            rounds,
+            lambda: _run(here, ON_WIRES, str(served.station), guardian=True),
+            lambda: _run(here, ON_WIRES, str(bare), guardian=False),
+        )
+    finally:
+        served.end()
+
+
+def in_process(folder: Path, rounds: int) -> tuple[list[float], list[float]]:
+    """Return processor times (s) of runs on the virtual bench in process, with and without limits."""
+    return _alternately(
+        rounds,
+        lambda: _run(folder, ("all",), "virtual", timer=time.process_time),
+        lambda: _run(folder, ("all",), "virtual", timer=time.process_time),
+    )
+
+
+def _alternately(
+    rounds: int, guarded: Callable[[], float], bare: Callable[[], float]
+) -> tuple[list[float], list[float]]:
+    found: tuple[list[float], list[float]] = ([], [])
+    guarded()  # what is imported late is imported now
+    for _ in range(rounds):
+        found[0].append(guarded())
+        with _without_limits():
+            found[1].append(bare())
+    return found
+
+
+@contextmanager
+def _without_limits() -> Iterator[None]:
+    def as_it_is(_role: object, instrument: object, *_: object, **__: object) -> object:
+        return instrument
+
+    with mock.patch("bench.instruments.guarded", as_it_is):
+        yield
+
+
+def _run(
+    folder: Path,
+    procedures: tuple[str, ...],
+    station: str,
+    *,
+    guardian: bool = True,
+    timer: Callable[[], float] = time.perf_counter,
+) -> float:
+    wishes = Wishes(
+        procedures=procedures,
+        motor=load_motor("lg-400w"),
+        station=station,
+        language="en",
+        runs=folder / "runs",
+        operator="virtual",
+        guardian=guardian,
+    )
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        begun = timer()
+        done = run(wishes, catalogue(), Console(file=nowhere))
+        taken = timer() - begun
+    if done.view.status != "completed":
+        sys.exit(f"a run that was to be measured {done.view.status}: {done.view.cause}")
+    return taken
+
+
+def _print_reaction(end: str, found: list[tuple[float, float | None]]) -> None:
+    off = [each for each, _ in found]
+    heard = [each * 1e3 for _, each in found if each is not None]
+    told = f"{statistics.median(heard):>8.1f}{max(heard):>8.1f}" if heard else f"{'–':>8}"
+    print(f"  {end:<26}{statistics.median(off):>8.3f}{max(off):>8.3f}   {told}", flush=True)
+
+
+def _print_cost(what: str, guarded: list[float], bare: list[float]) -> None:
+    # The least of several is what the work itself takes; what else the machine did comes on top.
+    least, bare_least = min(guarded), min(bare)
+    print(f"  {what:<44}{least:>8.3f}{bare_least:>9.3f}{100.0 * (least / bare_least - 1.0):>7.1f}%", flush=True)
+
+
+if __name__ == "__main__":
+    main()
