@@ -124,8 +124,11 @@ class ServedWorld:
             self._connection.request(method, path, body, headers)
             reply = self._connection.getresponse()
             told = json.loads(reply.read())
-        except (OSError, http.client.HTTPException, ValueError) as error:
+        except BaseException as error:
+            # An interrupted request, too, leaves a connection that is good for nothing.
             self._connection.close()
+            if not isinstance(error, OSError | http.client.HTTPException | ValueError):
+                raise
             raise InputError(
                 f"the virtual bench's control endpoint {self._control} does not answer ({error}); "
                 "start motorbench sim serve again and use the station file that it writes"

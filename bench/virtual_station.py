@@ -51,13 +51,13 @@ def describe(
     }
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
     for role in ("inverter", "drive"):
-        options[role]["heartbeat_time"] = 2.0 if control else 0.0
+        options[role]["heartbeat_time"] = 3.0 if control else 0.0
     instruments = {role: {**options[role], "address": as_text(address)} for role, address in addresses.items()}
     station = {"name": "virtual bench", **({"control": control} if control else {})}
     made: dict[str, Any] = {"station": station, "instruments": instruments}
     if interlocks:
         # One computer plays bench and station: its being busy is no open contact.
-        made["interlocks"] = {name: {**where, "timeout": 1.0} for name, where in interlocks.items()}
+        made["interlocks"] = {name: {**where, "timeout": 3.0} for name, where in interlocks.items()}
     return made
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from bench.commands.run import run as motorbench_run
 from bench.errors import InputError
+from bench.safety.interrupts import Interrupted
 
 #: Whatever the end, everything is off soon (s); how soon is measured in tests/benchmarks.
 SOON = 5.0
@@ -76,7 +77,6 @@ def test_a_frozen_guardian_stops_the_run(hold: Callable[..., Any], served: Any) 
     [
         ([signal.SIGTERM], "SIGTERM"),
         ([signal.SIGHUP], "SIGHUP"),
-        ([signal.SIGINT], "Ctrl-C"),
         ([signal.SIGINT, signal.SIGINT], "Ctrl-C"),
     ],
 )
@@ -160,3 +160,14 @@ def test_a_drive_goes_off_by_itself_where_nobody_is_left(hold: Callable[..., Any
     os.kill(run.guardian_pid, signal.SIGCONT)
     assert served.seconds_until_off() < SOON
     run.guardian_left()
+
+
+def test_an_interrupted_request_to_the_bench_does_not_spoil_the_next(served: Any, monkeypatch: Any) -> None:
+    def interrupted(*_: object) -> object:
+        raise Interrupted("a test")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(served.world._connection, "getresponse", interrupted)
+        with pytest.raises(Interrupted):
+            served.world.truth()
+    assert served.world.truth()["energised"] is False
