@@ -1,5 +1,6 @@
 """What a guardian did, in a file whose space is taken at the start: a full disk does not silence it."""
 
+import fcntl
 import hashlib
 import json
 import os
@@ -17,6 +18,8 @@ from bench.record.encoding import dumps, to_bytes
 FILE = "guardian.jsonl"
 #: Room (bytes) for some hundred events.
 _ROOM = 1 << 16
+#: How long (s) the guardian before this one may still be there.
+_LEAVING = 8.0
 
 
 class GuardianRecord:
@@ -33,6 +36,7 @@ class GuardianRecord:
         self._begun = monotonic()
         try:
             self._file = os.open(folder / FILE, os.O_RDWR | os.O_CREAT, 0o644)
+            _wait_for_lock(self._file)
             # A run that is resumed goes on with the same file.
             content = _whole(os.pread(self._file, 1 << 24, 0))
             self._length, lines = len(content), content.splitlines()
@@ -41,6 +45,10 @@ class GuardianRecord:
             os.posix_fallocate(self._file, self._length, _ROOM)
         except OSError as error:
             complain(f"{folder / FILE} cannot be written: {error}")
+            if isinstance(error, BlockingIOError):
+                # Another guardian's file stays another guardian's.
+                os.close(self._file)
+                self._file = -1
 
     def event(self, kind: str, **data: Any) -> None:
         """Append one event, on the disk when this returns."""
@@ -75,6 +83,23 @@ class GuardianRecord:
                     os.ftruncate(self._file, self._length)
                 os.close(self._file)
                 self._file = -1
+
+
+def _wait_for_lock(file: int) -> None:
+    """Wait until the guardian of the run that is resumed has left: it may still be on its way down.
+
+    Raises OSError where it does not leave.
+    """
+    begun = monotonic()
+    while True:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if monotonic() - begun > _LEAVING:
+                raise
+            threading.Event().wait(0.05)
+        else:
+            return
 
 
 def complain(words: str) -> None:

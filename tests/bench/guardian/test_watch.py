@@ -269,3 +269,23 @@ def test_what_a_guardian_did_is_shown_with_the_run(tmp_path: Path, capsys: pytes
     assert "the run's process has died" in said
     assert results(str(tmp_path), json=True) == 0
     assert '"cause": "the run\'s process has died"' in capsys.readouterr().out
+
+
+def test_two_guardians_of_one_run_do_not_write_into_each_others_lines(tmp_path: Path) -> None:
+    first = GuardianRecord(tmp_path)
+    first.event("took", cause="the run died")
+
+    def begin() -> None:
+        second = GuardianRecord(tmp_path)
+        second.event("ready")
+        second.close()
+
+    waiting = threading.Thread(target=begin)
+    waiting.start()
+    waiting.join(0.2)
+    assert waiting.is_alive()
+    first.event("left")
+    first.close()
+    waiting.join(10.0)
+    told = read_guardian(tmp_path)
+    assert [(event["n"], event["kind"]) for event in told] == [(1, "took"), (2, "left"), (3, "ready")]
