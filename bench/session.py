@@ -124,6 +124,7 @@ def run(
         for listener in listeners:
             journal.listen(listener)
         journal.listen(guard.hear)
+        journal.listen(interrupts.hear)
         live = wishes.station == "virtual" or wishes.operator == "answers"
         where.listen_to_faults(recording(journal))
         journal.listen(StepTeller(where.step_started).hear)

@@ -2,10 +2,11 @@
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from time import monotonic
 from types import FrameType
+from typing import Any
 
 from bench.safety.nudge import NUDGE, Nudge
 
@@ -27,7 +28,7 @@ class Interrupts:
         self._lock = threading.Lock()
         self._nudge = Nudge()
         self._wish = ""
-        self._signals = 0
+        self._signals = self._thread = 0
         self._named = ""
         #: Set by the second Ctrl-C or signal: still the way down, but no waiting on it.
         self.hurry = threading.Event()
@@ -57,8 +58,9 @@ class Interrupts:
 
         Those that follow interrupt nothing: what the first one set going is the way down, and it is walked to its end.
         """
+        self._thread = threading.get_ident()
         if threading.current_thread() is not threading.main_thread():
-            # Only the main thread receives signals, and only it may say what they do.
+            # Only the main thread receives signals, and only it may say what they do; others hear by their events.
             yield
             return
 
@@ -73,6 +75,14 @@ class Interrupts:
 
         with _handled(interrupt), self._nudge.active():
             yield
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take an event of the run's journal: a run in another thread than the main one is interrupted by its next."""
+        mine = threading.get_ident() == self._thread and threading.current_thread() is not threading.main_thread()
+        if mine and self._wish and not self._nudge.heard.is_set():
+            self._nudge.heard.set()
+            self._raised = monotonic()
+            raise Interrupted(self._wish)
 
     @contextmanager
     def held_back(self) -> Iterator[None]:

@@ -74,3 +74,30 @@ def test_handlers_are_put_back() -> None:
     with Interrupts().raising():
         assert [signal.getsignal(number) for number in numbers] != before
     assert [signal.getsignal(number) for number in numbers] == before
+
+
+def test_a_run_in_another_thread_is_interrupted_by_its_next_event() -> None:
+    interrupts = Interrupts()
+    heard: list[str] = []
+
+    def run() -> None:
+        try:
+            with interrupts.raising():
+                interrupts.hear("reading", {})
+                interrupts.request("the door")
+                # Somebody else's event, an interlock's for example, is not the run's.
+                other = threading.Thread(target=interrupts.hear, args=("interlock_opened", {}))
+                other.start()
+                other.join()
+                interrupts.hear("reading", {})
+        except Interrupted as stop:
+            heard.append(str(stop))
+            with interrupts.held_back():
+                interrupts.hear("made_safe", {})
+
+    interrupts.hear("run_started", {})
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    assert heard == ["interrupted by the door"]
+    assert "interrupted_after" in interrupts.delays()
