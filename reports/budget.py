@@ -11,6 +11,8 @@ from reports.names import parameter_name, unit_for_readers
 
 #: Below this share of the whole a contribution is not written out.
 _NEGLIGIBLE = 1e-6
+#: Above so many degrees of freedom Student's factor differs from the normal one by 0.01 % or less.
+_MANY = 1e4
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -33,6 +35,18 @@ def contribution(size: float, total: float, factor: float) -> str:
     if size < _NEGLIGIBLE * total:
         return f"{size / factor:.1e}"
     return figure(size / factor, decimals_for(size / factor, 0.0))
+
+
+def freedom(parameter: Parameter) -> str:
+    """Return the effective degrees of freedom; ten thousand and more change nothing against ∞."""
+    degrees = parameter.degrees_of_freedom
+    return (
+        "∞"
+        if not math.isfinite(degrees) or degrees > _MANY
+        else f"{degrees:.0f}"
+        if degrees >= 100
+        else f"{degrees:.3g}"
+    )
 
 
 def _budget(parameter: Parameter, translate: Translate) -> "Group":
@@ -88,13 +102,12 @@ def _stated(parameter: Parameter) -> Text:
     spread = parameter.standard_uncertainty / scale.factor
     decimals = decimals_for(spread, parameter.value / scale.factor)
     low, high = (figure(bound / scale.factor, decimals) for bound in parameter.coverage_interval)
-    freedom = parameter.degrees_of_freedom
     return text(
         "{value} {unit}, standard uncertainty {spread}, {freedom} effective degrees of freedom, 95 %: {low} … {high}",
         value=figure(parameter.value / scale.factor, decimals),
         unit=scale.unit,
         spread=figure(spread, decimals),
-        freedom="∞" if not math.isfinite(freedom) or freedom > 1e6 else f"{freedom:.3g}",
+        freedom=freedom(parameter),
         low=low,
         high=high,
     )

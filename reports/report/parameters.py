@@ -1,12 +1,11 @@
 """The parameters as tables: all of them at a glance, and each one's budget."""
 
-import math
 from collections.abc import Mapping
 
 from procedures.parameter_set import ParameterSet
 from procedures.result import Parameter
 from procedures.text import Text, text
-from reports.budget import combined, contribution
+from reports.budget import combined, contribution, freedom
 from reports.figures import decimals_for, figure, percent, scale_of
 from reports.names import parameter_name, phrase, unit_for_readers
 from reports.parameter_figures import shown
@@ -124,7 +123,6 @@ def budget_table(parameter: Parameter) -> Table | None:
         )
     )
     figures = shown(parameter)
-    freedom = parameter.degrees_of_freedom
     return Table(
         [
             Column(text("Source"), wide=True),
@@ -142,7 +140,7 @@ def budget_table(parameter: Parameter) -> Table | None:
             value=figures.value,
             unit=figures.unit,
             spread=figures.uncertainty,
-            freedom="∞" if not math.isfinite(freedom) or freedom > 1e6 else f"{freedom:.3g}",
+            freedom=freedom(parameter),
             interval=figures.interval,
         ),
     )

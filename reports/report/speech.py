@@ -17,7 +17,9 @@ class Speech:
         """Return the words in each language, once where all say the same; what is no text stays as it is."""
         if isinstance(words, str):
             return [words]
-        return list(dict.fromkeys(words.render(translate) for _, translate in self.languages))
+        said = (words.render(translate) for _, translate in self.languages)
+        # A line does not break between a figure and its °C.
+        return list(dict.fromkeys(one.replace(" °C", "\N{NO-BREAK SPACE}°C") for one in said))
 
     @property
     def codes(self) -> list[str]:
