@@ -1,12 +1,29 @@
 """Every target by its name."""
 
 import logging
+from importlib import import_module
 
-from tests.studies.fuzz import files, replies, served
 from tests.studies.fuzz.target import Target
+
+#: Replies, files, what is sent to the virtual bench; each imports much that the others do not need.
+_MODULES = ("replies", "files", "served")
 
 
 def all_targets() -> dict[str, Target]:
-    """Return them in the order replies, files, what is sent to the virtual bench; libraries log nothing from then on."""
+    """Return all targets in order; libraries log nothing from then on."""
+    return {target.name: target for module in _MODULES for target in _targets_of(module)}
+
+
+def find(name: str) -> Target:
+    """Return one target and import no more than it needs. Raises KeyError for a name that is none."""
+    for module in _MODULES:
+        for target in _targets_of(module):
+            if target.name == name:
+                return target
+    raise KeyError(name)
+
+
+def _targets_of(module: str) -> tuple[Target, ...]:
     logging.disable()
-    return {target.name: target for target in (*replies.targets(), *files.targets(), *served.targets())}
+    found: tuple[Target, ...] = import_module(f"tests.studies.fuzz.{module}").targets()
+    return found

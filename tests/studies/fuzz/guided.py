@@ -14,10 +14,10 @@ def main() -> None:
     """`NAME [libFuzzer's own options] [corpus]`."""
     name, *options = sys.argv[1:]
     with atheris.instrument_imports(include=_WATCHED, enable_loader_override=False):
-        from tests.studies.fuzz.catalogue import all_targets
+        from tests.studies.fuzz.catalogue import find
         from tests.studies.fuzz.target import check
 
-        target = all_targets()[name]
+        target = find(name)
 
     def one_input(data: bytes) -> None:
         check(target, data)
