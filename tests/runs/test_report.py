@@ -33,7 +33,7 @@ class Words(HTMLParser):
             self.plots.append(given["aria-label"] or "")
 
     def handle_data(self, data: str) -> None:
-        self.text += data
+        self.text += data.replace("\N{NO-BREAK SPACE}", " ")
 
 
 @pytest.fixture
