@@ -1,6 +1,7 @@
 """A steady voltage or current as an oscilloscope's channels show it, direct or alternating."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -9,7 +10,10 @@ from procedures.bench import Bench
 from procedures.estimation.intervals import Interval, around
 from procedures.recording import configure, record
 
-_RECORD_TIME, _POINTS = 5e-3, 500
+#: A record (s) holds whole periods of mains hum, which falls out of its mean.
+_RECORD_TIME, _POINTS = 0.1, 500
+#: An oscilloscope that triggers by itself takes about so long (s) besides the record.
+_BY_ITSELF = 0.06
 #: A mean over a record is known within so much of a step of the converter.
 _STEP = 0.5
 #: An alternating signal is recorded with so many points; its range is fitted in so many attempts, until it fills this share.
@@ -28,7 +32,7 @@ def direct(bench: Bench, spans: Mapping[int, float]) -> dict[int, Waveform]:
 
 def again(bench: Bench, channels: Sequence[int]) -> dict[int, Waveform]:
     """Return one more record, everything being set as before."""
-    return record(bench, channels, Trigger(None), 10.0 + _RECORD_TIME)
+    return _taken(bench, channels, _RECORD_TIME)
 
 
 def risen(zero: Waveform, shown: Waveform) -> Interval:
@@ -47,7 +51,7 @@ def alternating(bench: Bench, channels: Sequence[int], span: float, record_time:
     for _ in range(_ATTEMPTS):
         for channel in channels:
             configure(bench.oscilloscope, channel, -span, span)
-        waves = record(bench, channels, Trigger(None), 10.0 + record_time)
+        waves = _taken(bench, channels, record_time)
         largest = max(float(np.max(np.abs(wave.values))) for wave in waves.values())
         resolution = max(wave.resolution for wave in waves.values())
         if any(wave.clipped for wave in waves.values()):
@@ -57,3 +61,14 @@ def alternating(bench: Bench, channels: Sequence[int], span: float, record_time:
         else:
             break
     return waves
+
+
+def _taken(bench: Bench, channels: Sequence[int], record_time: float) -> dict[int, Waveform]:
+    """Return a record (s) that needs no trigger, asked for when it should be there."""
+
+    @contextmanager
+    def waiting() -> Iterator[None]:
+        bench.clock.sleep(record_time + _BY_ITSELF)
+        yield
+
+    return record(bench, channels, Trigger(None), 10.0 + record_time, waiting)
