@@ -4,7 +4,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from procedures.actions import Connect, ConnectProbes, ConnectVoltmeter, CurrentProbe, Terminal, VoltageProbe
+from procedures.actions import (
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CurrentProbe,
+    Node,
+    Socket,
+    Terminal,
+    VoltageProbe,
+)
 from procedures.estimation.wiring import Judgement, Kind, Leads, Mistake, Outcome
 from procedures.text import Text
 
@@ -54,6 +63,25 @@ def connection_record(connection: Connection) -> dict[str, Any]:
             return {"probes": [_probe(probe) for probe in probes]}
         case ConnectVoltmeter(positive=positive, negative=negative):
             return {"voltmeter": [positive.value, negative.value]}
+
+
+def connections_of(entry: Mapping[str, Any]) -> list[Connection]:
+    """Return the connections that a record is of."""
+    made: list[Connection] = []
+    if "terminals" in entry:
+        made.append(Connect({Terminal(t): Socket(s) for t, s in entry["terminals"].items() if s != Socket.OPEN.value}))
+    if "voltmeter" in entry:
+        positive, negative = (Terminal(t) for t in entry["voltmeter"])
+        made.append(ConnectVoltmeter(positive, negative))
+    if "probes" in entry:
+        made.append(ConnectProbes(tuple(_restored(probe) for probe in entry["probes"])))
+    return made
+
+
+def _restored(probe: Mapping[str, Any]) -> VoltageProbe | CurrentProbe:
+    if "terminal" in probe:
+        return CurrentProbe(probe["channel"], Terminal(probe["terminal"]))
+    return VoltageProbe(probe["channel"], Node(probe["positive"]), Node(probe["negative"]))
 
 
 def _probe(probe: VoltageProbe | CurrentProbe) -> dict[str, Any]:

@@ -153,3 +153,12 @@ def _lead(entry: Mapping[str, Any]) -> Text:
         "negative": text("the reference of channel {channel}", channel=channel),
     }
     return names.get(str(side), text("channel {channel}", channel=channel))
+
+
+def outcome(entry: Mapping[str, Any], colours: Colours) -> Text:
+    """Return a check's outcome in words from its record: the reason where it is not proved, the mistake where it was wrong."""
+    said = OUTCOMES[entry["outcome"]]
+    if entry["outcome"] == Outcome.WRONG.value:
+        return Text("{said}: {found}", {"said": said, "found": found(entry["possible"], colours)})
+    reason = REASONS.get(entry["reason"])
+    return said if reason is None else Text("{said}: {reason}", {"said": said, "reason": reason})

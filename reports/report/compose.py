@@ -29,7 +29,7 @@ def compose(run: RunRecord) -> Document:
             motor_section(run),
             station_section(run),
             _plan(run),
-            *(procedure_section(procedure) for procedure in run.procedures),
+            *(procedure_section(procedure, run.nameplate.wire_colours) for procedure in run.procedures),
             signature_section(),
             record_section(run),
         ),

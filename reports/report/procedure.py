@@ -1,6 +1,6 @@
 """One procedure of a run: its steps as the document has them, what was set and read, the plots, the results and their budgets."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from procedures.result import Parameter
 from procedures.text import Text, text
@@ -11,6 +11,7 @@ from reports.report.model import Block, Cell, Column, Facts, Figure, Notices, Pa
 from reports.report.parameters import budget_table, result_table
 from reports.report.readings import readings_table
 from reports.report.record import ProcedureRecord, StepRecord
+from reports.report.wiring import wiring_table
 
 STATUS: dict[str, Text] = {
     "finished": text("done"),
@@ -19,16 +20,16 @@ STATUS: dict[str, Text] = {
 }
 
 
-def procedure_section(procedure: ProcedureRecord) -> Section:
-    """Return the procedure's section; one that failed says why and shows how far it came."""
-    return Section(_heading(procedure), procedure.name, tuple(_blocks(procedure)), level=2)
+def procedure_section(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Section:
+    """Return the procedure's section; one that failed says why and shows how far it came. `colours` are the motor's wires'."""
+    return Section(_heading(procedure), procedure.name, tuple(_blocks(procedure, colours)), level=2)
 
 
 def _heading(procedure: ProcedureRecord) -> Text:
     return Text("{title} (§{section})", {"title": procedure.title, "section": procedure.section})
 
 
-def _blocks(procedure: ProcedureRecord) -> Iterator[Block]:
+def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[Block]:
     result = procedure.result
     if procedure.cause:
         yield Notices((("", text("The procedure failed: {cause}", cause=procedure.cause)),), grave=True)
@@ -39,9 +40,8 @@ def _blocks(procedure: ProcedureRecord) -> Iterator[Block]:
     yield _steps(procedure.steps)
     if procedure.settings:
         yield Facts(((text("Settings"), _settings(procedure)),))
-    table = readings_table(procedure.steps)
-    if table is not None:
-        yield table
+    checks = wiring_table(result.findings.get("wiring", ()) if result is not None else (), colours)
+    yield from (table for table in (checks, readings_table(procedure.steps)) if table is not None)
     yield from (Figure(plot) for plot in plots(procedure))
     if result is None or not result.parameters:
         return
