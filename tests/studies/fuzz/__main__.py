@@ -18,7 +18,7 @@ from tests.studies.fuzz.catalogue import all_targets
 from tests.studies.fuzz.target import Target, check, in_time
 
 #: What one input may take (s) and the process may hold (MiB) under libFuzzer.
-_SECONDS, _MEBIBYTES, _LONGEST_INPUT = 10, 1024, 8192
+_SECONDS, _MEBIBYTES, _LONGEST_INPUT = 60, 1024, 8192
 #: Inputs by chance between two looks at the clock.
 _BATCH = 200
 _EXECUTIONS = re.compile(r"stat::number_of_executed_units: (\d+)")

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-#: The longest that one input may take (s).
+#: The longest that one input may take (s of processor time: a busy machine changes nothing).
 LONGEST = 5.0
 
 
@@ -48,13 +48,13 @@ def in_time() -> Iterator[None]:
     def late(_number: int, _frame: FrameType | None) -> None:
         raise TooSlowError(f"longer than {LONGEST:g} s")
 
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, LONGEST)
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def each(calls: list[Callable[[], Any]], allowed: tuple[type[Exception], ...]) -> None:
