@@ -138,6 +138,14 @@ class Settings:
     leads_shorted: bool = False
     faults: BenchFaults = field(default_factory=BenchFaults)
 
+    def snapshot(self) -> list[object]:
+        """Return everything that is set now, to be compared with what is set later."""
+        parts = (self.supply, self.dynamometer, self.inverter, self.six_step, self.shaft, self.faults)
+        values: list[object] = [self.ambient_temperature, self.leads_shorted, *self.wiring.items()]
+        for part in parts:
+            values += vars(part).values()
+        return values
+
     @property
     def rotor_held(self) -> bool:
         """Whether the lock, a hand or a jam holds the rotor."""

@@ -85,15 +85,17 @@ class Timeline:
     def changing(self) -> Iterator[Settings]:
         """Hold the lock, give the settings to change, and go on from the present with what they make of it.
 
-        What is changed at one and the same time takes effect together, once somebody looks or time goes on.
+        What is changed at one and the same time takes effect together, once somebody looks or time goes on. What is set as
+        it was changes nothing.
         """
         with self.lock:
             if self._present is not None or self._clock.now() > self.now:
                 self._advance()
             # The state that the old settings have led to: taken before they change.
-            _ = self.state
+            state, before = self.state, self.settings.snapshot()
             yield self.settings
-            self._cut(self.now, self.state)
+            if self._state is not state or self.settings.snapshot() != before:
+                self._cut(self.now, self.state)
 
     def set_winding_temperature(self, temperature: float) -> None:
         """Put the winding at a temperature (°C); to be called while changing."""
