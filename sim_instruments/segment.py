@@ -11,6 +11,7 @@ from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.swing import Shaft
+from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
 
 Outcome = Literal["none", "standstill", "breakaway", "trip voltage", "trip current", "lost step", "let go"]
@@ -133,9 +134,16 @@ class Segment:
         friction = shaft.coulomb_friction * np.sign(speed) + shaft.viscous_friction * speed
         return shaft.inertia * self.motion.acceleration(times) + friction - self.motor_torque(times)
 
-    def copper_loss(self, times: FloatArray) -> FloatArray:
-        """Return the loss (W) in the windings that warms them; a six-step drive's figures know no temperature."""
+    @property
+    def warms(self) -> bool:
+        """Whether there are currents that warm the windings; a six-step drive's figures know no temperature."""
         if not self.live or isinstance(self.circuit, Commutated):
+            return False
+        return not (isinstance(self.circuit, LinearTransient) and self.circuit.dead)
+
+    def copper_loss(self, times: FloatArray) -> FloatArray:
+        """Return the loss (W) in the windings that warms them."""
+        if not self.warms:
             return np.zeros_like(times)
         result: FloatArray = self.windings.resistance @ self.winding_currents(times) ** 2
         return result

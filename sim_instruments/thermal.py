@@ -25,7 +25,7 @@ def temperature_after(
         fallen = math.exp(-passed / heating.time_constant)
         return heating.temperature + (temperature - heating.temperature) * fallen
     loss = 0.0
-    if segment.live and motor.thermal_resistance > 0.0:
+    if segment.warms and motor.thermal_resistance > 0.0:
         times, weights = segment.nodes_between(segment.start, until)
         loss = float(weights @ segment.copper_loss(times)) / passed
     final = ambient + motor.thermal_resistance * loss

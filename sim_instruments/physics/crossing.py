@@ -25,11 +25,12 @@ def first_rise(
     last = min(end - start, settled) if settled else (end - start if math.isfinite(end) else 0.0)
     if last <= 0.0:
         return math.inf
-    steps = np.unique(
-        np.concatenate(
-            [[0.0], np.geomspace(min(finest, 0.5 * last) or 1e-6 * last, last, 200), np.linspace(0, last, 100)]
-        )
-    )
+    first = min(finest, 0.5 * last) or 1e-6 * last
+    fine = 10.0 ** np.linspace(math.log10(first), math.log10(last), 200)
+    fine[0], fine[-1] = first, last
+    steps = np.concatenate([[0.0], fine, np.linspace(0, last, 100)])
+    steps.sort()
+    steps = steps[np.append(True, steps[1:] != steps[:-1])]
     if math.isfinite(end) and end - start > last:
         steps = np.append(steps, end - start)
     values = signal(start + steps)

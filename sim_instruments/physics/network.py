@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg.lapack import dsygvd
 
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.physics.wiring import wiring
@@ -33,12 +33,10 @@ class Network:
         self.sockets = tuple(sockets)
         self.source_resistance = source_resistance
         self.lead_resistance = lead_resistance
-        incidence = windings.incidence
         self._wiring = found = wiring(windings.motor.connection, self.sockets, source)
         self.source = found.source
         self.basis, self.drive, self._plus = found.basis, found.drive, found.plus
-        loss = np.diag(windings.resistance) + lead_resistance * incidence.T @ np.diag(found.joined) @ incidence
-        loss += source_resistance * np.outer(self._plus, self._plus)
+        loss = np.diag(windings.resistance) + lead_resistance * found.leads + source_resistance * found.behind
         self.damping: FloatArray = self.basis.T @ loss @ self.basis
 
     @property
@@ -170,5 +168,8 @@ def modes(damping: FloatArray, inertance: FloatArray) -> tuple[FloatArray, Float
     """Return decay rates (1/s) and shapes V of M·x' = −K·x, with Vᵀ·M·V = 1."""
     if len(damping) == 0:
         return np.zeros(0), np.zeros((0, 0))
-    rates, shapes = eigh(damping, inertance)
-    return np.asarray(rates, dtype=np.float64), np.asarray(shapes, dtype=np.float64)
+    # LAPACK itself: round a matrix of two, scipy.linalg.eigh's checks take ten times as long.
+    rates, shapes, failed = dsygvd(damping, inertance, uplo="L")
+    if failed:
+        raise np.linalg.LinAlgError(f"a circuit without modes: dsygvd says {failed}")
+    return rates, shapes

@@ -6,6 +6,9 @@ from sim_instruments.physics.network import Network, modes
 from sim_instruments.physics.source import Source, VoltageSource
 from sim_instruments.physics.windings import FloatArray
 
+#: Modes that begin and end below this (√(W·s)) carry less current than any figure of the bench can show.
+_NOTHING = 1e-12
+
 
 class LinearTransient:
     """Loop currents from given initial ones, under a voltage of constant slope or a regulated current."""
@@ -33,6 +36,16 @@ class LinearTransient:
         self._steady_slope = slope_share
         inner = self._inertance @ (initial - self._offset)
         self._free = self._shapes.T @ inner - self._steady
+
+    @property
+    def dead(self) -> bool:
+        """Whether no current flows, and none will."""
+        return not (
+            self._offset.any()
+            or self._steady_slope.any()
+            or (np.abs(self._free) > _NOTHING).any()
+            or (np.abs(self._steady) > _NOTHING).any()
+        )
 
     def loop_currents(self, times: FloatArray) -> FloatArray:
         """Return the loop currents (A, shape (loops, n))."""

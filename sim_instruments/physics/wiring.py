@@ -17,8 +17,8 @@ class Wiring:
     """Loops of a wiring: winding currents are w = `basis`·x. All arrays are shared and read-only.
 
     `source` is None where it has no closed path; `plus` are the windings' shares in its current, `drive` the loops',
-    `reach` the loops that are left when its current is fixed. `joined` says of each terminal whether a wire carries
-    current into it.
+    `reach` the loops that are left when its current is fixed. A resistance in each wire that carries current adds it times
+    `leads` (3×3) to those of the windings, one behind the source's + pole times `behind`.
     """
 
     source: tuple[str, str] | None
@@ -26,7 +26,8 @@ class Wiring:
     plus: FloatArray
     drive: FloatArray
     reach: FloatArray
-    joined: FloatArray
+    leads: FloatArray
+    behind: FloatArray
 
 
 @lru_cache(maxsize=_KEPT)
@@ -49,6 +50,8 @@ def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | 
     drive: FloatArray = basis.T @ plus
     joined = np.array([float(len(groups.get(socket, ())) > 1 or socket in (closed or ())) for socket in sockets])
     reach = null_space(drive[np.newaxis, :]) if len(drive) else np.zeros((0, 0))
-    for shared in (basis, plus, drive, reach, joined):
+    leads = incidence.T @ np.diag(joined) @ incidence
+    arrays = (basis, plus, drive, reach, leads, np.outer(plus, plus))
+    for shared in arrays:
         shared.flags.writeable = False
-    return Wiring(closed, basis, plus, drive, reach, joined)
+    return Wiring(closed, *arrays)
