@@ -70,7 +70,7 @@ def line(request: pytest.FixtureRequest, bench_motor: VirtualMotor) -> Iterator[
             yield bench, over_tcp(bench)
             return
         path = str(bench.address("dynamometer")).removeprefix("rtu://")
-        with serial.Serial(path, 9600, timeout=0.3, inter_byte_timeout=0.05) as port:
+        with serial.Serial(path, 9600, timeout=1.5, inter_byte_timeout=0.05) as port:
             yield bench, over_rtu(bench, port)
 
 
