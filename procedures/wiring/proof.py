@@ -60,8 +60,8 @@ class Proof:
             self.notice(
                 "wiring",
                 text(
-                    "{evidence}, and no single mistake explains it: look at clips and contacts. A winding much warmer or colder than "
-                    "when its resistance was read does the same",
+                    "{evidence}, and no single mistake explains it: look at clips and contacts. Leads longer than wiring_leads says, or a "
+                    "winding much warmer or colder than when its resistance was read, do the same",
                     evidence=found.evidence,
                 ),
             )

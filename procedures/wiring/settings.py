@@ -27,7 +27,7 @@ class SupplyWiringSettings(FedWiringSettings):
     """Settings where a supply verifies."""
 
     wiring_leads: float = Field(
-        default=0.03, ge=0.0, le=10.0, description="largest resistance of a supply's leads and clips, there and back, Ω"
+        default=0.1, ge=0.0, le=10.0, description="largest resistance of a supply's leads and clips, there and back, Ω"
     )
 
 
@@ -49,7 +49,7 @@ class WiringLevels:
 
     attempts: int = 3
     current_share: float = 0.05
-    leads: float = 0.03
+    leads: float = 0.1
     speed_share: float = 0.1
 
 
