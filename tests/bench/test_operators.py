@@ -24,6 +24,7 @@ from procedures.actions import (
     EnterReading,
     LockRotor,
     MarkRestPositions,
+    Mend,
     Node,
     ReleaseRotor,
     SeparateMeterLeads,
@@ -96,6 +97,18 @@ def test_the_end_of_the_input_aborts() -> None:
     operator, _ = typing([])
     with pytest.raises(Interrupted, match="end of the input"):
         operator.perform(LockRotor())
+
+
+def test_wiring_is_put_right_or_given_up() -> None:
+    mend = Mend(
+        text("B (green) is open: the wire is off, or its phase is broken"), tuple(ALIGN_D.lines({"B": "green"}))
+    )
+    operator, said = typing(["", "n"])
+    assert operator.perform(mend) is True
+    assert "Put the wiring right: B (green) is open" in said.getvalue()
+    assert "B (green) → supply, minus" in said.getvalue()
+    assert operator.perform(mend) is False
+    assert "type n to give up" in said.getvalue()
 
 
 def test_chinese_is_spoken() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from bench.operators.distant import DistantOperator, DistantPrompt
 from bench.operators.line import FILE
-from procedures.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions
+from procedures.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
 from procedures.text import text
 
 READING = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0)
@@ -134,6 +134,18 @@ def test_instruments_set_by_hand_ask_the_same_person(operator: DistantOperator, 
         panel.answer(second, 1.25)
         thread.join(10)
     assert given == [(None, 1.25)]
+
+
+def test_what_a_person_puts_right_at_the_panel_is_measured_again(operator: DistantOperator, tmp_path: Path) -> None:
+    mend = Mend(text("{wire} is connected, and should be open", wire="C (black)"), tuple(ALIGN_D.lines({})))
+    thread, given = asked(lambda: operator.perform(mend))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        assert question["action"] == "Mend"
+        assert question["lines"][0]["template"] == "Put the wiring right: {finding}"
+        panel.answer(question)
+        thread.join(10)
+    assert given == [True]
 
 
 def test_virtual_hands_do_what_is_confirmed_and_read_what_is_proposed(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from procedures.actions import (
     EnterReading,
     LockRotor,
     MarkRestPositions,
+    Mend,
     Node,
     StartTurning,
     Terminal,
@@ -31,6 +32,7 @@ from procedures.text import text
         MarkRestPositions(2),
         StartTurning(0.5),
         EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0),
+        Mend(text("A is open"), (text("Connect the motor's terminals:"), text("A → supply, plus"))),
     ],
 )
 def test_an_action_comes_back_from_the_journal_as_it_was(action: Action) -> None:
