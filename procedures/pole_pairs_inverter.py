@@ -61,8 +61,8 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
         current, speed = self._look(frequency, wire=True)
         found = ratio(current.frequency, current.uncertainty, speed)
         if self.settings.frequency is None and not is_clear(found):
-            # The frequency was chosen for too few pole pairs, so the shaft turned too slowly to count by.
-            faster = self._frequency(found.pole_pairs)
+            # The frequency was chosen for too few pole pairs, or for a share of a low speed: too slow to count by.
+            faster = self._frequency(found.pole_pairs, share=1.0)
             if faster > _FASTER * frequency:
                 current, speed = self._look(faster, wire=False)
         self.conclude(current, speed)
@@ -132,8 +132,8 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
         channel = self.bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
         self.wiring.inverter.probed(INVERTER, CurrentProbe(channel, Terminal.A))
 
-    def _frequency(self, pairs: float | None = None) -> float:
-        """Return the electrical frequency (Hz) to turn at: as set, or the speed aimed at with so many pole pairs."""
+    def _frequency(self, pairs: float | None = None, share: float | None = None) -> float:
+        """Return the electrical frequency (Hz) to turn at: as set, or that share of the rated speed with so many pole pairs."""
         wanted = self.settings.frequency
         if wanted is None:
             if self.nameplate.rated_speed_rpm is None:
@@ -143,5 +143,5 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
                     )
                 )
             pairs = pairs or self.known_value("pole_pairs") or self.nameplate.pole_pairs or 1
-            wanted = self.settings.speed_share * self.nameplate.rated_speed_rpm / 60.0 * pairs
+            wanted = (share or self.settings.speed_share) * self.nameplate.rated_speed_rpm / 60.0 * pairs
         return min(wanted, self.bench.inverter.maximum_frequency)
