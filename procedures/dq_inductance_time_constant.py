@@ -253,9 +253,18 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                 current = self.current_level(share, "step current of the curve")
                 steps = self._record(axis, current * alignment.loop_resistance, alignment, forward=sign > 0.0)
                 apparent = [apparent_inductance(s.current.time, s.voltage.values, s.current.values) for s in steps]
-                value, uncertainty, _ = mean_of_readings([factors.y_equivalent * a.inductance for a in apparent])
-                reached = float(np.mean([a.current for a in apparent]))
-                points.append({"current": reached, "inductance": value, "standard_uncertainty": uncertainty})
+                value, scatter, freedom = mean_of_readings([factors.y_equivalent * a.inductance for a in apparent])
+                repeated = self.bench.uncertainties.statistical(
+                    f"steps of L_{axis} at {share:g}", value, scatter, freedom
+                )
+                points.append(
+                    {
+                        "current": float(np.mean([a.current for a in apparent])),
+                        "inductance": value,
+                        "standard_uncertainty": float(self._with_probes(repeated, steps[-1]).u),
+                        "repeatability": scatter,
+                    }
+                )
         self.findings.setdefault("curve", {})[axis] = sorted(points, key=lambda point: point["current"])
 
     def _record(self, axis: str, voltage: float, alignment: Alignment, *, forward: bool) -> list[StepRecord]:

@@ -53,8 +53,8 @@ def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | No
             pending += [(begin, middle), (middle, end)]
             continue
         if size > _SHORTEST:
-            # Akaike's criterion: a coefficient that noise alone may have made costs more than it brings.
-            gains = np.cumsum(coefficients**2 / noise**2 - 2.0)
+            # Schwarz's criterion: a coefficient that noise alone may have made costs more than it brings.
+            gains = np.cumsum(coefficients**2 / noise**2 - np.log(size))
             basis = basis[:, : max(int(np.argmax(gains)), 0) + 1]
             fitted = basis @ (basis.T @ values[begin:end])
         result[begin:end] = fitted

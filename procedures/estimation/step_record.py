@@ -8,7 +8,13 @@ from numpy.typing import ArrayLike
 from procedures.estimation.checks import same_length, series, uniform_step
 from procedures.estimation.fit import EstimationError, FloatArray
 from procedures.estimation.noise import white_noise
-from procedures.estimation.smoothing import smooth
+from procedures.estimation.smoothing import Smoothed, smooth
+
+#: In a step of less than so many standard deviations of the noise, single samples do not show when it begins.
+_CLEAR = 20.0
+#: A source's resistance shows where the voltage follows the current by more than so many standard deviations of the noise; shorter
+#: records do not show it.
+_TAKEN, _LEAST_TO_FOLLOW = 3.0, 200
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,8 @@ class StepRecord:
     def sharp(self) -> bool:
         """Whether the voltage changes mostly within one sampling interval, so that the instant is not resolved."""
         swing = abs(float(np.median(self.drive[self.edge :])))
+        if swing < _CLEAR * self.voltage_noise:
+            return False
         return self.edge > 0 and float(np.max(np.abs(np.diff(self.drive)))) > 0.5 * swing
 
     @property
@@ -44,12 +52,50 @@ def _edge(voltage: FloatArray, noise: float, resolution: float) -> int:
     """Return the number of samples that certainly lie before the step; 0 where the record begins with it."""
     first = float(np.median(voltage[: max(3, voltage.size // 200)]))
     swing = float(np.max(np.abs(voltage - first)))
+    # A step that single samples hardly show is looked for in means of so many that it stands out.
+    level = abs(float(np.median(voltage[-max(3, voltage.size // 10) :])) - first)
+    together = int(np.clip((_CLEAR * noise / max(level, noise)) ** 2, 1, max(1, voltage.size // 100)))
+    if together > 1:
+        whole = voltage.size // together * together
+        means = voltage[:whole].reshape(-1, together).mean(axis=1)
+        first = float(np.median(means[: max(3, means.size // 20)]))
+        away = np.flatnonzero(np.abs(means - first) > 6.0 * noise / np.sqrt(together))
+        # What the noise hides of a slow rise lies before.
+        certain = int(0.97 * away[0] - 2.0) * together if away.size else 0
+        return certain if certain >= 5 else 0
     away = np.flatnonzero(np.abs(voltage - first) > max(6 * noise, 0.01 * swing, 1.5 * resolution))
     if not away.size:
         return 0
     # A slow supply has left the baseline some samples before it shows.
     certain = int(0.9 * away[0]) if np.abs(voltage[away[0]] - first) < 0.5 * swing else int(away[0])
     return certain if certain >= 5 else 0
+
+
+def _smoothed(drive: FloatArray, current: FloatArray, voltage_noise: float, current_noise: float) -> Smoothed | None:
+    """Return the voltage freed of its noise; what the current takes from it across the source's resistance is known by its shape."""
+    plain = smooth(drive, voltage_noise)
+    shape = smooth(current, current_noise)
+    if shape is None or drive.size < _LEAST_TO_FOLLOW:
+        return plain
+    risen = slice(_risen(drive), None)
+    taken = shape.values - float(np.mean(shape.values[risen]))
+    squares = float(taken[risen] @ taken[risen])
+    drop = float(taken[risen] @ drive[risen]) / squares if squares else 0.0
+    if drop**2 * squares <= (_TAKEN * voltage_noise) ** 2:
+        return plain
+    rest = smooth(drive - drop * taken, voltage_noise)
+    if rest is None or (plain is not None and plain.basis.shape[1] < rest.basis.shape[1]):
+        return plain
+    # The drop is off by the noise over √squares; what the rest holds of that shape anyway does not count again.
+    beside = taken - rest.basis @ (rest.basis.T @ taken)
+    return Smoothed(rest.values + drop * taken, np.column_stack((rest.basis, beside / np.sqrt(squares))))
+
+
+def _risen(drive: FloatArray) -> int:
+    """Return from which sample on the voltage has risen, but for what the current takes from it."""
+    length = max(1, drive.size // 200)
+    means = drive[: drive.size // length * length].reshape(-1, length).mean(axis=1)
+    return min((int(np.argmax(np.abs(means) > 0.8 * abs(float(np.median(means))))) + 2) * length, drive.size // 2)
 
 
 def read_step(
@@ -78,7 +124,7 @@ def read_step(
     i_noise = max(i_noise, 1e-9 * change)
     baseline = float(np.mean(v[:edge])) if edge else 0.0
     drive = np.where(np.arange(v.size) < edge, 0.0, v - baseline)
-    smoothed = smooth(drive[edge:], v_noise)
+    smoothed = _smoothed(drive[edge:], i[edge:] - float(np.mean(i[:edge]) if edge else i[0]), v_noise, i_noise)
     basis = None
     if smoothed is not None:
         drive[edge:] = smoothed.values

@@ -1,5 +1,7 @@
 """Every procedure on the virtual bench, through the real drivers, finds what the virtual motor is."""
 
+import math
+
 import pytest
 
 SHIPPED = ("lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone", "92bl-30-25l")
@@ -101,6 +103,10 @@ def test_saturation_shows_as_a_curve_that_depends_on_the_direction(motorbench):
     q = [point["inductance"] for point in curve["q"]]
     assert q[0] == pytest.approx(q[-1], rel=0.01)
     assert max(q) <= 361e-6
+    # Two channels of 2 % each, beside what the repeats scatter.
+    for point in (*curve["d"], *curve["q"]):
+        gains = 0.0163 * point["inductance"]
+        assert point["standard_uncertainty"] == pytest.approx(math.hypot(gains, point["repeatability"]), rel=0.01)
 
 
 def test_flux_is_referred_to_25_degrees(motorbench):

@@ -146,3 +146,18 @@ def test_a_first_look_wants_a_step(dead: int, said: str) -> None:
     signals[dead] = np.zeros_like(v)
     with pytest.raises(EstimationError, match=said):
         look_at_step(TIME, *(x + random.normal(0, 0.01, v.size) for x in signals))
+
+
+@pytest.mark.parametrize("ramp", [0, 35, 200])
+def test_a_step_that_single_samples_hardly_show(ramp: int) -> None:
+    # 10 mV through noise of 1.5 mV: where the voltage begins to rise is known to some dozen samples only.
+    z = []
+    for seed in range(12):
+        random = np.random.default_rng([7, seed])
+        time = (np.arange(4000) - 1200 + random.uniform()) * 4e-3 * TAU
+        v = np.clip(time / (ramp * 4e-3 * TAU), 0, 1) if ramp else np.where(time > 0, V, 0.0)
+        i = respond(time, v / L, R / L) + random.normal(-0.5, V / R / 120, time.size)
+        fit = fit_step_response(time, v + random.normal(0.07, V / 6.6, time.size), i)
+        z.append((fit.value("inductance") - L) / fit.uncertainty("inductance"))
+    assert np.sqrt(np.mean(np.square(z))) < 1.7
+    assert abs(np.mean(z)) < 1.2
