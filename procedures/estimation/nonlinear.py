@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -20,9 +21,15 @@ class Solution:
 
 
 def solve(
-    residuals: Callable[[FloatArray], FloatArray], start: FloatArray, scale: FloatArray, names: Sequence[str]
+    residuals: Callable[[FloatArray], FloatArray],
+    start: FloatArray,
+    scale: FloatArray,
+    names: Sequence[str],
+    slopes: Callable[[FloatArray], FloatArray] | None = None,
 ) -> Solution:
     """Minimise Σ residuals(p)² from `start`; `scale` (k,) is a typical size of a change of each parameter.
+
+    `slopes` gives the residuals' derivatives (n, k) by the parameters; without it they are taken by differences.
 
     Raises EstimationError where it does not converge or the data leave a parameter undetermined.
     """
@@ -30,9 +37,13 @@ def solve(
     def scaled(z: FloatArray) -> FloatArray:
         return residuals(start + z * scale)
 
+    def scaled_slopes(z: FloatArray) -> FloatArray:
+        return scale * (slopes(start + z * scale) if slopes else np.zeros(0))
+
+    jacobian: Literal["3-point"] | Callable[[FloatArray], FloatArray] = scaled_slopes if slopes else "3-point"
     try:
         found = least_squares(
-            scaled, np.zeros_like(start), jac="3-point", xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200
+            scaled, np.zeros_like(start), jac=jacobian, xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200
         )
     except ValueError as error:
         raise EstimationError(f"the fit of {', '.join(names)} does not start: {error}; check the record") from error

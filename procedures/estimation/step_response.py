@@ -1,16 +1,19 @@
 """Resistance and inductance from the recorded voltage and current of a step (§3.3.1, erratum E10)."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.checks import same_length, series, uniform_step
-from procedures.estimation.first_order import respond
+from procedures.estimation.first_order import recursion, respond_evenly, response_and_slope
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.noise import undithered, white_noise
 from procedures.estimation.nonlinear import solve
 from procedures.estimation.step_record import StepRecord, read_step
+
+Filter = Callable[[FloatArray], FloatArray]
 
 NAMES = ("resistance", "inductance", "offset", "voltage_offset", "delay")
 
@@ -40,29 +43,65 @@ def _start(record: StepRecord) -> tuple[float, float, float]:
     return float(resistance), float(inductance), offset
 
 
+def _drive(record: StepRecord, p: FloatArray) -> FloatArray:
+    """Return what drives the current's change (A/s): the voltage without the probe's offset, over the inductance."""
+    drive = record.drive.copy()
+    drive[record.edge :] -= p[3]
+    return np.asarray(drive / p[1], dtype=np.float64)
+
+
+def _late(record: StepRecord, p: FloatArray) -> tuple[slice, FloatArray, FloatArray]:
+    """Return the samples after the step, the time since (s), and the current (A) that a delay of 1 s takes off them."""
+    after = slice(record.jump, None)
+    since = record.time[after] - record.time[record.jump]
+    rise = (record.drive[record.jump] - record.drive[record.jump - 1]) / p[1]
+    return after, since, rise * np.exp(-p[0] / p[1] * since)
+
+
 def _model(record: StepRecord, p: FloatArray) -> FloatArray:
     """Return the current (A) of a circuit at rest before the step, for resistance, inductance, offset, voltage offset and delay."""
-    resistance, inductance, offset, extra, delay = p
-    rate = resistance / inductance
-    drive = record.drive.copy()
-    drive[record.edge :] -= extra
-    current = offset + respond(record.time, drive / inductance, rate)
-    if delay:
-        after = record.jump
-        rise = (record.drive[after] - record.drive[after - 1]) / inductance
-        current[after:] -= delay * rise * np.exp(-rate * (record.time[after:] - record.time[after]))
+    current = p[2] + respond_evenly(record.step, _drive(record, p), p[0] / p[1])
+    if p[4]:
+        after, _, missing = _late(record, p)
+        current[after] -= p[4] * missing
     return np.asarray(current, dtype=np.float64)
 
 
-def _whitener(record: StepRecord, resistance: float, inductance: float) -> tuple[FloatArray, FloatArray]:
-    """Filter that makes white the current's noise, plus, where the voltage could not be smoothed, the voltage's through the
-    circuit.
+def _model_slopes(record: StepRecord, p: FloatArray) -> FloatArray:
+    """Return the derivatives (n, 5) of the model by its parameters."""
+    resistance, inductance, _, _, delay = p
+    rate = resistance / inductance
+    response, by_rate = response_and_slope(record.step, _drive(record, p), rate)
+    after, since, missing = _late(record, p)
+    if delay:
+        response[after] -= delay * missing
+        by_rate[after] += delay * missing * since
+    by_delay = np.zeros_like(response)
+    by_delay[after] = -missing
+    extra = np.zeros_like(response)
+    extra[record.edge :] = -1.0 / inductance
+    return np.column_stack(
+        (
+            by_rate / inductance,
+            (-response - rate * by_rate) / inductance,
+            np.ones_like(response),
+            respond_evenly(record.step, extra, rate),
+            by_delay,
+        )
+    )
+
+
+def _whitener(record: StepRecord, resistance: float, inductance: float) -> Callable[[FloatArray], FloatArray]:
+    """Return the filter (n, …) that makes white, of standard deviation 1, the current's noise, plus, where the voltage could not
+    be smoothed, the voltage's through the circuit.
     """
+    if record.noise_basis is not None:
+        return lambda rows: rows / record.current_noise
     x = resistance / inductance * record.step
     a = float(np.exp(-x))
     hold = (1 - a) / x
     first, last = (hold - a) / resistance, (1 - hold) / resistance
-    vi, vv = record.current_noise**2, (record.voltage_noise**2 if record.noise_basis is None else 0.0)
+    vi, vv = record.current_noise**2, record.voltage_noise**2
     zero = vi * (1 + a**2) + vv * (first**2 + last**2)
     one = -vi * a + vv * first * last
     if abs(one) < 1e-9 * zero:
@@ -71,7 +110,13 @@ def _whitener(record: StepRecord, resistance: float, inductance: float) -> tuple
         half = zero / (2 * one)
         root = float(-half + np.sign(half) * np.sqrt(max(half**2 - 1, 0.0)))
         scale = -one / root
-    return np.array([1.0, -a]) / np.sqrt(scale), np.array([1.0, -root])
+
+    def whitened(rows: FloatArray) -> FloatArray:
+        gain = rows.copy()
+        gain[1:] -= a * rows[:-1]
+        return recursion(root, gain / np.sqrt(scale))
+
+    return whitened
 
 
 def fit_step_response(
@@ -90,9 +135,6 @@ def fit_step_response(
     mid-interval. The resolutions (V, A) are one converter step. Raises EstimationError where there is no step, the
     record is too short, or a probe is reversed.
     """
-    # scipy.signal takes long to load, and who only reads results needs none of it.
-    from scipy.signal import lfilter
-
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
     resistance, inductance, offset = _start(record)
     prior_voltage = record.voltage_noise / np.sqrt(record.edge) if record.edge else 0.0
@@ -103,28 +145,33 @@ def fit_step_response(
     level = float(np.max(np.abs(record.current - offset)))
     scale = np.array([resistance, inductance, level, prior_voltage or 1.0, prior_delay or 1.0])
     for _ in range(1 if record.noise_basis is not None else 2):
-        numerator, denominator = _whitener(record, full[0], full[1])
+        whitened = _whitener(record, full[0], full[1])
 
-        def whitened(r: FloatArray, b: FloatArray = numerator, a: FloatArray = denominator) -> FloatArray:
-            return np.append(lfilter(b, a, r), (0.0, 0.0))
-
-        def residuals(p: FloatArray, base: FloatArray = full) -> FloatArray:
+        def within(p: FloatArray, base: FloatArray = full) -> FloatArray:
             q = base.copy()
             q[free] = p
             q[:2] = np.maximum(q[:2], 1e-3 * scale[:2])
-            rows = whitened(record.current - _model(record, q))
-            rows[-2:] = q[3] / prior_voltage if free[3] else 0.0, q[4] / prior_delay if free[4] else 0.0
-            return rows
+            return q
 
-        solution = solve(residuals, full[free], scale[free], names)
+        def residuals(p: FloatArray, white: Filter = whitened, inside: Filter = within) -> FloatArray:
+            q = inside(p)
+            known = (q[3] / prior_voltage if free[3] else 0.0, q[4] / prior_delay if free[4] else 0.0)
+            return np.append(white(record.current - _model(record, q)), known)
+
+        def slopes(p: FloatArray, white: Filter = whitened, inside: Filter = within) -> FloatArray:
+            known = np.zeros((2, 5))
+            known[0, 3] = 1.0 / prior_voltage if free[3] else 0.0
+            known[1, 4] = 1.0 / prior_delay if free[4] else 0.0
+            return np.vstack((-white(_model_slopes(record, inside(p))), known))[:, free]
+
+        solution = solve(residuals, full[free], scale[free], names, slopes)
         full = full.copy()
         full[free] = solution.values
     _check_window(record, full)
     freedom = float(record.time.size - 3)
     covariance = max(1.0, solution.cost / freedom) * solution.covariance
-    for shape in _lasting_errors(record, full, voltage_resolution, current_resolution):
-        shift = solution.gain @ whitened(shape)
-        covariance = covariance + np.outer(shift, shift)
+    shift = solution.gain[:, :-2] @ whitened(_lasting_errors(record, full, voltage_resolution, current_resolution))
+    covariance = covariance + shift @ shift.T
     left = record.current - _model(record, full)
     full[3] += record.baseline
     return Fit(names, full[free], covariance, freedom, left, float(np.sqrt(np.mean(left**2))))
@@ -144,18 +191,18 @@ def _check_window(record: StepRecord, full: FloatArray) -> None:
 
 def _lasting_errors(
     record: StepRecord, full: FloatArray, voltage_resolution: float, current_resolution: float
-) -> list[FloatArray]:
-    """Errors of the current's model (A, shape (n,)) of one standard deviation each, that do not average out over the record.
+) -> FloatArray:
+    """Errors of the current's model (A, shape (n, m)) of one standard deviation each, that do not average out over the record.
 
     Rounding without dither may shift the level of the current and of the voltage; noise is left in a smoothed voltage.
     """
     rate, inductance = full[0] / full[1], full[1]
     after = (np.arange(record.time.size) >= record.edge).astype(np.float64)
-    errors = [undithered(record.current_noise, current_resolution) * after]
-    shapes = [undithered(record.voltage_noise, voltage_resolution) * after]
+    shapes = undithered(record.voltage_noise, voltage_resolution) * after[:, None]
     if record.noise_basis is not None:
-        shapes += [record.voltage_noise * column for column in record.noise_basis.T]
-    return errors + [respond(record.time, shape / inductance, rate) for shape in shapes if np.any(shape)]
+        shapes = np.hstack((shapes, record.voltage_noise * record.noise_basis))
+    through = respond_evenly(record.step, shapes / inductance, rate)
+    return np.column_stack((undithered(record.current_noise, current_resolution) * after, through))
 
 
 def time_constant_63(time: ArrayLike, current: ArrayLike) -> float:
