@@ -59,7 +59,7 @@ class DqInductanceExtremesSettings(WiringSettings):
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     electrical_turns: float = Field(default=1.5, ge=1.0, le=100.0, description="electrical turns of the sweep")
-    readings_per_period: int = Field(default=32, ge=8, le=1000, description="readings a period of the inductance")
+    readings_per_period: int = Field(default=40, ge=8, le=1000, description="readings a period of the inductance")
     turning_speed: float | None = Field(
         default=None, gt=0.0, le=10.0, description="speed of the hand, rad/s; chosen when not given"
     )
