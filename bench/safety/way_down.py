@@ -79,18 +79,36 @@ class _Walk:
         self._instruments = instruments
         self._recorder = recorder
         self._clock = clock
-        self._hurry = hurry
+        self._wanted = hurry
+        self._abandoned = threading.Event()
         self._patience = patience
         self._longest = longest
         self._lanes: dict[str, Lane] = {}
+        self._calls: list[Call[Any]] = []
+
+    def is_set(self) -> bool:
+        """Say whether nobody waits any more: somebody is in a hurry, or this walk was broken off."""
+        return self._wanted.is_set() or self._abandoned.is_set()
 
     def walk(self) -> list[Outcome]:
+        try:
+            return self._walk()
+        except BaseException:
+            # Whoever walks again must not speak to an instrument that is still being spoken to.
+            self._abandoned.set()
+            for call in self._calls:
+                call.done.wait(self._longest)
+            raise
+        finally:
+            for lane in self._lanes.values():
+                lane.end()
+
+    def _walk(self) -> list[Outcome]:
         late: list[tuple[Item, Call[Any]]] = []
         outcomes = []
         for item in self._items:
-            call: Call[Any] = Call(
-                partial(perform, item, self._instruments[item.role], self._clock, self._hurry),
-            )
+            call: Call[Any] = Call(partial(perform, item, self._instruments[item.role], self._clock, self))
+            self._calls.append(call)
             self._lane(item.role).submit(call)
             if self._wait(item, call, item.within + self._longest if item.measures else self._patience):
                 outcomes.append(self._outcome(item, call))
@@ -99,8 +117,6 @@ class _Walk:
         for item, call in late:
             self._wait(item, call, math.inf if item.role in self._by_hand else self._longest)
             outcomes.append(self._outcome(item, call))
-        for lane in self._lanes.values():
-            lane.end()
         return outcomes
 
     def _lane(self, role: Role) -> Lane:
@@ -115,7 +131,7 @@ class _Walk:
         now = self._clock.now if item.measures else monotonic
         deadline = now() + seconds
         while not call.done.wait(_LOOK):
-            if now() >= deadline or (self._hurry.is_set() and item.role in self._by_hand):
+            if now() >= deadline or (self.is_set() and item.role in self._by_hand):
                 return call.done.is_set()
         return True
 

@@ -1,11 +1,10 @@
 """The way down as data: what is done to which instrument, in which order, and how each item is done."""
 
 import math
-import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, Protocol
 
 from drivers.interfaces import Clock
 from procedures.bench import Role
@@ -70,6 +69,13 @@ class Item:
         return self.do in BELOW
 
 
+class Hurry(Protocol):
+    """Whether nobody waits any more."""
+
+    def is_set(self) -> bool:
+        """Say so."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """What a measuring item found in the end."""
@@ -117,7 +123,7 @@ def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
     return (*commands, *off, item(Do.OUTPUT_OFF, Role.SUPPLY), *quiet, *measured)
 
 
-def perform(one: Item, instrument: Any, clock: Clock, hurry: threading.Event) -> Measured | None:
+def perform(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured | None:
     """Do an item to its instrument; return what was measured, if it measures.
 
     With `hurry` set, a measuring item looks once. Raises what the driver raises, NotReachedError for a value that is
@@ -162,7 +168,7 @@ def _measurement(one: Item, instrument: Any) -> Callable[[], Measured]:
     return {Do.VOLTAGE_DECAYED: voltage, Do.CURRENT_ZERO: current}.get(one.do, speed)
 
 
-def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: threading.Event) -> Measured:
+def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: Hurry) -> Measured:
     deadline = clock.now() + one.within
     while not (found := measure()).value <= one.below:
         if hurry.is_set() or clock.now() >= deadline:

@@ -222,3 +222,17 @@ def test_what_measures_nothing_has_no_threshold() -> None:
     with pytest.raises(ValueError, match="measures nothing"):
         item(Do.DISABLE, Role.DRIVE, below=1.0)
     assert isinstance(item(Do.BRAKE, Role.DYNAMOMETER), Item)
+
+
+def test_a_walk_that_is_broken_off_leaves_nobody_speaking_to_an_instrument(instruments: dict[Role, Any]) -> None:
+    class Stopped(Journal):
+        def event(self, kind: str, **data: Any) -> None:
+            raise KeyboardInterrupt
+
+    finished: list[str] = []
+    inverter = instruments[Role.INVERTER]
+    inverter.make_safe = lambda: (threading.Event().wait(0.2), finished.append("inverter"))
+    way = WayDown((item(Do.DISABLE, Role.INVERTER), item(Do.OUTPUT_OFF, Role.SUPPLY)))
+    with pytest.raises(KeyboardInterrupt):
+        way.walk(instruments, Stopped(), Clock(), patience=0.01)
+    assert finished == ["inverter"]
