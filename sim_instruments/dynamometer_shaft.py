@@ -97,7 +97,11 @@ class DynamometerShaft:
         It holds what accelerates motor and machine, the friction of both, and minus the motor's own torque.
         """
         with self._timeline.observing():
-            return self._timeline.mean(lambda segment, times: segment.dynamometer_torque(times), aperture)
+            return self._timeline.mean(
+                lambda segment, times: segment.dynamometer_torque(times),
+                aperture,
+                steady=lambda segment: segment.steady_dynamometer_torque,
+            )
 
     def follow_coupling(self, coupled: bool) -> None:
         """Take the drive's settings along to the shaft that it now turns; both stand still."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.field import ImpressedField
-from sim_instruments.physics.motion import Motion
+from sim_instruments.physics.motion import Motion, Rest
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.swing import Shaft
 from sim_instruments.physics.transient import LinearTransient
@@ -124,6 +124,11 @@ class Segment:
         )
         return self.windings.torque(self.motion.angle(times) * self.windings.pole_pairs, currents)
 
+    @property
+    def steady_dynamometer_torque(self) -> float | None:
+        """The dynamometer machine's air-gap torque (N·m) where it is the same throughout, None where it is not."""
+        return None if self.dynamometer.kind == "balance" else self.dynamometer.torque
+
     def dynamometer_torque(self, times: FloatArray) -> FloatArray:
         """Return the dynamometer machine's air-gap torque (N·m)."""
         if self.dynamometer.kind == "idle":
@@ -173,15 +178,19 @@ class Segment:
 
         Fine near the segment's start, where transients are, and fine enough for the rotor's turning.
         """
-        first, last = self.motion.angle(np.array([start, end])).tolist()
-        turned = abs(last - first) * self.windings.pole_pairs
-        pieces = int(min(max(4.0 * turned / math.pi, 1.0), 512.0)) + 1
-        edges = np.linspace(start, end, pieces + 1)
+        pieces = 2
+        if not isinstance(self.motion, Rest):
+            first, last = self.motion.angle(np.array([start, end])).tolist()
+            turned = abs(last - first) * self.windings.pole_pairs
+            pieces = int(min(max(4.0 * turned / math.pi, 1.0), 512.0)) + 1
+        edges = start + (end - start) / pieces * np.arange(pieces + 1.0)
+        edges[-1] = end
         if not math.isinf(self.start):
             near = self.start + (end - self.start) * _NEAR
-            inside = near[(near > start) & (near < end)]
-            if len(inside):
-                edges = np.unique(np.concatenate([edges, inside]))
+            if start > self.start:
+                near = near[near > start]
+            edges = np.concatenate([edges, near[1:] if len(near) else near])
+            edges.sort()
         half = 0.5 * (edges[1:] - edges[:-1])
         middle = 0.5 * (edges[1:] + edges[:-1])
         times = (middle[:, np.newaxis] + half[:, np.newaxis] * _POINTS).ravel()

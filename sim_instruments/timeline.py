@@ -3,7 +3,7 @@
 import math
 import threading
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
@@ -126,10 +126,17 @@ class Timeline:
             return np.zeros(0)
         return self.hold(float(times.min()), float(times.max())).sample(quantity, times)
 
-    def mean(self, quantity: Quantity, aperture: float, until: float | None = None) -> float:
+    def mean(
+        self,
+        quantity: Quantity,
+        aperture: float,
+        until: float | None = None,
+        steady: Callable[[Segment], float | None] = lambda _: None,
+    ) -> float:
         """Return the mean of a quantity over the `aperture` s before `until` (s; now), or its value then for 0.
 
-        Raises ValueError where `until` is given and the aperture lies in times to come or no longer kept.
+        `steady` gives its value in a segment where it does not change. Raises ValueError where `until` is given and the
+        aperture lies in times to come or no longer kept.
         """
         if until is not None:
             self._check_known(until - aperture, until)
@@ -139,6 +146,10 @@ class Timeline:
             return float(quantity(self.present, np.array([self.now]))[0])
         total = 0.0
         for segment, start, end in self.stretches(aperture, until):
+            value = steady(segment)
+            if value is not None:
+                total += value * (end - start)
+                continue
             times, weights = segment.nodes_between(start, end)
             total += float(weights @ quantity(segment, times))
         return total / aperture

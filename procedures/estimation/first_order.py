@@ -73,6 +73,16 @@ def respond_evenly(step: float, drive: FloatArray, rate: float) -> FloatArray:
     return result
 
 
+def gathered_evenly(step: float, shares: FloatArray, rate: float) -> FloatArray:
+    """Return shares (n, …) in the drive for shares in the response: Σ shares·respond_evenly(drive) = Σ result·drive."""
+    w = weights(rate * step)
+    later = step * recursion(w.decay, shares[:0:-1])[::-1]
+    result = np.zeros_like(shares)
+    result[:-1] = w.first * later
+    result[1:] += w.last * later
+    return result
+
+
 def response_and_slope(step: float, drive: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
     """Return what `respond_evenly` does, and its derivative by the rate (s times the response's unit), for a drive (n,)."""
     w = weights(rate * step)

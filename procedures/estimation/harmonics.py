@@ -103,6 +103,12 @@ def at_full_rate(
     return replace(model, flux=flux, flux_covariance=model.flux_covariance / np.outer(both, both), residuals=residuals)
 
 
+def _inverse(normal: FloatArray) -> FloatArray:
+    """Return the inverse of a normal matrix whose columns may be of very different size."""
+    size = np.sqrt(np.diag(normal))
+    return np.asarray(np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size), dtype=np.float64)
+
+
 def fit_harmonics(
     time: FloatArray, channels: FloatArray, orders: Sequence[int], course: FloatArray, *, iterations: int = 30
 ) -> HarmonicModel:
@@ -125,15 +131,14 @@ def fit_harmonics(
     for _ in range(iterations):
         wave = _Wave.along(x, half, course, numbers)
         design = wave.design()
-        scale = np.sqrt(np.sum(design**2, axis=0))
-        q, r = np.linalg.qr(design / scale)
-        projected = channels @ q
-        values = np.linalg.solve(r, projected.T).T / scale
-        residuals = channels - projected @ q.T
+        # Harmonics over a period or more hardly overlap: the normal equations lose nothing, and take a fifth of the time.
+        linear = _inverse(design.T @ design)
+        values = channels @ design @ linear
+        residuals = channels - values @ design.T
         normal, gradient = np.zeros((degree, degree)), np.zeros(degree)
         for k in range(channels.shape[0]):
             slope = wave.by_course(values[k], basis, slopes)
-            slope = slope - q @ (q.T @ slope)
+            slope = slope - design @ (linear @ (design.T @ slope))
             normal += weights[k] * slope.T @ slope
             gradient += weights[k] * slope.T @ residuals[k]
         # A step of phase beyond a fifth of a turn would leave the region where the derivatives hold.
@@ -151,14 +156,12 @@ def fit_harmonics(
     freedom = n - design.shape[1] - degree / channels.shape[0]
     noise = np.sqrt(np.sum(residuals**2, axis=1) / freedom)
     variance = np.maximum(noise**2, 1e-24 * np.var(channels, axis=1))
-    inverse = np.linalg.inv(r) / scale[:, None]
-    linear = inverse @ inverse.T
     spread = np.zeros((degree, degree))
     crossing = []
     for k in range(channels.shape[0]):
         slope = wave.by_course(values[k], basis, slopes)
-        crossing.append(inverse @ (q.T @ slope))
-        left = slope - q @ (q.T @ slope)
+        crossing.append(linear @ (design.T @ slope))
+        left = slope - design @ crossing[-1]
         spread += left.T @ left / variance[k]
     course_covariance = np.asarray(np.linalg.pinv(spread, rcond=1e-14, hermitian=True), dtype=np.float64)
     covariances = [v * linear + c @ course_covariance @ c.T for v, c in zip(variance, crossing, strict=True)]

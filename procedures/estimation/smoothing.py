@@ -1,6 +1,7 @@
 """A signal freed of its sample noise, as far as it is smooth."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy import special
@@ -31,6 +32,16 @@ def _unstructured(residual: FloatArray, noise: float) -> bool:
     return bool(residual @ residual <= special.chdtri(residual.size, 0.001) * noise**2)
 
 
+@lru_cache(maxsize=64)
+def _polynomials(size: int) -> FloatArray:
+    """Return orthonormal cubics over so many samples (size, 4), read-only; each sample by itself where there are few."""
+    if size <= _SHORTEST:
+        return np.eye(size)
+    basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, size), _DEGREE))
+    basis.flags.writeable = False
+    return np.asarray(basis, dtype=np.float64)
+
+
 def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | None:
     """Replace values (n,) by cubics over pieces as long as `noise` (standard deviation) allows; None where that needs
     more than `most` coefficients, as for a signal with ripple all along.
@@ -41,10 +52,7 @@ def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | No
     while pending:
         begin, end = pending.pop()
         size = end - begin
-        x = np.linspace(-1.0, 1.0, size) if size > 1 else np.zeros(1)
-        basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(x, min(_DEGREE, size - 1)))
-        if size <= _SHORTEST:
-            basis = np.eye(size)
+        basis = _polynomials(size)
         coefficients = basis.T @ values[begin:end]
         fitted = basis @ coefficients
         if size > _SHORTEST and not _unstructured(values[begin:end] - fitted, noise):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.checks import same_length, series, uniform_step
-from procedures.estimation.first_order import recursion, respond_evenly, response_and_slope
+from procedures.estimation.first_order import gathered_evenly, recursion, respond_evenly, response_and_slope
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.noise import undithered, white_noise
 from procedures.estimation.nonlinear import solve
@@ -170,8 +170,14 @@ def fit_step_response(
     _check_window(record, full)
     freedom = float(record.time.size - 3)
     covariance = max(1.0, solution.cost / freedom) * solution.covariance
-    shift = solution.gain[:, :-2] @ whitened(_lasting_errors(record, full, voltage_resolution, current_resolution))
+    gain = solution.gain[:, :-2]
+    shift = gain @ whitened(_lasting_errors(record, full, voltage_resolution, current_resolution))
     covariance = covariance + shift @ shift.T
+    if record.noise_basis is not None:
+        # Noise is left in a smoothed voltage; what it shifts is asked of the few parameters, not of the many shapes.
+        through = gathered_evenly(record.step, gain.T, full[0] / full[1]) / (full[1] * record.current_noise)
+        shift = record.voltage_noise * through.T @ record.noise_basis
+        covariance = covariance + shift @ shift.T
     left = record.current - _model(record, full)
     full[3] += record.baseline
     return Fit(names, full[free], covariance, freedom, left, float(np.sqrt(np.mean(left**2))))
@@ -194,14 +200,13 @@ def _lasting_errors(
 ) -> FloatArray:
     """Errors of the current's model (A, shape (n, m)) of one standard deviation each, that do not average out over the record.
 
-    Rounding without dither may shift the level of the current and of the voltage; noise is left in a smoothed voltage.
+    Rounding without dither may shift the level of the current and of the voltage.
     """
     rate, inductance = full[0] / full[1], full[1]
     after = (np.arange(record.time.size) >= record.edge).astype(np.float64)
-    shapes = undithered(record.voltage_noise, voltage_resolution) * after[:, None]
-    if record.noise_basis is not None:
-        shapes = np.hstack((shapes, record.voltage_noise * record.noise_basis))
-    through = respond_evenly(record.step, shapes / inductance, rate)
+    through = respond_evenly(
+        record.step, undithered(record.voltage_noise, voltage_resolution) / inductance * after, rate
+    )
     return np.column_stack((undithered(record.current_noise, current_resolution) * after, through))
 
 

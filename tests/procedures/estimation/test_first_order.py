@@ -1,0 +1,69 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import lfilter
+
+from procedures.estimation.first_order import (
+    gathered_evenly,
+    recursion,
+    respond,
+    respond_evenly,
+    response_and_slope,
+    weights,
+)
+
+DECAYS = st.one_of(st.floats(-0.999, 1.0), st.floats(0.0, 1e-3), st.just(1.0), st.just(0.0))
+RATES = st.floats(0.0, 5e3)
+STEP = 1e-3
+
+
+def drive(seed: int, points: int = 400) -> np.ndarray:
+    return np.random.default_rng(seed).normal(1.0, 1.0, points)
+
+
+@given(DECAYS, st.integers(1, 3000), st.integers(0, 99))
+def test_the_recursion_is_that_of_a_filter(decay: float, points: int, seed: int) -> None:
+    gain = drive(seed, points)
+    expected = lfilter([1.0], [1.0, -decay], gain)
+    assert recursion(decay, gain) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+    assert recursion(decay, np.column_stack((gain, -gain)))[:, 1] == pytest.approx(-expected, abs=1e-9)
+
+
+@given(RATES, st.integers(0, 99))
+def test_even_samples_respond_as_any_others_do(rate: float, seed: int) -> None:
+    given_drive, time = drive(seed), np.arange(400) * STEP
+    uneven = np.insert(time, 200, 0.5 * (time[199] + time[200]))
+    finer = np.insert(given_drive, 200, 0.5 * (given_drive[199] + given_drive[200]))
+    everywhere = respond(uneven, finer, rate)
+    assert respond_evenly(STEP, given_drive, rate) == pytest.approx(np.delete(everywhere, 200), abs=1e-9)
+    assert respond(time, given_drive, rate, 2.0) == pytest.approx(
+        respond_evenly(STEP, given_drive, rate) + 2.0 * np.exp(-rate * time), abs=1e-9
+    )
+
+
+@given(RATES, st.integers(0, 99))
+def test_shares_are_gathered_as_responses_spread(rate: float, seed: int) -> None:
+    given_drive, shares = drive(seed), np.column_stack((drive(seed + 100), drive(seed + 200)))
+    spread = shares.T @ respond_evenly(STEP, given_drive, rate)
+    assert gathered_evenly(STEP, shares, rate).T @ given_drive == pytest.approx(spread, abs=1e-10)
+
+
+@given(st.floats(0.1, 2e3), st.integers(0, 99))
+def test_the_slope_by_the_rate_is_that_of_differences(rate: float, seed: int) -> None:
+    given_drive, change = drive(seed), 1e-5 * rate
+    response, slope = response_and_slope(STEP, given_drive, rate)
+    assert response == pytest.approx(respond_evenly(STEP, given_drive, rate))
+    by_differences = (
+        respond_evenly(STEP, given_drive, rate + change) - respond_evenly(STEP, given_drive, rate - change)
+    ) / (2.0 * change)
+    assert slope == pytest.approx(by_differences, abs=1e-5 * np.abs(slope).max())
+
+
+@given(st.floats(1e-9, 50.0))
+def test_the_weights_of_a_constant_input_are_its_whole_response(x: float) -> None:
+    w = weights(x)
+    assert w.first + w.last == pytest.approx(-math.expm1(-x) / x)
+    assert w.decay + x * (w.first + w.last) == pytest.approx(1.0)
