@@ -200,9 +200,9 @@ def test_new_settings_forget_the_readings(fed: Session) -> None:
 
 def test_readings_that_the_bench_no_longer_knows_are_stale(meter: Session, virtual_bench: VirtualBench) -> None:
     meter.write("INIT")
-    for _ in range(3):
+    for number in range(4):
         virtual_bench.clock.sleep(400.0)
-        virtual_bench.world.short_leads(False)
+        virtual_bench.world.connect({"A": "supply+", "B": "supply-"} if number % 2 else {"A": "lcr_high", "B": "lcr_low"})
     meter.write("FETC?")
     assert first_error(meter) == -230
 
