@@ -52,8 +52,9 @@ class HeartbeatWatchdog:
             before = objects.read(CONSUMER_HEARTBEAT, subindex, 4)
             if before >> 16 & 0xFF == producer:
                 before = 0  # left by a process that died: put back, it would stop the drive
-            sender.start_heartbeat(producer, time / BEATS)
             objects.write(CONSUMER_HEARTBEAT, subindex, producer << 16 | round(time * 1e3), 4)
+            # A drive watches from the first heartbeat after that: it is sent at once, not a period later.
+            sender.start_heartbeat(producer, time / BEATS)
             self._entry = (subindex, before)
 
     def disarm(self) -> None:
