@@ -202,7 +202,9 @@ def test_readings_that_the_bench_no_longer_knows_are_stale(meter: Session, virtu
     meter.write("INIT")
     for number in range(4):
         virtual_bench.clock.sleep(400.0)
-        virtual_bench.world.connect({"A": "supply+", "B": "supply-"} if number % 2 else {"A": "lcr_high", "B": "lcr_low"})
+        virtual_bench.world.connect(
+            {"A": "supply+", "B": "supply-"} if number % 2 else {"A": "lcr_high", "B": "lcr_low"}
+        )
     meter.write("FETC?")
     assert first_error(meter) == -230
 
