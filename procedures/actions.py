@@ -29,6 +29,7 @@ class Socket(Enum):
     DRIVE_1 = "drive_1"
     DRIVE_2 = "drive_2"
     DRIVE_3 = "drive_3"
+    INSULATION_HIGH = "insulation_high"
 
 
 class Node(Enum):
@@ -39,6 +40,10 @@ class Node(Enum):
     C = "C"
     STAR_POINT = "N"
     ARTIFICIAL_STAR = "star"
+    HALL_1 = "H1"
+    HALL_2 = "H2"
+    HALL_3 = "H3"
+    HALL_GROUND = "H0"
 
 
 SOCKET_NAMES: Mapping[Socket, Text] = {
@@ -53,6 +58,7 @@ SOCKET_NAMES: Mapping[Socket, Text] = {
     Socket.DRIVE_1: text("six-step drive, leg 1"),
     Socket.DRIVE_2: text("six-step drive, leg 2"),
     Socket.DRIVE_3: text("six-step drive, leg 3"),
+    Socket.INSULATION_HIGH: text("insulation tester, high (its low is on the frame)"),
 }
 
 NODE_NAMES: Mapping[Node, Text] = {
@@ -61,6 +67,10 @@ NODE_NAMES: Mapping[Node, Text] = {
     Node.C: text("terminal C"),
     Node.STAR_POINT: text("the motor's star point"),
     Node.ARTIFICIAL_STAR: text("the artificial star point (three equal resistors, 20 kΩ)"),
+    Node.HALL_1: text("Hall sensor 1"),
+    Node.HALL_2: text("Hall sensor 2"),
+    Node.HALL_3: text("Hall sensor 3"),
+    Node.HALL_GROUND: text("the Hall sensors' ground"),
 }
 
 

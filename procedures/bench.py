@@ -10,6 +10,7 @@ from drivers.interfaces import (
     Clock,
     Dynamometer,
     Instrument,
+    InsulationTester,
     Inverter,
     LcrMeter,
     Oscilloscope,
@@ -37,6 +38,9 @@ class Role(Enum):
     INVERTER = "inverter"
     VOLTMETER = "voltmeter"
     DRIVE = "drive"
+    SWITCH_MATRIX = "switch_matrix"
+    ROTOR_ACTUATOR = "rotor_actuator"
+    INSULATION_TESTER = "insulation_tester"
 
 
 class Operator(Protocol):
@@ -134,6 +138,11 @@ class Bench:
     def drive(self) -> BldcDrive:
         """The six-step drive."""
         return cast("BldcDrive", self._get(Role.DRIVE))
+
+    @property
+    def insulation_tester(self) -> InsulationTester:
+        """The insulation tester."""
+        return cast("InsulationTester", self._get(Role.INSULATION_TESTER))
 
     def perform(self, action: Action) -> None:
         """Have an action done that gives no reading."""

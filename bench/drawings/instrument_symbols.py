@@ -18,6 +18,7 @@ _INSTRUMENTS: tuple[tuple[Text, tuple[tuple[Socket, str], ...]], ...] = (
     (text("LCR meter"), ((Socket.METER_HIGH, "H"), (Socket.METER_LOW, "L"))),
     (text("Inverter"), ((Socket.INVERTER_U, "U"), (Socket.INVERTER_V, "V"), (Socket.INVERTER_W, "W"))),
     (text("Six-step drive"), ((Socket.DRIVE_1, "1"), (Socket.DRIVE_2, "2"), (Socket.DRIVE_3, "3"))),
+    (text("Insulation tester"), ((Socket.INSULATION_HIGH, "H"),)),
 )
 
 
@@ -39,7 +40,7 @@ def draw_instruments(canvas: Canvas, used: Sequence[Socket], translate: Translat
 
 def _heights(sockets: int, number: int, instruments: int) -> tuple[float, ...]:
     if instruments == 1:
-        return _PAIR if sockets == 2 else _TRIPLE
+        return {1: _TRIPLE[1:2], 2: _PAIR}.get(sockets, _TRIPLE)
     # Two or more share the side: each gets its part of it.
     room = 320.0 / instruments
     top = 70.0 + room * number

@@ -28,7 +28,7 @@ def node_place(node: Node) -> tuple[float, float] | None:
     """Return where a probe touches a node of the motor; None for one that is no part of it."""
     if node is Node.STAR_POINT:
         return _CENTRE
-    if node is Node.ARTIFICIAL_STAR:
+    if node.value not in [terminal.value for terminal in Terminal]:
         return None
     return TERMINAL_X, TERMINAL_Y[Terminal(node.value)]
 

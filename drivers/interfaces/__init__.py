@@ -14,6 +14,7 @@ from drivers.interfaces.errors import (
     SetpointError,
 )
 from drivers.interfaces.identity import Accuracy, Identity, Instrument, Reading, Traffic
+from drivers.interfaces.insulation_tester import InsulationReading, InsulationTester
 from drivers.interfaces.interlock import Interlock
 from drivers.interfaces.inverter import Inverter
 from drivers.interfaces.lcr_meter import Aperture, ImpedanceReading, LcrMeter, Wanted
@@ -26,7 +27,9 @@ from drivers.interfaces.oscilloscope import (
     Trigger,
     Waveform,
 )
+from drivers.interfaces.rotor_actuator import RotorActuator
 from drivers.interfaces.supply import OutputMode, Regulated, Supply
+from drivers.interfaces.switch_matrix import SwitchMatrix
 from drivers.interfaces.tachometer import Tachometer
 from drivers.interfaces.voltmeter import Voltmeter
 
@@ -44,6 +47,8 @@ __all__ = [
     "ImpedanceReading",
     "Instrument",
     "InstrumentError",
+    "InsulationReading",
+    "InsulationTester",
     "Interlock",
     "Inverter",
     "LcrMeter",
@@ -56,10 +61,12 @@ __all__ = [
     "Reading",
     "Regulated",
     "ReportedError",
+    "RotorActuator",
     "ScreenReadings",
     "SetpointError",
     "Slope",
     "Supply",
+    "SwitchMatrix",
     "Tachometer",
     "Traffic",
     "Trigger",

@@ -1,0 +1,33 @@
+"""Insulation tester: the resistance between winding and frame at a high DC voltage."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from drivers.interfaces.identity import Instrument, Reading
+
+
+@dataclass(frozen=True)
+class InsulationReading:
+    """Insulation resistance (Ω) at a test voltage (V).
+
+    With `beyond_range`, `resistance` is the largest that the tester tells apart, and the true one is larger still.
+    """
+
+    resistance: Reading
+    voltage: float
+    beyond_range: bool
+
+
+class InsulationTester(Instrument, Protocol):
+    """A tester that applies its voltage for one measurement only and discharges the object afterwards."""
+
+    @property
+    def maximum_voltage(self) -> float:
+        """Largest test voltage (V): the lesser of the model's and the station's."""
+
+    def measure(self, voltage: float, duration: float) -> InsulationReading:
+        """Apply `voltage` (V DC) for `duration` (s), read the resistance at its end, discharge, and return.
+
+        The output is off and discharged when this returns or raises. Raises SetpointError outside the allowed range and
+        MeasurementError where the test did not reach its voltage.
+        """

@@ -1,0 +1,28 @@
+"""Switch matrix (IviSwtch): relays in place of the hands that connect."""
+
+from collections.abc import Collection
+from typing import Protocol
+
+from drivers.interfaces.identity import Instrument
+
+
+class SwitchMatrix(Instrument, Protocol):
+    """Relays between a motor's terminals, the instruments and the probes.
+
+    A crosspoint joins two points and is named by them: `A:supply+` (a motor terminal and a socket, as `Socket` writes it),
+    `A:voltmeter+`, `N:channel1-` (a node and an oscilloscope probe's lead), `leads:short` (the bridge's leads).
+    """
+
+    @property
+    def crosspoints(self) -> frozenset[str]:
+        """Names of the crosspoints that there are."""
+
+    def connect(self, crosspoints: Collection[str]) -> None:
+        """Have exactly these crosspoints closed; every other one is opened first, and what is closed is read back.
+
+        Returns once the contacts have settled. Raises SetpointError for a crosspoint that there is not, before anything is
+        switched, and ReportedError where a relay did not follow.
+        """
+
+    def closed(self) -> frozenset[str]:
+        """Return the crosspoints that are closed now, read from the instrument."""
