@@ -27,12 +27,14 @@ class Planned:
 
 
 def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catalogue) -> list[Planned]:
-    """Return the procedures named (all of them for `all`) with settings from `name=value` or `procedure.name=value`.
+    """Return the procedures named (for `all`, all but the end-of-line checks) with settings from `name=value` or
+    `procedure.name=value`.
 
     Without a procedure's name a setting goes to every planned procedure that knows it. Raises UsageError for an unknown
     procedure or setting, InputError for a value that is not allowed.
     """
-    wanted = list(catalogue) if list(names) == ["all"] else list(dict.fromkeys(names))
+    measurements = [name for name, kind in catalogue.items() if not kind.end_of_line]
+    wanted = measurements if list(names) == ["all"] else list(dict.fromkeys(names))
     for name in wanted:
         if name not in catalogue:
             raise UsageError(f"there is no procedure {name!r}: {nearest(name, list(catalogue))}; or all")

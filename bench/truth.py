@@ -26,5 +26,21 @@ def truth_of(motor: VirtualMotor, drive: SixStepDrive | None = None) -> dict[str
         "inertia": motor.inertia,
         "coulomb_friction": motor.coulomb_friction,
         "viscous_friction": motor.viscous_friction,
+        "resistance_unbalance": _unbalance(_line_resistances(motor)),
         **of_drive,
     }
+
+
+def _line_resistances(motor: VirtualMotor) -> tuple[float, float, float]:
+    """Return the resistances (Ω) AB, BC, CA; a delta's windings stand between the terminals in this order."""
+    a, b, c = motor.phase_resistances
+    if motor.connection == "wye":
+        return a + b, b + c, c + a
+    ring = a + b + c
+    return a * (b + c) / ring, b * (c + a) / ring, c * (a + b) / ring
+
+
+def _unbalance(lines: tuple[float, float, float]) -> float:
+    """Return the largest deviation from the mean, in per cent of it."""
+    mean = sum(lines) / 3.0
+    return 100.0 * max(abs(line / mean - 1.0) for line in lines)

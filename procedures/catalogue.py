@@ -1,4 +1,4 @@
-"""The procedures by name, in the order in which a whole measurement takes them."""
+"""The procedures by name, in the order in which a whole measurement takes them; the end-of-line checks come last."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,6 +17,7 @@ from procedures.procedure import Procedure
 from procedures.stator_resistance import StatorResistance
 from procedures.stator_resistance_dc import StatorResistanceDc
 from procedures.torque_constant import TorqueConstant
+from procedures.winding_balance import WindingBalance
 
 _ORDER: tuple[type[Procedure[Any]], ...] = (
     NameplateData,
@@ -32,6 +33,7 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     Inertia,
     TorqueConstant,
     EquivalentResistance,
+    WindingBalance,
 )
 
 

@@ -26,7 +26,8 @@ class Procedure(ABC, Generic[C]):
     """One measurement of the document.
 
     A subclass names itself (`name`, `title`, `section`), the roles it needs, its settings type as the generic
-    argument, and defines its steps as decorated methods in the document's order.
+    argument, and defines its steps as decorated methods in the document's order. One that is `end_of_line` finds a defect
+    rather than a controller's parameter: it runs where it is named, not with `all`.
     """
 
     name: ClassVar[str]
@@ -34,6 +35,7 @@ class Procedure(ABC, Generic[C]):
     section: ClassVar[str]
     roles: ClassVar[frozenset[Role]]
     gives: ClassVar[tuple[str, ...]]
+    end_of_line: ClassVar[bool] = False
 
     def __init__(self, bench: Bench, nameplate: Nameplate, settings: C, known: Mapping[str, Parameter]) -> None:
         self.bench = bench

@@ -25,6 +25,8 @@ PARAMETER_NAMES: Mapping[str, Text] = {
     "electrical_frequency": text("Electrical frequency"),
     "maximum_current": text("Maximum current"),
     "rated_speed": text("Rated speed"),
+    "resistance_unbalance": text("Unbalance of the line resistances"),
+    "inductance_unbalance": text("Unbalance of the line inductances"),
 }
 
 

@@ -7,7 +7,7 @@ from bench.commands.output import console_on, print_json
 from bench.language import language_of, translator
 from procedures.catalogue import catalogue
 from procedures.procedure import Procedure
-from procedures.text import Translate
+from procedures.text import Translate, text
 
 
 def procedures(*, json: bool = False, markdown: bool = False, language: str = "auto") -> None:
@@ -34,7 +34,14 @@ def procedures(*, json: bool = False, markdown: bool = False, language: str = "a
         sys.stdout.write(tables(catalogue(), translate))
         return
     console = console_on(sys.stdout)
-    for name, entry in listed.items():
+    shown = sorted(listed.items(), key=lambda item: item[1]["end_of_line"])
+    for number, (name, entry) in enumerate(shown):
+        if entry["end_of_line"] and not shown[number - 1][1]["end_of_line"]:
+            heading = text("End-of-line checks (each is run where it is named; all does not include them)").render(
+                translate
+            )
+            console.print(f"[bold underline]{heading}[/bold underline]")
+            console.print()
         console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}")
         if entry["roles"]:
             console.print(f"  [dim]{', '.join(entry['roles'])}[/dim]")
@@ -50,6 +57,7 @@ def describe(procedure: type[Procedure[Any]], translate: Translate) -> dict[str,
     return {
         "title": translate(procedure.title),
         "section": procedure.section,
+        "end_of_line": procedure.end_of_line,
         "roles": sorted(role.value for role in procedure.roles),
         "gives": list(procedure.gives),
         "steps": [

@@ -105,6 +105,8 @@ class ExpectedSection(Section):
     equivalent_resistance: float | None = number("ohm", None, above=0.0)
     commutation_resistance: float | None = number("ohm", None, above=0.0)
     copper_resistance: float | None = number("ohm", None, above=0.0)
+    resistance_unbalance: float | None = number("%", None, at_least=0.0, up_to=200.0, description="between lines")
+    inductance_unbalance: float | None = number("%", None, at_least=0.0, up_to=200.0, description="between lines")
 
     def values(self) -> dict[str, float]:
         """Return what was given."""

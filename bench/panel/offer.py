@@ -24,7 +24,10 @@ class StepWords:
 
 @dataclass(frozen=True)
 class Offered:
-    """One procedure as it can be chosen; `settings` by name with default, unit and description."""
+    """One procedure as it can be chosen; `settings` by name with default, unit and description.
+
+    One that is `end_of_line` is chosen by name only.
+    """
 
     name: str
     title: str
@@ -32,6 +35,7 @@ class Offered:
     roles: tuple[str, ...]
     steps: tuple[StepWords, ...]
     settings: Mapping[str, Mapping[str, Any]]
+    end_of_line: bool = False
 
 
 class Offer:
@@ -100,6 +104,7 @@ async def _offered() -> dict[str, Offered]:
             tuple(data["roles"]),
             tuple(StepWords(step["id"], step["text"]) for step in data["steps"]),
             data["settings"],
+            data["end_of_line"],
         )
         for name, data in told["procedures"].items()
     }

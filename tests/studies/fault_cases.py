@@ -66,9 +66,12 @@ def cases(
     steps: Collection[str] = (),
     names: Collection[str] = (),
 ) -> Iterator[Case]:
-    """Give every case, or those of some procedures, steps and faults by the tables' names, in the catalogue's order."""
+    """Give every case, or those of some procedures, steps and faults by the tables' names, in the catalogue's order.
+
+    End-of-line checks are tried where they are named.
+    """
     for procedure, kind in catalogue().items():
-        if procedures and procedure not in procedures:
+        if procedure not in procedures if procedures else kind.end_of_line:
             continue
         roles = sorted(role.value for role in kind.roles)
         used = DRIVEN_MOTOR if "drive" in roles else motor

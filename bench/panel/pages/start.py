@@ -107,7 +107,10 @@ class _StartPage:
                 ui.button(say(text("None")), on_click=lambda: self._mark(False)).props("flat dense no-caps")
             for name, procedure in offered.items():
                 missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
-                box = ui.checkbox(f"{say(Text(procedure.title))}  ·  §{procedure.section}", value=not missing)
+                box = ui.checkbox(
+                    f"{say(Text(procedure.title))}  ·  §{procedure.section}",
+                    value=not missing and not procedure.end_of_line,
+                )
                 box.props("dense").classes("text-base")
                 needs = say(text("needs {roles}", roles=[role_name(role) for role in procedure.roles]))
                 if not procedure.roles:
@@ -136,8 +139,9 @@ class _StartPage:
         self._show_procedures(self._offered)
 
     def _mark(self, value: bool) -> None:
-        for box in self._boxes.values():
-            if box.enabled:
+        """Take none, or all that `all` takes."""
+        for name, box in self._boxes.items():
+            if box.enabled and not (value and self._offered and self._offered[name].end_of_line):
                 box.set_value(value)
 
     def _show_station(self) -> None:

@@ -1,0 +1,51 @@
+"""Deviations of three like values from their mean."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from procedures.estimation.fit import EstimationError
+from procedures.estimation.unbalance import largest_deviation, pooled, saliency_share
+
+VALUES = st.tuples(*[st.floats(min_value=1e-6, max_value=1e6)] * 3)
+
+
+def test_nema_s_own_example():
+    # NEMA MG 1, voltage unbalance: 550, 520, 530 V have a mean of 533.3 V and a largest deviation of 16.7 V, 3.1 %.
+    found = largest_deviation((550.0, 520.0, 530.0))
+    assert found.place == 0
+    assert found.share == pytest.approx(0.03125)
+
+
+@given(VALUES, st.floats(min_value=1e-3, max_value=1e3))
+def test_a_common_gain_does_not_matter_and_no_value_is_farther(values, gain):
+    found = largest_deviation(values)
+    mean = sum(values) / 3.0
+    assert all(abs(value / mean - 1.0) <= abs(found.share) + 1e-12 for value in values)
+    assert largest_deviation([gain * value for value in values]).share == pytest.approx(found.share, abs=1e-9)
+    # A single one of three cannot be more than twice the mean above it, nor more than all of it below.
+    assert -1.0 < found.share < 2.0
+
+
+@pytest.mark.parametrize("values", [(0.0, 0.0, 0.0), (-1.0, 0.0, 0.5), (math.nan, 1.0, 1.0)])
+def test_what_has_no_mean_is_refused(values):
+    with pytest.raises(EstimationError, match="not above zero"):
+        largest_deviation(values)
+
+
+def test_scatter_is_pooled_over_the_groups():
+    random = np.random.default_rng(1)
+    found = pooled([5.0 + 0.1 * random.standard_normal(4), 7.0 + 0.1 * random.standard_normal(4), [9.0]])
+    assert found.degrees_of_freedom == 6.0
+    assert found.deviation == pytest.approx(0.1, rel=0.5)
+    assert found.means[2] == 9.0
+    assert pooled([[1.0], [2.0]]).degrees_of_freedom == math.inf
+
+
+def test_saliency_is_what_a_line_s_inductance_sways_by():
+    d, q = 180e-6, 360e-6
+    lines = [d + q + (d - q) * math.cos(2.0 * angle) for angle in np.linspace(0.0, math.pi, 181)]
+    assert saliency_share(d, q) == pytest.approx(max(lines) / (d + q) - 1.0)
