@@ -27,6 +27,10 @@ def truth_of(motor: VirtualMotor, drive: SixStepDrive | None = None) -> dict[str
         "coulomb_friction": motor.coulomb_friction,
         "viscous_friction": motor.viscous_friction,
         "resistance_unbalance": _unbalance(_line_resistances(motor)),
+        "phase_order": 1.0,
+        "back_emf_unbalance": 0.0,
+        "back_emf_angle_deviation": 0.0,
+        "back_emf_thd": 100.0 * math.hypot(*(a for order, a, _ in motor.flux_harmonics if order % 3)),
         **of_drive,
     }
 

@@ -1,6 +1,6 @@
 """Hand work as data: a person, a virtual operator or a switch matrix performs the same actions."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -358,6 +358,14 @@ def meter_across(high: Terminal, low: Terminal) -> Connect:
 def meter_series_parallel() -> Connect:
     """Connect the LCR meter from A to B and C joined."""
     return Connect({Terminal.A: Socket.METER_HIGH, Terminal.B: Socket.METER_LOW, Terminal.C: Socket.METER_LOW})
+
+
+def phases_on(channels: Sequence[int], first: int = 0) -> tuple[VoltageProbe, ...]:
+    """Return the probes of three channels on the phases against the artificial star, beginning with phase `first` (0 is A)."""
+    nodes = (Node.A, Node.B, Node.C)
+    return tuple(
+        VoltageProbe(channel, nodes[(k + first) % 3], Node.ARTIFICIAL_STAR) for k, channel in enumerate(channels)
+    )
 
 
 #: Rotor to the d axis: the current's space vector lies on phase A's axis.

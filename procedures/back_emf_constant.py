@@ -20,6 +20,7 @@ from procedures.actions import (
     Node,
     ReleaseRotor,
     VoltageProbe,
+    phases_on,
 )
 from procedures.bench import ProcedureError, Role
 from procedures.curves import curve
@@ -240,10 +241,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                         "three phases need three voltage probes, the station has {n}; set probing=line", n=len(channels)
                     )
                 )
-            probes = tuple(
-                VoltageProbe(channel, node, Node.ARTIFICIAL_STAR)
-                for channel, node in zip(channels, (Node.A, Node.B, Node.C), strict=True)
-            )
+            probes = phases_on(channels)
         self.wiring.shaft.probes(probes)
         return channels
 

@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from procedures.back_emf_constant import BackEmfConstant
+from procedures.back_emf_shape import BackEmfShape
 from procedures.dq_inductance_aligned import DqInductanceAligned
 from procedures.dq_inductance_extremes import DqInductanceExtremes
 from procedures.dq_inductance_time_constant import DqInductanceTimeConstant
 from procedures.equivalent_resistance import EquivalentResistance
 from procedures.inertia import Inertia
 from procedures.nameplate_data import NameplateData
+from procedures.phase_order import PhaseOrder
 from procedures.pole_pairs_back_emf import PolePairsBackEmf
 from procedures.pole_pairs_inverter import PolePairsInverter
 from procedures.pole_pairs_static import PolePairsStatic
@@ -34,6 +36,8 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     TorqueConstant,
     EquivalentResistance,
     WindingBalance,
+    PhaseOrder,
+    BackEmfShape,
 )
 
 

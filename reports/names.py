@@ -27,6 +27,10 @@ PARAMETER_NAMES: Mapping[str, Text] = {
     "rated_speed": text("Rated speed"),
     "resistance_unbalance": text("Unbalance of the line resistances"),
     "inductance_unbalance": text("Unbalance of the line inductances"),
+    "phase_order": text("Order of the phases"),
+    "back_emf_unbalance": text("Unbalance of the back-EMF"),
+    "back_emf_angle_deviation": text("Deviation of the back-EMF's angles from 120°"),
+    "back_emf_thd": text("Total harmonic distortion of the back-EMF"),
 }
 
 

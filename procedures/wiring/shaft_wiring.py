@@ -20,6 +20,8 @@ _PERIODS, _SHORTEST, _LONGEST = 4.0, 0.02, 4.0
 _STEPS = 6.0
 #: Of the voltage that the plate lets expect, less than this share is none.
 _NONE = 0.03
+#: Why a connection that is proved is not as it should be: its phases are in the other order.
+SEQUENCE = "sequence"
 
 
 class ShaftWiring:
@@ -40,10 +42,7 @@ class ShaftWiring:
 
     def probes(self, probes: Sequence[VoltageProbe]) -> None:
         """Fit voltage probes to the open terminals of a motor on the dynamometer, and prove them with a slow turn."""
-        action = ConnectProbes(tuple(probes))
-        self._bench.perform(action)
-        found = self._proof.verify(ALL_OPEN, lambda: self._turned(probes), action)
-        if found.reason == "sequence":
+        if self.sequence(probes).reason == SEQUENCE:
             self._proof.notice(
                 "phase-order",
                 text(
@@ -51,6 +50,12 @@ class ShaftWiring:
                     "interchanged, or the motor's forwards is the other way. No figure here depends on it, a controller's direction does"
                 ),
             )
+
+    def sequence(self, probes: Sequence[VoltageProbe]) -> Check:
+        """Fit and prove the probes likewise; the check's reason is `SEQUENCE` where the phases follow each other backwards."""
+        action = ConnectProbes(tuple(probes))
+        self._bench.perform(action)
+        return self._proof.verify(ALL_OPEN, lambda: self._turned(probes), action)
 
     def _turned(self, probes: Sequence[VoltageProbe]) -> Check:
         bench = self._bench
@@ -102,7 +107,7 @@ def _judged(probes: Sequence[VoltageProbe], samples: np.ndarray, step: float, wa
         return Check(Outcome.PROVED, "oscilloscope", read=sizes)
     record = _record(best, probes)
     if best.fault is Fault.SEQUENCE:
-        return Check(Outcome.PROVED, "oscilloscope", (record,), sizes, "sequence", evidence)
+        return Check(Outcome.PROVED, "oscilloscope", (record,), sizes, SEQUENCE, evidence)
     return Check(Outcome.WRONG, "oscilloscope", (record,), sizes, "", evidence)
 
 

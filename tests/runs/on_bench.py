@@ -1,0 +1,49 @@
+"""One procedure at a time on a virtual bench that a test has prepared, through the real drivers."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pyvisa import ResourceManager
+
+from bench.instruments import StationInstruments
+from bench.operators.virtual import VirtualOperator
+from bench.plan import make_plan
+from bench.virtual_station import virtual_station
+from procedures.bench import Bench
+from procedures.catalogue import catalogue
+from procedures.nameplate import Nameplate
+from procedures.result import Parameter, ProcedureResult
+from sim_instruments.bench import VirtualBench
+from tests.studies.measured_motor import NoRecord
+
+
+def measure(
+    virtual: VirtualBench,
+    plate: Nameplate,
+    name: str,
+    *settings: str,
+    known: Mapping[str, Parameter] | None = None,
+) -> ProcedureResult:
+    """Run a procedure with settings as `--set` has them; the bench is left switched off."""
+    record: Any = NoRecord()
+    instruments = StationInstruments(
+        virtual_station(virtual.addresses()),
+        plate,
+        virtual.clock,
+        record,
+        record,
+        lambda: ResourceManager(virtual.visa_library),
+        lambda _: None,
+        in_process=virtual,
+    )
+    (planned,) = make_plan([name], settings, catalogue())
+    try:
+        bench = Bench(instruments.available(), VirtualOperator(virtual.world, 1), virtual.clock, record)
+        return planned.procedure(bench, plate, planned.settings, known or {}).run()
+    finally:
+        instruments.close()
+
+
+def within(parameter: Parameter, truth: float, multiple: float = 3.0) -> bool:
+    """Tell whether a parameter holds a truth within so many of its standard uncertainties."""
+    return abs(parameter.value - truth) <= multiple * parameter.standard_uncertainty

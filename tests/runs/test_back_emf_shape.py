@@ -1,0 +1,88 @@
+"""Order of the phases and shape of the EMF on the virtual bench."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from bench.files.motor_file import load_motor
+from procedures.bench import ProcedureError
+from sim_instruments.bench import VirtualBench
+from sim_instruments.instruments.errors import Errors, ScopeErrors
+from tests.runs.on_bench import measure, within
+
+FILE = load_motor("lg-400w")
+MOTOR, PLATE = FILE.virtual_motor(), FILE.nameplate
+
+
+@pytest.fixture
+def bench():
+    with VirtualBench(MOTOR, seed=3, sockets=False) as virtual:
+        yield virtual
+
+
+def test_wires_in_order(bench):
+    result = measure(bench, PLATE, "phase-order")
+    assert (result.parameter("phase_order").value, result.parameter("phase_order").unit) == (1.0, "1")
+    assert result.warnings == ()
+
+
+@pytest.mark.parametrize("pair", [("A", "B"), ("B", "C"), ("C", "A")])
+def test_two_wires_interchanged_are_found_and_the_wires_named(bench, pair):
+    bench.world.set_swapped(pair)
+    result = measure(bench, PLATE, "phase-order")
+    assert result.parameter("phase_order").value == -1.0
+    (notice,) = result.warnings
+    assert notice.identifier == "phase-order"
+    for wire in ("A (white)", "B (green)", "C (black)"):
+        assert wire in notice.message.render()
+
+
+def test_an_order_that_cannot_be_told_is_no_order(bench):
+    with pytest.raises(ProcedureError, match="cannot be told"):
+        measure(bench, replace(PLATE, rated_speed_rpm=1e-2, rated_voltage=None), "phase-order")
+
+
+def test_each_procedure_leaves_the_shaft_at_rest(bench):
+    for name in ("phase-order", "back-emf-shape"):
+        measure(bench, PLATE, name)
+        bench.clock.sleep(60.0)
+        assert abs(bench.world.truth()["shaft_speed"]) < 0.1
+
+
+@pytest.mark.parametrize("name", ["lg-400w", "outrunner-delta", "ipmsm"])
+def test_shape_holds_the_truth(motorbench, name):
+    status, given = motorbench("run", "back-emf-shape", "--motor", name, "--station", "virtual", "--seed", "6")
+    assert status == 0, given
+    parameters = given["parameters"]
+    thd = parameters["back_emf_thd"]
+    harmonics = load_motor(name).virtual_motor().flux_harmonics
+    assert thd["truth"] == pytest.approx(100.0 * math.hypot(*(amplitude for _, amplitude, _ in harmonics)))
+    assert abs(thd["value"] - thd["truth"]) <= 3.0 * thd["standard_uncertainty"]
+    assert thd["standard_uncertainty"] < 0.05
+    for like in ("back_emf_unbalance", "back_emf_angle_deviation"):
+        assert parameters[like]["truth"] == 0.0
+        assert 0.0 <= parameters[like]["value"] <= 3.0 * parameters[like]["standard_uncertainty"]
+
+
+def test_a_distorted_emf_is_found():
+    flattened = replace(MOTOR, flux_harmonics=((3, 0.15, 0.0), (5, 0.06, 0.0), (7, 0.03, math.pi), (11, 0.01, 0.0)))
+    with VirtualBench(flattened, seed=1, sockets=False) as bench:
+        result = measure(bench, PLATE, "back-emf-shape")
+    # The third harmonic is no terminal's.
+    assert within(result.parameter("back_emf_thd"), 100.0 * math.hypot(0.06, 0.03, 0.01))
+    assert result.findings["harmonics"][4] == pytest.approx(6.0, rel=0.02)
+    assert result.findings["harmonics"][2] < 0.1
+
+
+def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
+    errors = replace(Errors(), oscilloscope=ScopeErrors(gain=(0.02, -0.02, 0.015, 0.0)))
+    with VirtualBench(MOTOR, seed=1, errors=errors, sockets=False) as bench:
+        once = measure(bench, PLATE, "back-emf-shape").parameter("back_emf_unbalance")
+        thrice = measure(bench, PLATE, "back-emf-shape", "exchange=true").parameter("back_emf_unbalance")
+    assert once.value == pytest.approx(2.5, abs=0.1)
+    assert within(once, 0.0)
+    assert once.budget[0].source.startswith("oscilloscope, channel 2: gain")
+    assert within(thrice, 0.0)
+    assert thrice.value < 0.06
+    assert thrice.standard_uncertainty < 0.03
