@@ -6,17 +6,20 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from drivers.can_bus.buses import CanBuses
-from drivers.can_bus.options import Cia402Options, Cia402SixStepOptions
+from drivers.can_bus.options import Cia402Options, Cia402RotorActuatorOptions, Cia402SixStepOptions
 from drivers.in_process import InProcess
 from drivers.interfaces import (
     BldcDrive,
     Clock,
     Dynamometer,
     Instrument,
+    InsulationTester,
     Inverter,
     LcrMeter,
     Oscilloscope,
+    RotorActuator,
     Supply,
+    SwitchMatrix,
     Tachometer,
     Traffic,
     Voltmeter,
@@ -34,7 +37,14 @@ from drivers.manual.options import (
 from drivers.manual.prompt import Prompt
 from drivers.modbus.options import DeltaDyn200Options
 from drivers.serial_line.options import LutronTachometerOptions
-from drivers.visa.options import E4980AOptions, E36300Options, InfiniiVisionOptions, Keysight34461AOptions
+from drivers.visa.options import (
+    E4980AOptions,
+    E36300Options,
+    Gpt9800Options,
+    InfiniiVisionOptions,
+    Keysight34461AOptions,
+    Keysight34970AOptions,
+)
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -53,6 +63,9 @@ class Role(StrEnum):
     INVERTER = "inverter"
     VOLTMETER = "voltmeter"
     DRIVE = "drive"
+    SWITCH_MATRIX = "switch_matrix"
+    ROTOR_ACTUATOR = "rotor_actuator"
+    INSULATION_TESTER = "insulation_tester"
 
 
 @dataclass(frozen=True)
@@ -195,6 +208,38 @@ def _open_34461a(address: str, options: Keysight34461AOptions, given: Surroundin
     return open_keysight_34461a(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
 
 
+def _open_34970a(address: str, options: Keysight34970AOptions, given: Surroundings, name: str) -> SwitchMatrix:
+    from drivers.visa.keysight_34970a import open_keysight_34970a
+
+    return open_keysight_34970a(
+        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, guarding=given.guarding
+    )
+
+
+def _open_rotor_actuator(
+    address: str, options: Cia402RotorActuatorOptions, given: Surroundings, name: str
+) -> RotorActuator:
+    from drivers.can_bus.cia402_rotor_actuator import open_cia402_rotor_actuator
+
+    return open_cia402_rotor_actuator(
+        address,
+        given.clock,
+        options,
+        name=name,
+        traffic=given.traffic,
+        buses=given.can_buses,
+        guarding=given.guarding,
+    )
+
+
+def _open_gpt9800(address: str, options: Gpt9800Options, given: Surroundings, name: str) -> InsulationTester:
+    from drivers.visa.gwinstek_gpt9800 import open_gwinstek_gpt9800
+
+    return open_gwinstek_gpt9800(
+        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, guarding=given.guarding
+    )
+
+
 def _manual_supply(_: str, options: ManualSupplyOptions, given: Surroundings, name: str) -> Supply:
     from drivers.manual.supply import ManualSupply
 
@@ -252,6 +297,9 @@ DRIVERS: tuple[Driver, ...] = (
     Driver("cia402-inverter", Role.INVERTER, Cia402Options, True, _open_cia402),
     Driver("cia402-six-step", Role.DRIVE, Cia402SixStepOptions, True, _open_six_step),
     Driver("keysight-34461a", Role.VOLTMETER, Keysight34461AOptions, True, _open_34461a),
+    Driver("keysight-34970a", Role.SWITCH_MATRIX, Keysight34970AOptions, True, _open_34970a),
+    Driver("cia402-rotor-actuator", Role.ROTOR_ACTUATOR, Cia402RotorActuatorOptions, True, _open_rotor_actuator),
+    Driver("gwinstek-gpt9800", Role.INSULATION_TESTER, Gpt9800Options, True, _open_gpt9800),
     Driver(MANUAL, Role.SUPPLY, ManualSupplyOptions, False, _manual_supply),
     Driver(MANUAL, Role.LCR_METER, ManualLcrMeterOptions, False, _manual_lcr_meter),
     Driver(MANUAL, Role.OSCILLOSCOPE, ManualOscilloscopeOptions, False, _manual_oscilloscope),

@@ -48,12 +48,26 @@ class DynamometerLimits(Section):
     maximum_torque: float | None = number("N·m", None, above=0.0, up_to=1e5)
 
 
+class InsulationTesterLimits(Section):
+    """Test voltage."""
+
+    maximum_voltage: float | None = number("V", None, above=0.0, up_to=1e4, description="DC, of an insulation test")
+
+
+class RotorActuatorLimits(Section):
+    """Speed at which it turns the shaft."""
+
+    maximum_speed: float | None = number("rad/s", None, above=0.0, up_to=1e5, description="mechanical")
+
+
 SECTIONS: Mapping[Role, type[Section]] = {
     Role.SUPPLY: SupplyLimits,
     Role.LCR_METER: LcrMeterLimits,
     Role.INVERTER: InverterLimits,
     Role.DRIVE: DriveLimits,
     Role.DYNAMOMETER: DynamometerLimits,
+    Role.INSULATION_TESTER: InsulationTesterLimits,
+    Role.ROTOR_ACTUATOR: RotorActuatorLimits,
 }
 
 

@@ -54,6 +54,9 @@ class NameplateSection(Section):
     maximum_winding_temperature: float | None = number("°C", None, at_least=-40.0, up_to=300.0)
     wire_colours: WireColours = WireColours()
     serial_number: str = ""
+    insulation_test_voltage: float | None = number(
+        "V", None, above=0.0, up_to=1e4, description="DC, between winding and frame"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> "NameplateSection":

@@ -8,6 +8,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, g
 from pydantic import Field as ModelField
 from pydantic import Strict, create_model
 
+from bench.errors import InputError
 from bench.files.toml_file import Section, validate
 
 T = TypeVar("T")
@@ -15,7 +16,12 @@ T = TypeVar("T")
 
 def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: str) -> T:
     """Return the options dataclass made of a table. Raises InputError with file, key and what is allowed."""
-    return cast("T", _make(options, validate(_model(options), data, name, prefix)))
+    section = validate(_model(options), data, name, prefix)
+    try:
+        return cast("T", _make(options, section))
+    except ValueError as error:
+        # What concerns several values at once is the options' own to judge; the message begins with the key.
+        raise InputError(f"{name}: {prefix}.{error}") from None
 
 
 def _model(options: type[Any]) -> type[Section]:

@@ -18,6 +18,8 @@ from procedures.bench import Recorder, Role
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
 
+#: Roles that feed nothing by themselves and have their part in the way down all the same: a bridge's test level, relays.
+_ALSO = (Role.LCR_METER, Role.SWITCH_MATRIX)
 #: CAN interfaces that let several processes on the same bus (python-can's names).
 _SHARED_CAN = ("socketcan", "udp_multicast")
 #: How long (s) the list waits for an instrument before it goes on with the others.
@@ -36,7 +38,7 @@ class GuardedInstruments:
         self._lock = threading.Lock()
         self._can_buses = CanBuses()
         measuring = {item.role for item in station.way_down.items if item.measures}
-        wanted = {role for role in roles if role in OFF_BY or role in measuring or role is Role.LCR_METER}
+        wanted = {role for role in roles if role in OFF_BY or role in measuring or role in _ALSO}
         entries = {role: entry for role, entry in station.entries.items() if role in wanted}
         self._guarded = {
             role: _Deferred(partial(self._open, entry)) for role, entry in entries.items() if not _by_hand(entry)

@@ -13,8 +13,18 @@ from procedures.bench import Recorder
 
 #: Questions that an instrument answers from its own data, without a measurement.
 _UNRECORDED = frozenset({"accuracy_at", "channels", "close"})
-#: What changes the energy in a block that is energised: on the disk before it is done, as the block's beginning is.
-_COMMANDS = frozenset({("inverter", "set_current"), ("dynamometer", "set_speed"), ("supply", "configure")})
+#: What energises or moves by itself, or changes the energy in an energised block: on the disk before it is done, as a block's
+#: beginning is.
+_COMMANDS = frozenset(
+    {
+        ("inverter", "set_current"),
+        ("dynamometer", "set_speed"),
+        ("supply", "configure"),
+        ("insulation_tester", "measure"),
+        ("rotor_actuator", "turn"),
+        ("rotor_actuator", "move_by"),
+    }
+)
 
 
 class WaveformSink(Protocol):

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 
 from bench.safety.limited import Limited
 from bench.safety.limits import Quantity, check_reading
-from drivers.interfaces import Dynamometer, DynamometerReading, Reading, Tachometer
+from drivers.interfaces import Dynamometer, DynamometerReading, Reading, RotorActuator, Tachometer
 
 
 class LimitedDynamometer(Limited):
@@ -62,3 +62,19 @@ class LimitedTachometer(Limited):
     def measure_speed(self) -> Reading:
         """Return the speed (rad/s); raises LimitError where it is beyond a limit."""
         return self._held("speed", self._instrument.measure_speed(), Quantity.SPEED)
+
+
+class LimitedRotorActuator(Limited):
+    """A rotor actuator: the speed at which it turns the shaft."""
+
+    _instrument: RotorActuator
+
+    @property
+    def maximum_speed(self) -> float:
+        """Largest speed (rad/s): the least of the actuator's, the motor's and the station's."""
+        return min(self._instrument.maximum_speed, self._bound(Quantity.SPEED).value)
+
+    def turn(self, speed: float) -> None:
+        """Turn the shaft evenly at a speed (rad/s) until stopped."""
+        self._check("turn", "speed", speed, "rad/s", self._bound(Quantity.SPEED), signed=True)
+        self._instrument.turn(speed)

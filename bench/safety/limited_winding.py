@@ -6,7 +6,17 @@ from contextlib import AbstractContextManager, contextmanager
 
 from bench.safety.limited import Limited, as_frequency
 from bench.safety.limits import Limit, Quantity
-from drivers.interfaces import Aperture, BldcDrive, Inverter, LcrMeter, Reading, Regulated, Supply
+from drivers.interfaces import (
+    Aperture,
+    BldcDrive,
+    InsulationReading,
+    InsulationTester,
+    Inverter,
+    LcrMeter,
+    Reading,
+    Regulated,
+    Supply,
+)
 
 
 class LimitedSupply(Limited):
@@ -142,3 +152,19 @@ class LimitedDrive(Limited):
     def measure_frequency(self) -> Reading:
         """Return the electrical frequency (Hz); raises LimitError where it, or the speed it means, is beyond a limit."""
         return self._held_frequency(self._instrument.measure_frequency())
+
+
+class LimitedInsulationTester(Limited):
+    """An insulation tester: the voltage between winding and frame."""
+
+    _instrument: InsulationTester
+
+    @property
+    def maximum_voltage(self) -> float:
+        """Largest test voltage (V): the least of the instrument's, the motor's and the station's."""
+        return min(self._instrument.maximum_voltage, self._bound(Quantity.VOLTAGE).value)
+
+    def measure(self, voltage: float, duration: float) -> InsulationReading:
+        """Apply a voltage (V DC) for a time (s)."""
+        self._check("measure", "voltage", voltage, "V", self._bound(Quantity.VOLTAGE))
+        return self._instrument.measure(voltage, duration)

@@ -1,8 +1,14 @@
 """What stands in front of every instrument that can energise or move: no set point passes that is beyond a limit."""
 
 from bench.safety.limited import Limited, PolePairs
-from bench.safety.limited_shaft import LimitedDynamometer, LimitedTachometer
-from bench.safety.limited_winding import LimitedDrive, LimitedInverter, LimitedLcrMeter, LimitedSupply
+from bench.safety.limited_shaft import LimitedDynamometer, LimitedRotorActuator, LimitedTachometer
+from bench.safety.limited_winding import (
+    LimitedDrive,
+    LimitedInsulationTester,
+    LimitedInverter,
+    LimitedLcrMeter,
+    LimitedSupply,
+)
 from bench.safety.limits import Limits, Observer, nobody
 from drivers.interfaces import Instrument
 from procedures.bench import Role
@@ -32,6 +38,8 @@ def limited(
         Role.DYNAMOMETER: LimitedDynamometer,
         Role.DRIVE: LimitedDrive,
         Role.TACHOMETER: LimitedTachometer,
+        Role.ROTOR_ACTUATOR: LimitedRotorActuator,
+        Role.INSULATION_TESTER: LimitedInsulationTester,
     }
     kind = kinds.get(role)
     return kind(instrument, name, limits, pole_pairs, observe) if kind else instrument

@@ -90,7 +90,17 @@ def limits_of(role: Role, nameplate: Nameplate, station: Mapping[str, float]) ->
         Quantity(key.removeprefix("maximum_")): Limit(value, f"the station (instruments.{role.value}.limits.{key})")
         for key, value in station.items()
     }
+    if role is Role.INSULATION_TESTER:
+        # Its voltage stands between winding and frame: no figure for the winding itself says what that bears.
+        return Limits(_of_insulation(nameplate), {}, by_station)
     return Limits(_of_set_points(nameplate), _of_readings(nameplate), by_station)
+
+
+def _of_insulation(plate: Nameplate) -> dict[Quantity, Limit]:
+    allowed = plate.insulation_test_voltage
+    if allowed is None:
+        return {Quantity.VOLTAGE: Limit(0.0, "the motor, whose file gives no nameplate.insulation_test_voltage")}
+    return {Quantity.VOLTAGE: Limit(allowed, "the motor (nameplate.insulation_test_voltage)")}
 
 
 def _of_set_points(plate: Nameplate) -> dict[Quantity, Limit]:

@@ -21,21 +21,25 @@ class Do(StrEnum):
     VOLTAGE_DECAYED = "voltage_decayed"
     CURRENT_ZERO = "current_zero"
     SPEED_ZERO = "speed_zero"
+    OPEN = "open"
 
 
 #: Roles that each item can be done to.
 ROLES_OF: Mapping[Do, tuple[Role, ...]] = {
     Do.COMMAND_ZERO: (Role.INVERTER, Role.DYNAMOMETER),
-    Do.DISABLE: (Role.INVERTER, Role.DRIVE, Role.DYNAMOMETER),
-    Do.OUTPUT_OFF: (Role.SUPPLY,),
+    Do.DISABLE: (Role.INVERTER, Role.DRIVE, Role.DYNAMOMETER, Role.ROTOR_ACTUATOR),
+    Do.OUTPUT_OFF: (Role.INSULATION_TESTER, Role.SUPPLY),
     Do.BRAKE: (Role.DYNAMOMETER,),
     Do.SILENCE: (Role.LCR_METER, Role.OSCILLOSCOPE, Role.TACHOMETER, Role.VOLTMETER),
     Do.VOLTAGE_DECAYED: (Role.SUPPLY, Role.VOLTMETER),
     Do.CURRENT_ZERO: (Role.SUPPLY,),
     Do.SPEED_ZERO: (Role.DYNAMOMETER, Role.DRIVE, Role.INVERTER, Role.TACHOMETER),
+    Do.OPEN: (Role.SWITCH_MATRIX,),
 }
 #: What takes the energy away from each role that can feed some.
 OFF_BY: Mapping[Role, Do] = {
+    Role.INSULATION_TESTER: Do.OUTPUT_OFF,
+    Role.ROTOR_ACTUATOR: Do.DISABLE,
     Role.INVERTER: Do.DISABLE,
     Role.DRIVE: Do.DISABLE,
     Role.DYNAMOMETER: Do.DISABLE,
@@ -108,7 +112,8 @@ def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
     """Return the list of a station that gives none; a person (`by_hand`) is asked for one thing an instrument."""
     manual = set(by_hand)
     commands = [item(Do.COMMAND_ZERO, role) for role in (Role.INVERTER, Role.DYNAMOMETER) if role not in manual]
-    off = [item(Do.DISABLE, role) for role in (Role.INVERTER, Role.DRIVE, Role.DYNAMOMETER)]
+    high_voltage = item(Do.OUTPUT_OFF, Role.INSULATION_TESTER)
+    off = [item(Do.DISABLE, role) for role in ROLES_OF[Do.DISABLE]]
     quiet = [item(Do.SILENCE, role) for role in ROLES_OF[Do.SILENCE]]
     measured = [
         item(do, role)
@@ -120,7 +125,9 @@ def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
         )
         if role not in manual
     ]
-    return (*commands, *off, item(Do.OUTPUT_OFF, Role.SUPPLY), *quiet, *measured)
+    # Contacts that part under current burn, so they are the last, whatever became of the rest.
+    relays = item(Do.OPEN, Role.SWITCH_MATRIX)
+    return (high_voltage, *commands, *off, item(Do.OUTPUT_OFF, Role.SUPPLY), *quiet, *measured, relays)
 
 
 def perform(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured | None:
@@ -139,7 +146,7 @@ def _command(one: Item, instrument: Any) -> Callable[[], object]:
     match one.do:
         case Do.COMMAND_ZERO:
             command = instrument.command_zero
-        case Do.OUTPUT_OFF:
+        case Do.OUTPUT_OFF if one.role is Role.SUPPLY:
             command = instrument.output_off
         case Do.BRAKE:
             command = instrument.stop

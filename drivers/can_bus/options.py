@@ -67,3 +67,17 @@ class Cia402SixStepOptions(NodeOptions):
     voltage_accuracy: Accuracy | None = None
     current_accuracy: Accuracy | None = None
     frequency_accuracy: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class Cia402RotorActuatorOptions(NodeOptions):
+    """Settings of a rotor actuator with the CiA 402 profile over CANopen.
+
+    `maximum_speed` (rad/s) is the station's limit, and the speed of movements. `increments_per_turn` replaces what the
+    drive says (0x608F). Brake, clutch, coupling and drive have done what they were told within `timeout` (s).
+    """
+
+    maximum_speed: float
+    increments_per_turn: int | None = None
+    timeout: float = 5.0
+    angle_accuracy: Accuracy | None = None

@@ -5,6 +5,7 @@ from drivers.interfaces.clock import Clock
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
     CommunicationError,
+    CrosspointError,
     IdentityError,
     InstrumentError,
     LimitError,
@@ -40,6 +41,7 @@ __all__ = [
     "ChannelSettings",
     "Clock",
     "CommunicationError",
+    "CrosspointError",
     "Dynamometer",
     "DynamometerReading",
     "Identity",

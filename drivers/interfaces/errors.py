@@ -1,5 +1,7 @@
 """What can go wrong with an instrument, always with the instrument and the command in the message."""
 
+import math
+
 
 class InstrumentError(Exception):
     """An instrument could not do what was asked.
@@ -53,6 +55,16 @@ class SetpointError(InstrumentError):
             instrument,
             f"{parameter} = {value:g} {unit} is outside {low:g} … {high:g} {unit}, the limit of {whose}; nothing was sent",
         )
+
+
+class CrosspointError(SetpointError):
+    """Crosspoints that there are not, or that may not be closed together; nothing was switched."""
+
+    def __init__(self, instrument: str, what: str, *, remedy: str = "") -> None:
+        self.parameter = "crosspoints"
+        self.value = self.low = self.high = math.nan
+        self.whose = "the interlocking"
+        InstrumentError.__init__(self, instrument, f"{what}; nothing was switched", remedy=remedy)
 
 
 class LimitError(InstrumentError):

@@ -17,11 +17,15 @@ class SwitchMatrix(Instrument, Protocol):
     def crosspoints(self) -> frozenset[str]:
         """Names of the crosspoints that there are."""
 
+    @property
+    def fixed(self) -> frozenset[str]:
+        """Names of what is connected for good: leads of probes, current probes (`A:channel4~`)."""
+
     def connect(self, crosspoints: Collection[str]) -> None:
         """Have exactly these crosspoints closed; every other one is opened first, and what is closed is read back.
 
-        Returns once the contacts have settled. Raises SetpointError for a crosspoint that there is not, before anything is
-        switched, and ReportedError where a relay did not follow.
+        Returns once the contacts have settled. Raises CrosspointError, before anything is switched, for a crosspoint that
+        there is not and for some that may not be closed together; ReportedError, with all opened, where a relay did not follow.
         """
 
     def closed(self) -> frozenset[str]:

@@ -8,6 +8,7 @@ from drivers.visa.session import RESOURCE_ERRORS, ScpiSession, VisaResource
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
+    from pyvisa.resources import SerialInstrument
 
 T = TypeVar("T")
 
@@ -16,9 +17,18 @@ KEYSIGHT = ("keysight technologies", "agilent technologies", "keysight", "agilen
 
 
 def open_session(
-    address: str, manager: "ResourceManager", name: str, *, timeout: float = 10.0, traffic: Traffic | None = None
+    address: str,
+    manager: "ResourceManager",
+    name: str,
+    *,
+    timeout: float = 10.0,
+    traffic: Traffic | None = None,
+    baud_rate: int | None = None,
 ) -> ScpiSession:
-    """Open a VISA address with a resource manager; raises CommunicationError where nothing is there."""
+    """Open a VISA address with a resource manager; raises CommunicationError where nothing is there.
+
+    A serial line gets `baud_rate` (bit/s) where that is given.
+    """
     try:
         resource = cast("VisaResource", manager.open_resource(address))
     except (*RESOURCE_ERRORS, ValueError) as error:
@@ -27,8 +37,10 @@ def open_session(
         ) from error
     resource.write_termination = "\n"
     # A socket and a serial line have no end-of-message signal; elsewhere END ends a reply.
-    socket = address.upper().endswith("::SOCKET")
-    resource.read_termination = "\n" if socket or address.upper()[:4] == "ASRL" else None
+    socket, serial = address.upper().endswith("::SOCKET"), address.upper()[:4] == "ASRL"
+    if serial and baud_rate is not None:
+        cast("SerialInstrument", resource).baud_rate = baud_rate
+    resource.read_termination = "\n" if socket or serial else None
     # PyVISA-py reads a raw socket until nothing comes, which never ends on one that the instrument has closed.
     return ScpiSession(resource, name, timeout=timeout, traffic=traffic, clearable=not socket)
 

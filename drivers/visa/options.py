@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from drivers.crosspoints import check_channels, is_fixed_point
 from drivers.interfaces import Accuracy, ProbeKind
 
 
@@ -92,3 +93,43 @@ class Keysight34461AOptions:
 
     serial_number: str | None = None
     calibration: Mapping[float, Accuracy] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Keysight34970AOptions:
+    """Settings of a Keysight 34970A, 34972A or 34980A as a switch matrix.
+
+    `crosspoints` gives the channel of each crosspoint by name; contacts have moved and stand `settling` (s) after they
+    were told to. `fixed` names what is connected for good, as a current probe round a wire is (`A:channel4~`).
+    Raises ValueError for a name or a channel that cannot be.
+    """
+
+    crosspoints: Mapping[str, int]
+    settling: float = 0.05
+    fixed: tuple[str, ...] = ()
+    serial_number: str | None = None
+
+    def __post_init__(self) -> None:
+        check_channels(self.crosspoints)
+        for name in self.fixed:
+            if not is_fixed_point(name):
+                raise ValueError(f'fixed = "{name}": allowed are leads of probes and meters, like "A:channel4~"')
+        if not 0.0 <= self.settling <= 10.0:
+            raise ValueError(f"settling = {self.settling:g}: allowed is 0 s to 10 s")
+
+
+@dataclass(frozen=True)
+class Gpt9800Options:
+    """Settings of a GW Instek GPT-9803 or GPT-9804 as an insulation tester.
+
+    `maximum_voltage` (V) is the station's limit. The voltage has risen after `ramp_time` (s); the object counts as
+    discharged below 30 V at most `discharge_timeout` (s) after the end. `accuracy` (Ω) replaces the specification's.
+    `baud_rate` (bit/s) is for a serial line.
+    """
+
+    maximum_voltage: float | None = None
+    ramp_time: float = 0.1
+    discharge_timeout: float = 5.0
+    accuracy: Accuracy | None = None
+    serial_number: str | None = None
+    baud_rate: int = 115_200

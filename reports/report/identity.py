@@ -13,6 +13,7 @@ _PERFORMED: dict[str, Text] = {
     "panel": text("a person at the panel"),
     "answers": text("readings from a file"),
     "virtual": text("the virtual operator"),
+    "fixture": text("the fixture"),
 }
 
 
@@ -31,6 +32,7 @@ def motor_section(run: RunRecord) -> Section:
         (text("Rated speed"), plate.rated_speed_rpm, "rpm"),
         (text("Maximum speed"), plate.maximum_speed_rpm, "rpm"),
         (text("Maximum winding temperature"), plate.maximum_winding_temperature, "°C"),
+        (text("Insulation test voltage (DC)"), plate.insulation_test_voltage, "V"),
         (text("Pole pairs, data sheet"), plate.pole_pairs, ""),
     ):
         if value is not None:

@@ -25,10 +25,8 @@ CALLS = {
     "speed_zero": "measure",
 }
 USUAL = [(item.role.value, item.do.value) for item in default_items()]
-DONE = [
-    f"{role}.{'measure_frequency' if (role, do) == ('drive', 'speed_zero') else CALLS.get(do, 'make_safe')}"
-    for role, do in USUAL
-]
+OTHERWISE = {("drive", "speed_zero"): "measure_frequency", ("insulation_tester", "output_off"): "make_safe"}
+DONE = [f"{role}.{OTHERWISE.get((role, do)) or CALLS.get(do, 'make_safe')}" for role, do in USUAL]
 
 
 def test_a_run_completes(make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], tmp_path: Path) -> None:

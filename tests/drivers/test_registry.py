@@ -15,7 +15,7 @@ from drivers.visa.keysight_e36300 import KeysightE36300
 from drivers.visa.options import E36300Options
 
 
-def test_every_role_has_an_automatic_and_a_manual_driver() -> None:
+def test_every_role_has_an_automatic_driver_and_what_hands_can_do_a_manual_one() -> None:
     assert {role: drivers_for(role) for role in Role} == {
         Role.SUPPLY: ("keysight-e36300", "manual"),
         Role.LCR_METER: ("keysight-e4980a", "manual"),
@@ -25,6 +25,10 @@ def test_every_role_has_an_automatic_and_a_manual_driver() -> None:
         Role.INVERTER: ("cia402-inverter", "manual"),
         Role.DRIVE: ("cia402-six-step", "manual"),
         Role.VOLTMETER: ("keysight-34461a", "manual"),
+        # Hands need no instrument in their own place, and nobody holds a test voltage by hand.
+        Role.SWITCH_MATRIX: ("keysight-34970a",),
+        Role.ROTOR_ACTUATOR: ("cia402-rotor-actuator",),
+        Role.INSULATION_TESTER: ("gwinstek-gpt9800",),
     }
 
 

@@ -28,6 +28,7 @@ _LABELS: Mapping[str, Text] = {
     "maximum_speed_rpm": text("Maximum speed"),
     "maximum_winding_temperature": text("Maximum winding temperature"),
     "serial_number": text("Serial number"),
+    "insulation_test_voltage": text("Insulation test voltage (DC)"),
 }
 _TEXTS = ("name", "serial_number")
 

@@ -97,9 +97,11 @@ USUAL = default_items()
 def test_the_usual_list_reaches_every_role_and_every_source_of_energy() -> None:
     assert {one.role for one in USUAL} == set(Role)
     assert {(off, role) for role, off in OFF_BY.items()} <= {(one.do, one.role) for one in USUAL}
-    order = [one.do for one in USUAL]
+    # The high voltage first, and no contact parts before it is known that nothing flows.
+    assert USUAL[0] == item(Do.OUTPUT_OFF, Role.INSULATION_TESTER)
+    order = [one.do for one in USUAL[1:]]
     assert order == sorted(order, key=[Do.COMMAND_ZERO, Do.DISABLE, Do.OUTPUT_OFF, Do.SILENCE, Do.VOLTAGE_DECAYED,
-                                       Do.CURRENT_ZERO, Do.SPEED_ZERO].index)  # fmt: skip
+                                       Do.CURRENT_ZERO, Do.SPEED_ZERO, Do.OPEN].index)  # fmt: skip
 
 
 def test_a_person_is_asked_once_an_instrument() -> None:
@@ -115,6 +117,8 @@ def test_one_item_that_fails_does_not_stop_the_next(
     one = USUAL[failing]
     for what in ("command_zero", "make_safe", "output_off", "measured"):
         wanted = {Do.COMMAND_ZERO: "command_zero", Do.OUTPUT_OFF: "output_off"}.get(one.do, "make_safe")
+        if one.role is Role.INSULATION_TESTER:
+            wanted = "make_safe"
         if what == ("measured" if one.measures else wanted):
             instruments[one.role].failing = what
     journal = Journal()

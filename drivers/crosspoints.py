@@ -1,0 +1,74 @@
+"""Names of a switch matrix's crosspoints, and which of them may be closed together."""
+
+import re
+from collections.abc import Collection, Mapping
+
+#: A motor terminal on something that feeds it or measures it; the groups are the terminal and, one of them, the kind.
+_SOCKET = re.compile(
+    r"([ABC]):(?:(supply)[+-]|(lcr)_(?:high|low)|(inverter)_[uvw]|(drive)_[123]|(insulation)_high)", re.ASCII
+)
+#: A lead of a meter or of a probe on a node; the group is the lead.
+_LEAD = re.compile(r"(?:[ABC]:(voltmeter[+-])|(?:[ABCN]|star|H[0-3]):(channel[1-9][+-]))", re.ASCII)
+_SHORT = "leads:short"
+#: A current probe round a terminal's wire: it can be fixed, not switched.
+_CURRENT_PROBE = re.compile(r"[ABC]:channel[1-9]~", re.ASCII)
+
+LOWEST_CHANNEL, HIGHEST_CHANNEL = 100, 9999
+_FORMS = (
+    "A, B or C with supply+, supply-, lcr_high, lcr_low, inverter_u, inverter_v, inverter_w, drive_1, drive_2, drive_3, "
+    "insulation_high, voltmeter+ or voltmeter-; A, B, C, N, star, H0, H1, H2 or H3 with channel1+, channel1- and so on; "
+    "leads:short"
+)
+
+
+def is_crosspoint(name: str) -> bool:
+    """Tell whether a name is one of a crosspoint that can be switched."""
+    return name == _SHORT or any(form.fullmatch(name) is not None for form in (_SOCKET, _LEAD))
+
+
+def is_fixed_point(name: str) -> bool:
+    """Tell whether a name is one of what may be connected for good: a probe's or a meter's lead, a current probe."""
+    return any(form.fullmatch(name) is not None for form in (_LEAD, _CURRENT_PROBE))
+
+
+def check_channels(crosspoints: Mapping[str, int]) -> None:
+    """Raise ValueError naming the crosspoint that has no such name, no such channel, or another one's channel."""
+    taken: dict[int, str] = {}
+    for name, channel in crosspoints.items():
+        key = f'crosspoints."{name}" = {channel}'
+        if not is_crosspoint(name):
+            raise ValueError(f"{key}: there is no such crosspoint; allowed are {_FORMS}")
+        if not LOWEST_CHANNEL <= channel <= HIGHEST_CHANNEL:
+            raise ValueError(f"{key}: a channel is a number from {LOWEST_CHANNEL} to {HIGHEST_CHANNEL}, slot first")
+        if channel in taken:
+            raise ValueError(f'{key}: the channel is "{taken[channel]}" already')
+        taken[channel] = name
+
+
+def conflict(crosspoints: Collection[str]) -> str:
+    """Return why these crosspoints may not be closed together, or nothing.
+
+    A terminal has one socket at most, all sockets are of one kind of source, a lead touches one point (it would join two),
+    and beside an insulation test nothing is connected.
+    """
+    sockets: dict[str, str] = {}
+    kinds: dict[str, str] = {}
+    leads: dict[str, str] = {}
+    for name in sorted(crosspoints):
+        if (socket := _SOCKET.fullmatch(name)) is not None:
+            terminal, *found = socket.groups()
+            if terminal in sockets:
+                return f"{sockets[terminal]} and {name} would put terminal {terminal} on two sockets"
+            sockets[terminal] = name
+            kinds[next(kind for kind in found if kind)] = name
+        elif (lead := _LEAD.fullmatch(name)) is not None:
+            end = lead.group(1) or lead.group(2)
+            if end in leads:
+                return f"{leads[end]} and {name} would join two points by one lead"
+            leads[end] = name
+    if len(kinds) > 1:
+        return f"{' and '.join(kinds.values())} would join two sources"
+    beside = sorted(set(crosspoints) - set(sockets.values()))
+    if "insulation" in kinds and beside:
+        return f"{beside[0]} would be on the voltage of an insulation test beside {kinds['insulation']}"
+    return ""
