@@ -131,7 +131,7 @@ def _without_limits() -> Iterator[None]:
     def as_it_is(_role: object, instrument: object, *_: object, **__: object) -> object:
         return instrument
 
-    with mock.patch("bench.instruments.guarded", as_it_is):
+    with mock.patch("bench.instruments.limited", as_it_is):
         yield
 
 
