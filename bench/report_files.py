@@ -1,6 +1,7 @@
 """A run's report as files: page and PDF."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +38,27 @@ def rendered(run: "FinishedRun", language: str, drawn: Mapping[str, str] | None 
     from reports.report.render import render
 
     return render(compose(record_of(run)), speech(language), drawn or {})
+
+
+def rendered_by_two(run: "FinishedRun", language: str) -> dict[str, Any]:
+    """Return a run's report in its languages, its plots drawn by two processes; not for a process with threads."""
+    from bench.reporting import record_of
+    from reports.plots.together import drawn
+    from reports.report.compose import compose
+    from reports.report.model import Figure
+    from reports.report.render import render
+
+    document, said = compose(record_of(run)), speech(language)
+    figures = [block for section in document.sections for block in section.blocks if isinstance(block, Figure)]
+    return render(document, said, drawn([figure.plot for figure in figures], said.say))
+
+
+def write_both(report: Mapping[str, Any], folder: Path, language: str) -> tuple[Path, Path]:
+    """Write page and PDF, the one while the other is set; raises InputError where one cannot be written."""
+    with ThreadPoolExecutor(1) as beside:
+        paper = beside.submit(write_paper, report, folder, language)
+        page = write_page(report, folder, language)
+        return page, paper.result()
 
 
 def write_page(report: Mapping[str, Any], folder: Path, language: str) -> Path:

@@ -42,15 +42,17 @@ def report(
     if language not in LANGUAGES:
         raise UsageError(f"--language {language}: allowed are {', '.join(LANGUAGES)}")
     from bench.record.finished_run import read_run
-    from bench.report_files import rendered, write_page, write_paper
+    from bench.report_files import rendered_by_two, write_both, write_page, write_paper
 
     read = read_run(run, runs)
-    made = rendered(read, language)
+    made = rendered_by_two(read, language)
     folder = output or read.folder.path
     written = {}
-    if format in ("html", "both"):
+    if format == "both":
+        written["html"], written["pdf"] = write_both(made, folder, language)
+    elif format == "html":
         written["html"] = write_page(made, folder, language)
-    if format in ("pdf", "both"):
+    else:
         written["pdf"] = write_paper(made, folder, language)
     if json:
         print_json({"report": {kind: str(path) for kind, path in written.items()}})

@@ -109,6 +109,38 @@ def test_a_reading_is_on_the_screen(benchmark, tmp_path):
     benchmark.extra_info["largest delay, ms"] = round(max(delays))
 
 
+@pytest.mark.skipif(CHROMIUM is None or not shutil.which("chromium"), reason="no Chromium on this machine")
+def test_memory_with_a_run_open(benchmark, tmp_path):
+    """The server's, after a finished run's page with three of its waveforms, and its report."""
+    subprocess.run(
+        [sys.executable, "-m", "bench", "demo", "--json", "--runs", str(tmp_path)], capture_output=True, check=True
+    )
+    process, port = serve(tmp_path)
+    try:
+        while not answers(port):
+            threading.Event().wait(0.01)
+        with sync_playwright() as playwright:
+            benchmark.pedantic(lambda: look_at_a_run(playwright, port, next(tmp_path.iterdir()).name), rounds=1)
+        status = Path(f"/proc/{process.pid}/status").read_text()
+    finally:
+        stop(process)
+    benchmark.extra_info["memory, MB"] = round(int(status.split("VmHWM:")[1].split()[0]) / 1024)
+
+
+def look_at_a_run(playwright, port, name):
+    browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    page = browser.new_page()
+    page.goto(f"http://127.0.0.1:{port}/runs/{name}")
+    for number in (0, 8, 16):
+        page.locator(".q-select").last.click()
+        page.locator(".q-menu .q-item").nth(number).click()
+        page.locator(".h-96 canvas").first.wait_for()
+        page.wait_for_timeout(500)
+    with page.expect_download():
+        page.get_by_role("button", name="Report", exact=False).first.click()
+    browser.close()
+
+
 def test_a_million_points_for_the_screen(benchmark):
     times = np.linspace(0.0, 1.0, 1_000_000)
     wave = StoredWaveform(times, np.random.default_rng(1).normal(size=times.size), "V", 0.01, 1)
