@@ -128,6 +128,8 @@ class ConnectProbes:
 
     def lines(self, colours: Mapping[str, str]) -> list[Text]:
         """Say it, a line a probe."""
+        if not self.probes:
+            return [text("Take the oscilloscope's probes off")]
         said = [text("Fit the oscilloscope's probes:")]
         for probe in self.probes:
             if isinstance(probe, VoltageProbe):

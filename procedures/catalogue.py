@@ -10,6 +10,7 @@ from procedures.dq_inductance_extremes import DqInductanceExtremes
 from procedures.dq_inductance_time_constant import DqInductanceTimeConstant
 from procedures.equivalent_resistance import EquivalentResistance
 from procedures.inertia import Inertia
+from procedures.insulation_resistance import InsulationResistance
 from procedures.nameplate_data import NameplateData
 from procedures.phase_order import PhaseOrder
 from procedures.pole_pairs_back_emf import PolePairsBackEmf
@@ -38,6 +39,7 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     WindingBalance,
     PhaseOrder,
     BackEmfShape,
+    InsulationResistance,
 )
 
 

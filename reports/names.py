@@ -31,6 +31,7 @@ PARAMETER_NAMES: Mapping[str, Text] = {
     "back_emf_unbalance": text("Unbalance of the back-EMF"),
     "back_emf_angle_deviation": text("Deviation of the back-EMF's angles from 120°"),
     "back_emf_thd": text("Total harmonic distortion of the back-EMF"),
+    "insulation_resistance": text("Insulation resistance"),
 }
 
 

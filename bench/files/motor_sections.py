@@ -113,6 +113,7 @@ class ExpectedSection(Section):
     phase_order: float | None = number("", None, at_least=-1.0, up_to=1.0, description="+1 for A, B, C; -1 for A, C, B")
     back_emf_unbalance: float | None = number("%", None, at_least=0.0, up_to=200.0)
     back_emf_angle_deviation: float | None = number("deg", None, at_least=0.0, up_to=180.0, description="electrical")
+    insulation_resistance: float | None = number("ohm", None, above=0.0, description="winding to frame")
     back_emf_thd: float | None = number("%", None, at_least=0.0, up_to=1000.0)
 
     def values(self) -> dict[str, float]:
