@@ -45,7 +45,7 @@ class Hands:
 
 
 def plate(**changed: Any) -> Nameplate:
-    return Nameplate("M", Connection.WYE, 10.0, rated_voltage=48.0, **{"insulation_test_voltage": 500.0, **changed})
+    return Nameplate("M", Connection.WYE, 10.0, **{"rated_voltage": 48.0, "insulation_test_voltage": 500.0, **changed})
 
 
 def run(tester: Megohmmeter, nameplate: Nameplate, *, scope: bool = False, **settings: Any) -> Any:
