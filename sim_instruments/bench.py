@@ -20,33 +20,48 @@ from sim_instruments.endpoints.pty import SerialStream
 from sim_instruments.endpoints.serial_direct import SerialLine
 from sim_instruments.endpoints.visa import InProcessVisaLibrary
 from sim_instruments.faults import Faults
+from sim_instruments.fixture_layout import MODULES, crosspoints
 from sim_instruments.injection.injector import Injector
 from sim_instruments.instruments.cia402 import Cia402Inverter
+from sim_instruments.instruments.cia402_actuator import Cia402Actuator
 from sim_instruments.instruments.cia402_power import ObjectServer
 from sim_instruments.instruments.cia402_six_step import Cia402SixStep
 from sim_instruments.instruments.delta import DeltaDrive
 from sim_instruments.instruments.dyn200 import Dyn200
 from sim_instruments.instruments.errors import Errors
+from sim_instruments.instruments.gpt_9800 import Gpt9800
 from sim_instruments.instruments.keysight_34461a import Keysight34461A
+from sim_instruments.instruments.keysight_34970a import Keysight34970A
 from sim_instruments.instruments.keysight_e4980a import KeysightE4980A
 from sim_instruments.instruments.keysight_e36300 import RATINGS, KeysightE36313A
 from sim_instruments.instruments.keysight_infiniivision import KeysightInfiniiVision
 from sim_instruments.instruments.lutron import LutronTachometer
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.relay_contacts import RelayContacts
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world import World
 
-Role = Literal["supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter", "drive"]
+Role = Literal[
+    "supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter", "drive",
+    "switch_matrix", "rotor_actuator", "insulation_tester",
+]  # fmt: skip
 Address = str | dict[str, str | int]
 
-#: The roles that every bench has; "drive" is one more on a bench with a six-step drive.
+#: The roles that every bench has; "drive" is one more on a bench with a six-step drive, those of a fixture on one with it.
 # A role's place decides its instrument's noise, so new ones go to the end.
 ROLES: tuple[Role, ...] = (
     "supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter",
 )  # fmt: skip
-_DRIVE_PLACE = 100
-_INVERTER_NODE, _DRIVE_NODE = 5, 6
+FIXTURE_ROLES: tuple[Role, ...] = ("switch_matrix", "rotor_actuator", "insulation_tester")
+_PLACES: dict[Role, int] = {
+    **{role: place for place, role in enumerate(ROLES)},
+    "drive": 100,
+    "switch_matrix": 101,
+    "rotor_actuator": 102,
+    "insulation_tester": 103,
+}
+_INVERTER_NODE, _DRIVE_NODE, _ACTUATOR_NODE = 5, 6, 7
 DIRECT_ADDRESSES: dict[str, str] = {
     "dynamometer": "in-process://dynamometer",
     "tachometer": "in-process://tachometer",
@@ -56,6 +71,8 @@ VISA_ADDRESSES: dict[str, str] = {
     "lcr_meter": "TCPIP0::lcr-meter::inst0::INSTR",
     "oscilloscope": "TCPIP0::oscilloscope::inst0::INSTR",
     "voltmeter": "TCPIP0::voltmeter::inst0::INSTR",
+    "switch_matrix": "TCPIP0::switch-matrix::inst0::INSTR",
+    "insulation_tester": "TCPIP0::insulation-tester::inst0::INSTR",
 }
 
 
@@ -68,6 +85,7 @@ class VirtualBench:
     so that nothing depends on the wall's clock. With them, `line` is how the dynamometer is reached, the tachometer has a
     pseudo-terminal, `can_interface` is how inverter and six-step drive are ("virtual" or "udp_multicast").
     `six_step` is the six-step drive, whose machine `motor` must be; `supply_output` is the supply's that goes to the motor.
+    With `fixture` there are a switch matrix, a rotor actuator and an insulation tester in place of hands.
     """
 
     def __init__(
@@ -95,6 +113,7 @@ class VirtualBench:
         line: Literal["tcp", "rtu"] = "tcp",
         can_interface: str = "virtual",
         six_step: SixStepDrive | None = None,
+        fixture: bool = False,
     ) -> None:
         self.errors = errors or Errors()
         self.clock: BenchClock = clock or VirtualClock()
@@ -110,9 +129,16 @@ class VirtualBench:
             star_point_accessible=star_point_accessible,
             initial_angle=initial_angle,
             six_step=six_step,
+            fixture=fixture,
         )
         #: The roles of this bench.
         self.roles: tuple[Role, ...] = ROLES if six_step is None else (*ROLES, "drive")
+        #: The channel of every crosspoint by its name, none without a fixture.
+        self.crosspoints: dict[str, int] = {}
+        if fixture:
+            self.roles = (*self.roles, *FIXTURE_ROLES)
+            self.crosspoints = crosspoints()
+            self._contacts = RelayContacts(self.world, self.crosspoints)
         self._seed = seed
         self._supply_output = supply_output
         self._lcr_options = lcr_options
@@ -179,6 +205,41 @@ class VirtualBench:
         """The six-step drive's face. Raises ValueError on a bench without one."""
         return Cia402SixStep(self.world, self._generator("drive"), self.errors.drive)
 
+    @cached_property
+    def switch_matrix(self) -> Keysight34970A:
+        """The switch unit's face. Raises ValueError on a bench without a fixture."""
+        self._check_fixture("switch_matrix")
+        return Keysight34970A(self.world, self._generator("switch_matrix"), self._contacts, MODULES)
+
+    @cached_property
+    def rotor_actuator(self) -> Cia402Actuator:
+        """The rotor actuator's face. Raises ValueError on a bench without a fixture."""
+        self._check_fixture("rotor_actuator")
+        return Cia402Actuator(self.world)
+
+    @cached_property
+    def insulation_tester(self) -> Gpt9800:
+        """The insulation tester's face. Raises ValueError on a bench without a fixture."""
+        self._check_fixture("insulation_tester")
+        return Gpt9800(self.world, self._generator("insulation_tester"), self.errors.insulation_tester)
+
+    def stick_relay(self, crosspoint: str, closed: bool | None) -> None:
+        """Have a relay's contact stay closed or open, or mend it with None.
+
+        Raises ValueError for a crosspoint that there is not, or on a bench without a fixture.
+        """
+        self._check_fixture("switch_matrix")
+        self._contacts.stick(crosspoint, closed)
+
+    def check_crosspoint(self, crosspoint: str) -> None:
+        """Raise ValueError for a crosspoint that there is not."""
+        self._check_fixture("switch_matrix")
+        self._contacts.channel(crosspoint)
+
+    def _check_fixture(self, role: Role) -> None:
+        if role not in self.roles:
+            raise ValueError(f"this bench has no {role}; make it with fixture=True")
+
     @property
     def faces(self) -> dict[str, object]:
         """Return every face by role."""
@@ -215,6 +276,12 @@ class VirtualBench:
                 return self._drive_node
             case "voltmeter":
                 return self.voltmeter
+            case "switch_matrix" if role in self.roles:
+                return self.switch_matrix
+            case "rotor_actuator" if role in self.roles:
+                return self._actuator_node
+            case "insulation_tester" if role in self.roles:
+                return self.insulation_tester
         raise ValueError(f"role {role!r} is unknown; the bench has {', '.join(self.roles)}")
 
     # endpoints
@@ -223,12 +290,7 @@ class VirtualBench:
     def visa_library(self) -> InProcessVisaLibrary:
         """The library to hand to `pyvisa.ResourceManager`."""
         library = InProcessVisaLibrary(
-            {
-                VISA_ADDRESSES["supply"]: self.supply,
-                VISA_ADDRESSES["lcr_meter"]: self.lcr_meter,
-                VISA_ADDRESSES["oscilloscope"]: self.oscilloscope,
-                VISA_ADDRESSES["voltmeter"]: self.voltmeter,
-            }
+            {address: getattr(self, role) for role, address in VISA_ADDRESSES.items() if role in self.roles}
         )
         self._open.callback(library.shut)
         return library
@@ -264,6 +326,10 @@ class VirtualBench:
     def _drive_node(self) -> CanNode:
         return self._can_node(self.drive, "drive", _DRIVE_NODE)
 
+    @cached_property
+    def _actuator_node(self) -> CanNode:
+        return self._can_node(self.rotor_actuator, "rotor_actuator", _ACTUATOR_NODE)
+
     def _can_node(self, device: ObjectServer, role: Role, node_id: int) -> CanNode:
         node = CanNode(
             device,
@@ -282,6 +348,10 @@ class VirtualBench:
         match role:
             case "supply" | "lcr_meter" | "oscilloscope" | "voltmeter":
                 return VISA_ADDRESSES[role]
+            case "switch_matrix" | "insulation_tester" if role in self.roles:
+                return VISA_ADDRESSES[role]
+            case "rotor_actuator" if role in self.roles:
+                return self._actuator_node.address
             case "tachometer" if not self._sockets:
                 # Streaming from now on, as a switched-on tachometer does.
                 _ = self._tachometer_line
@@ -335,7 +405,7 @@ class VirtualBench:
         self.close()
 
     def _generator(self, role: Role) -> np.random.Generator:
-        return np.random.default_rng((self._seed, _DRIVE_PLACE if role == "drive" else ROLES.index(role)))
+        return np.random.default_rng((self._seed, _PLACES[role]))
 
 
 def _supply_stage(output: int) -> SupplyStage:

@@ -26,6 +26,12 @@ class Damage:
     def __init__(self, timelines: tuple[Timeline, ...], outputs: Mapping[str, Switched]) -> None:
         self._timelines = timelines
         self._outputs = outputs
+        #: What has come to harm in words, each with the bench time (s) at which it first did.
+        self.harm: dict[str, float] = {}
+
+    def hurt(self, what: str) -> None:
+        """Record that something has come to harm; nothing mends it."""
+        self.harm.setdefault(what, self._timelines[0].now)
 
     @property
     def stuck_outputs(self) -> dict[str, Reports]:

@@ -17,8 +17,10 @@ class InTerminal:
     sign: int
 
 
-#: Of a voltage probe the rows of its two nodes.
+#: Of a voltage probe the rows of its two nodes: A, B, C, N, the artificial star, then the Hall sensors' leads, H0 last.
 Place = tuple[int, int] | InTerminal
+#: The row of H1; H0 is three below.
+FIRST_HALL = 5
 
 
 class HeldProbes:
@@ -32,6 +34,7 @@ class HeldProbes:
         self._places = dict(places)
         self._times: FloatArray = np.zeros(0)
         self._nodes: FloatArray | None = None
+        self._halls: FloatArray | None = None
 
     def signal(self, channel: int, times: FloatArray) -> FloatArray:
         """Return the true signal (V or A, shape (n,)) of a channel's probe; without a probe it is zero."""
@@ -40,8 +43,20 @@ class HeldProbes:
             return np.zeros_like(times)
         if isinstance(place, InTerminal):
             return place.sign * self._past.sample(lambda segment, at: segment.terminal_currents(at)[place.row], times)
-        if self._nodes is None or not np.array_equal(times, self._times):
-            self._times, self._nodes = times, self._past.sample(lambda segment, at: segment.node_potentials(at), times)
-        plus, minus = place
-        result: FloatArray = self._nodes[plus] - self._nodes[minus]
+        if not np.array_equal(times, self._times):
+            self._times, self._nodes, self._halls = times, None, None
+        result: FloatArray = self._potential(place[0], times) - self._potential(place[1], times)
         return result
+
+    def _potential(self, row: int, times: FloatArray) -> FloatArray:
+        if row < FIRST_HALL:
+            if self._nodes is None:
+                self._nodes = self._past.sample(lambda segment, at: segment.node_potentials(at), times)
+            nodes: FloatArray = self._nodes[row]
+            return nodes
+        if row == FIRST_HALL + 3:
+            return np.zeros_like(times)
+        if self._halls is None:
+            self._halls = self._past.sample(lambda segment, at: segment.hall_voltages(at), times)
+        voltages: FloatArray = self._halls[row - FIRST_HALL]
+        return voltages

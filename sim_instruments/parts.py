@@ -17,7 +17,10 @@ INVERTER_POLES = ("inverter_u", "inverter_v", "inverter_w")
 
 @dataclass(frozen=True)
 class Parts:
-    """The motor and the machines round it."""
+    """The motor and the machines round it.
+
+    `driven_cogging` says that a dynamometer that holds a speed feels the motor's cogging.
+    """
 
     motor: VirtualMotor
     supply: SupplyStage
@@ -25,6 +28,7 @@ class Parts:
     inverter: InverterStage
     leads: Leads
     six_step: SixStepStage | None = None
+    driven_cogging: bool = False
 
     def shaft(self, settings: Settings, torque: float = 0.0) -> Shaft:
         """Return what turns together: the motor, and the dynamometer's machine where it is coupled."""

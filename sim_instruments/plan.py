@@ -1,7 +1,7 @@
 """What the laws of the next segment are made from."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,6 +60,8 @@ class Plan:
     ) -> Segment:
         """Return a segment of these laws."""
         output = self.output
+        if law.kind == "balance" and self.parts.driven_cogging:
+            law = replace(law, cogging=True)
         if output is not None and output.end < end:
             end, outcome = output.end, "trip voltage" if output.trips_voltage else "none"
         return Segment(

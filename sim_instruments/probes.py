@@ -5,9 +5,11 @@ from typing import Literal
 
 from sim_instruments.settings import Terminal
 
-Node = Literal["A", "B", "C", "N", "star", "loose"]
+Node = Literal["A", "B", "C", "N", "star", "H1", "H2", "H3", "H0", "loose"]
 
 NODES: tuple[Node, ...] = ("A", "B", "C", "N", "star", "loose")
+#: The leads of the Hall sensors, where the motor has them.
+HALL_NODES: tuple[Node, ...] = ("H1", "H2", "H3", "H0")
 
 
 @dataclass(frozen=True)

@@ -62,10 +62,14 @@ class State:
 
 @dataclass(frozen=True)
 class DynamometerLaw:
-    """What the dynamometer's machine does: nothing, a constant torque (N·m), or whatever the motion takes."""
+    """What the dynamometer's machine does: nothing, a constant torque (N·m), or whatever the motion takes.
+
+    `cogging` says that what the motion takes holds the motor's cogging torque.
+    """
 
     kind: Literal["idle", "constant", "balance"] = "idle"
     torque: float = 0.0
+    cogging: bool = False
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,16 @@ class Segment:
             return np.full_like(times, self.dynamometer.torque)
         speed, shaft = self.motion.speed(times), self.shaft
         friction = shaft.coulomb_friction * np.sign(speed) + shaft.viscous_friction * speed
-        return shaft.inertia * self.motion.acceleration(times) + friction - self.motor_torque(times)
+        torque: FloatArray = shaft.inertia * self.motion.acceleration(times) + friction - self.motor_torque(times)
+        return torque - self.windings.cogging(self.motion.angle(times)) if self.dynamometer.cogging else torque
+
+    def hall_voltages(self, times: FloatArray) -> FloatArray:
+        """Return the voltages (V, shape (3, n)) of Hall leads H1, H2, H3 against H0; zero for a motor without sensors."""
+        windings = self.windings
+        halls = windings.motor.halls
+        if halls is None:
+            return np.zeros((3, len(times)))
+        return halls.levels(self.motion.angle(times) * windings.pole_pairs - windings.phase_shift)
 
     @property
     def warms(self) -> bool:

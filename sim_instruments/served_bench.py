@@ -27,6 +27,7 @@ from sim_instruments.scpi.session import ClientSession
 
 LOOPBACK = "127.0.0.1"
 SCPI_ROLES = ("supply", "lcr_meter", "oscilloscope", "voltmeter")
+_FIXTURE_SCPI_ROLES = ("switch_matrix", "insulation_tester")
 #: How often (s) those who follow the time are told of it.
 _PULSE = 0.01
 _MOST_CONNECTIONS = 64
@@ -100,11 +101,11 @@ class ServedBench:
     def _serve(self, loop: LoopThread) -> dict[str, dict[str, Address]]:
         ways: dict[str, dict[str, Address]] = {}
         for role in self.bench.roles:
-            if role in SCPI_ROLES:
+            if role in (*SCPI_ROLES, *_FIXTURE_SCPI_ROLES):
                 ways[role] = loop.run(self._serve_scpi(loop, getattr(self.bench, role)))
         ways["dynamometer"] = loop.run(self._serve_modbus(loop))
         ways["tachometer"] = {"serial": self.bench.address("tachometer")}
-        for role in ("inverter", "drive"):
+        for role in ("inverter", "drive", "rotor_actuator"):
             if role in self.bench.roles:
                 ways[role] = {"can": self.bench.address(role)}
         loop.run(self._begin_pulse())

@@ -11,12 +11,15 @@ FloatArray = NDArray[np.float64]
 Terminal = Literal["A", "B", "C"]
 Socket = Literal[
     "open", "supply+", "supply-", "lcr_high", "lcr_low", "inverter_u", "inverter_v", "inverter_w",
-    "drive_1", "drive_2", "drive_3",
+    "drive_1", "drive_2", "drive_3", "insulation_high",
 ]  # fmt: skip
+#: What a terminal meets: a socket, or with other terminals a net that belongs to no instrument, named after its first one.
+Contact = Socket | Literal["joined_a", "joined_b", "joined_c"]
 SixStepFault = Literal["output phase missing", "overcurrent", "no rotation"]
 Holder = Literal["free", "locked", "hand", "turning", "pulling"]
 
 TERMINALS: tuple[Terminal, ...] = ("A", "B", "C")
+#: Where a terminal may be connected; a bench with a fixture has `insulation_high` as well.
 SOCKETS: tuple[Socket, ...] = (
     "open",
     "supply+",
@@ -112,7 +115,7 @@ class SixStepSettings:
 @dataclass
 class ShaftSettings:
     """Who holds or turns the shaft. `wobble_phase` (rad) starts the wobble,
-    `pull_until` (s) and `pull_speed` (rad/s) belong to a pull by hand.
+    `pull_until` (s), `pull_speed` (rad/s) and `pull_then`, who holds the shaft after it, belong to a pull.
     """
 
     holder: Holder = "free"
@@ -122,13 +125,14 @@ class ShaftSettings:
     wobble_phase: float = 0.0
     pull_speed: float = 0.0
     pull_until: float = 0.0
+    pull_then: Holder = "free"
 
 
 @dataclass
 class Settings:
-    """Everything set on the bench."""
+    """Everything set on the bench. `exchanged` are two terminals whose wires are exchanged inside the motor."""
 
-    wiring: dict[Terminal, Socket] = field(default_factory=lambda: {"A": "open", "B": "open", "C": "open"})
+    wiring: dict[Terminal, Contact] = field(default_factory=lambda: {"A": "open", "B": "open", "C": "open"})
     supply: SupplySettings = field(default_factory=SupplySettings)
     dynamometer: DynamometerSettings = field(default_factory=DynamometerSettings)
     inverter: InverterSettings = field(default_factory=InverterSettings)
@@ -137,6 +141,7 @@ class Settings:
     ambient_temperature: float = 25.0
     leads_shorted: bool = False
     faults: BenchFaults = field(default_factory=BenchFaults)
+    exchanged: tuple[Terminal, Terminal] | None = None
 
     def snapshot(self) -> list[object]:
         """Return everything that is set now, to be compared with what is set later."""
@@ -176,17 +181,20 @@ class Settings:
 
     def motor_terminal(self, label: Terminal) -> Terminal:
         """Return the motor's own terminal that the wire with this label goes to."""
-        swapped = self.faults.swapped
-        if swapped is not None and label in swapped:
-            first, second = swapped
-            return second if label == first else first
-        return label
+        return _other(_other(label, self.faults.swapped), self.exchanged)
 
-    def sockets(self) -> tuple[Socket, Socket, Socket]:
+    def sockets(self) -> tuple[Contact, Contact, Contact]:
         """Return the socket that each of the motor's own terminals A, B, C really meets."""
-        real: dict[Terminal, Socket] = {}
+        real: dict[Terminal, Contact] = {}
         for label in TERMINALS:
             terminal = self.motor_terminal(label)
             broken = self.faults.unplugged or terminal == self.faults.open_phase
             real[terminal] = "open" if broken else self.wiring[label]
         return real["A"], real["B"], real["C"]
+
+
+def _other(terminal: Terminal, exchanged: tuple[Terminal, Terminal] | None) -> Terminal:
+    if exchanged is None or terminal not in exchanged:
+        return terminal
+    first, second = exchanged
+    return second if terminal == first else first

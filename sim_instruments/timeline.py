@@ -44,10 +44,11 @@ class Timeline:
         ambient_temperature: float,
         initial_angle: float,
         six_step: SixStepStage | None = None,
+        driven_cogging: bool = False,
     ) -> None:
         self.lock = threading.RLock()
-        self.parts = Parts(motor, supply, dynamometer, inverter, leads, six_step)
-        self.settings = Settings(ambient_temperature=ambient_temperature)
+        self.parts = Parts(motor, supply, dynamometer, inverter, leads, six_step, driven_cogging)
+        self.settings = Settings(ambient_temperature=ambient_temperature, exchanged=motor.exchanged)
         self._clock = clock
         self.now = clock.now()
         #: The state at the present time, None where nobody has asked for it yet.
@@ -236,7 +237,7 @@ class Timeline:
             settings.supply.tripped = "voltage" if outcome == "trip voltage" else "current"
             settings.supply.on = False
         elif outcome == "let go":
-            settings.shaft.holder = "free"
+            settings.shaft.holder = settings.shaft.pull_then
 
     def _state_at(self, time: float, *, ended: bool) -> State:
         """Return the state at a time of the present segment; `ended` says that it has run its full length."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,12 +12,13 @@ from sim_instruments import hand, impedance
 from sim_instruments.clock import BenchClock
 from sim_instruments.damage import Damage, Switched
 from sim_instruments.dynamometer_shaft import DynamometerShaft
-from sim_instruments.held_probes import HeldProbes, InTerminal, Place
+from sim_instruments.held_probes import FIRST_HALL, HeldProbes, InTerminal, Place
+from sim_instruments.insulation_output import InsulationOutput
 from sim_instruments.inverter_output import InverterOutput
 from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.probes import NODES, CurrentProbe, Node, Probe, VoltageProbe
+from sim_instruments.probes import HALL_NODES, NODES, CurrentProbe, Node, Probe, VoltageProbe
 from sim_instruments.segment import Segment
-from sim_instruments.settings import SOCKETS, TERMINALS, FloatArray, Socket, Terminal
+from sim_instruments.settings import SOCKETS, TERMINALS, Contact, FloatArray, Socket, Terminal
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step_output import SixStepOutput
 from sim_instruments.six_step_stage import SixStepStage
@@ -49,6 +50,7 @@ class World:
         star_point_accessible: bool = False,
         initial_angle: float = 0.0,
         six_step: SixStepDrive | None = None,
+        fixture: bool = False,
     ) -> None:
         if star_point_accessible and motor.connection == "delta":
             raise ValueError("star_point_accessible is set for a delta motor; only a wye has a star point")
@@ -67,6 +69,12 @@ class World:
             ambient_temperature=ambient_temperature,
             initial_angle=initial_angle,
             six_step=stage,
+            driven_cogging=fixture,
+        )
+        self._sockets = tuple(
+            name
+            for name in (*SOCKETS, *(("insulation_high",) if fixture else ()))
+            if stage is not None or not name.startswith("drive_")
         )
         self.lock = self._timeline.lock
         self.supply = SupplyOutput(self._timeline, self._timeline.parts.supply)
@@ -83,6 +91,8 @@ class World:
             outputs["drive"] = Switched(self.six_step.sticky, self.six_step.enable)
         #: What breaks besides the wires.
         self.damage = Damage((self._timeline, self.dynamometer.alone), outputs)
+        #: The insulation tester's output; None on a bench without a fixture.
+        self.insulation = InsulationOutput(self._timeline, self.damage) if fixture else None
         self._probes: dict[int, Probe] = {}
         self._sense: VoltageProbe | None = None
         #: What hands will do other than they are told.
@@ -95,30 +105,35 @@ class World:
 
         Raises ValueError for an unknown terminal or socket, or the six-step drive's on a bench without one.
         """
-        sockets = [name for name in SOCKETS if self.six_step is not None or not name.startswith("drive_")]
         complete: dict[Terminal, Socket] = {}
         for name in wiring:
             if name not in TERMINALS:
                 raise ValueError(f"terminal {name!r} is unknown; the motor has {', '.join(TERMINALS)}")
         for terminal in TERMINALS:
             socket = wiring.get(terminal, "open")
-            known = next((entry for entry in sockets if entry == socket), None)
-            if known is None:
+            if socket not in self._sockets:
                 raise ValueError(
-                    f"socket {socket!r} for terminal {terminal} is unknown; allowed are {', '.join(sockets)}"
+                    f"socket {socket!r} for terminal {terminal} is unknown; allowed are {', '.join(self._sockets)}"
                 )
-            complete[terminal] = known
+            complete[terminal] = cast("Socket", socket)
         with self._timeline.changing() as settings:
-            settings.wiring = self.slips.connected(complete)
+            settings.wiring = {**self.slips.connected(complete)}
+
+    def switch(self, wiring: Mapping[Terminal, Contact]) -> None:
+        """Have relays wire the motor's three terminals anew; no hand slips, and nothing is checked."""
+        with self._timeline.changing() as settings:
+            settings.wiring = dict(wiring)
 
     def attach_voltage_probe(self, channel: int, positive: Node, negative: Node) -> None:
         """Put a channel's differential probe on two nodes: A, B, C, N, star (artificial, of equal resistors) or loose.
 
+        Where the motor has Hall sensors, H1, H2, H3 and H0 are nodes, too; H0 counts as at the potential of the supply's minus.
         Raises ValueError for an unknown node, or N where the star point is not accessible.
         """
+        nodes = NODES if self.motor.halls is None else (*NODES, *HALL_NODES)
         for node in (positive, negative):
-            if node not in NODES:
-                raise ValueError(f"node {node!r} is unknown; allowed are {', '.join(NODES)}")
+            if node not in nodes:
+                raise ValueError(f"node {node!r} is unknown; allowed are {', '.join(nodes)}")
             if node == "N" and not self.star_point_accessible:
                 raise ValueError("node 'N': this motor's star point is not accessible; use the artificial 'star'")
         with self.lock:
@@ -184,6 +199,14 @@ class World:
             shaft.holder, shaft.turning_speed, shaft.wobble = "turning", float(speed), wobble
             shaft.wobble_phase = float(self._random.uniform(0.0, 2.0 * math.pi))
 
+    def move_shaft(self, speed: float, duration: float) -> None:
+        """Turn the shaft at a speed (rad/s) for a time (s) and hold it there. Raises RuntimeError as `turn_shaft` does."""
+        with self._timeline.changing() as settings:
+            self._check_movable()
+            shaft = settings.shaft
+            shaft.holder, shaft.pull_speed, shaft.pull_until = "pulling", float(speed), self._timeline.now + duration
+            shaft.pull_then = "hand"
+
     def hold_shaft(self) -> None:
         """Hold the shaft still by hand. Raises RuntimeError where the rotor is locked or driven by the dynamometer."""
         with self._timeline.changing() as settings:
@@ -211,7 +234,7 @@ class World:
             pull = hand.pull_to_next(self._timeline.parts, settings, state, direction)
             if pull is None:
                 pull = hand.Pull(float(self._random.uniform(0.05, 0.1)) * 2.0 * math.pi, hand.BRISK)
-            settings.shaft.holder = "pulling"
+            settings.shaft.holder, settings.shaft.pull_then = "pulling", "free"
             settings.shaft.pull_speed = direction * pull.speed
             settings.shaft.pull_until = self._timeline.now + pull.duration
             return pull.duration
@@ -220,6 +243,11 @@ class World:
         """Return the shaft's true mechanical angle (rad, unbounded)."""
         with self._timeline.observing():
             return self._timeline.state.angle
+
+    def shaft_velocity(self) -> float:
+        """Return the shaft's present speed (rad/s, signed)."""
+        with self._timeline.observing():
+            return self._timeline.state.speed
 
     def short_leads(self, shorted: bool) -> None:
         """Clip the bridge's leads together, for its short correction, or put them back on the motor."""
@@ -309,7 +337,8 @@ class World:
                 "energised": settings.supply.on
                 or settings.inverter.enabled
                 or settings.six_step.enabled
-                or self.dynamometer.enabled,
+                or self.dynamometer.enabled
+                or (self.insulation is not None and self.insulation.on),
                 "shaft_angle": timeline.state.angle,
                 "shaft_speed": timeline.state.speed,
                 "shaft_holder": settings.shaft.holder,
@@ -336,7 +365,9 @@ class World:
                     **asdict(settings.faults),
                     "stuck_output": self.damage.stuck_outputs,
                     "slips": self.slips.listed(),
+                    **({} if self.insulation is None else {"harm": dict(self.damage.harm)}),
                 },
+                **({} if self.insulation is None else {"insulation_voltage": self.insulation.voltage()}),
             }
 
     # Surroundings and faults
@@ -410,7 +441,9 @@ class World:
             return 4
         if node == "loose":
             raise ValueError("node 'loose' has no potential")
-        return TERMINALS.index(settings.motor_terminal(node))
+        if node in HALL_NODES:
+            return FIRST_HALL + HALL_NODES.index(node)
+        return TERMINALS.index(settings.motor_terminal(cast("Terminal", node)))
 
     @staticmethod
     def _check_terminal(terminal: str) -> None:

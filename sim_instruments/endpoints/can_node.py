@@ -84,6 +84,7 @@ class CanNode:
         self._heartbeat = 0
         numbers = [entry for entry in device.entries if entry.kind != "text"]
         self._widths = {entry.index: int(entry.kind[1:]) for entry in numbers}
+        self._constant = {(entry.index, entry.subindex) for entry in device.entries if entry.access == "const"}
         self._signed = {entry.index for entry in numbers if entry.kind.startswith("i")}
         self._watch = HeartbeatConsumer(
             lambda identifier, heard: self._network.subscribe(identifier, self._while_up(heard)),
@@ -159,7 +160,9 @@ class CanNode:
             reply, self._held = self._held, reply
         return reply
 
-    def _read(self, *, index: int, **_: Any) -> int | None:
+    def _read(self, *, index: int, subindex: int, **_: Any) -> int | None:
+        if (index, subindex) in self._constant:
+            return None
         value, fault = self._device.read(index), self._fault
         if value is None or fault is None:
             return value

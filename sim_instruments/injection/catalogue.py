@@ -11,6 +11,7 @@ from sim_instruments.injection.on_bench import (
     OpenPhase,
     SpeedRunaway,
     StuckOutput,
+    StuckRelay,
     StuckRotor,
     Swapped,
     ThermalRunaway,
@@ -30,6 +31,7 @@ AnyFault = Annotated[
     | StuckRotor
     | MotorUnplugged
     | StuckOutput
+    | StuckRelay
     | CurrentLimited
     | SpeedRunaway
     | ThermalRunaway,

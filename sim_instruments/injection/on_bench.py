@@ -83,6 +83,24 @@ class StuckOutput(Description):
         return lambda: bench.world.damage.stick(self.role, None)
 
 
+class StuckRelay(Description):
+    """Have a relay's contact stay closed, or open, whatever its coil is told; the switch unit does not notice."""
+
+    fault: Literal["stuck_relay"]
+    crosspoint: str
+    closed: bool = True
+
+    def check(self, bench: "VirtualBench") -> None:
+        """Raise ValueError for a crosspoint that there is not."""
+        super().check(bench)
+        bench.check_crosspoint(self.crosspoint)
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.stick_relay(self.crosspoint, self.closed)
+        return lambda: bench.stick_relay(self.crosspoint, None)
+
+
 class CurrentLimited(Description):
     """Have the supply give no more than a current, so that it is in CC where CV is expected."""
 

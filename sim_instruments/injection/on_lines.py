@@ -20,12 +20,15 @@ READINGS = {
     "tachometer": "frame",
     "inverter": r"^read (606C|6077|6078)H",
     "drive": r"^read (606C|6079|2010|2011)H",
+    "switch_matrix": r"ROUT\w*:(CLOS|OPEN)\w*\?",
+    "rotor_actuator": r"^read (6064|606C)H",
+    "insulation_tester": r"^:?MEAS",
 }
 #: The messages whose channel a confused instrument mistakes, by role: nobody else has channels.
 CHANNELLED = {"supply": r"\?", "oscilloscope": r"WAV\w*:SOUR|\?"}
 _READING_KINDS = ("frozen", "not_a_number", "overflow")
 _MODBUS_KINDS = ("exception", "wrong_unit")
-_CAN_ROLES = ("inverter", "drive")
+_CAN_ROLES = ("inverter", "drive", "rotor_actuator")
 
 
 class LineFault(Description):

@@ -169,6 +169,20 @@ class VoltmeterErrors:
 
 
 @dataclass(frozen=True)
+class InsulationErrors:
+    """Errors of an insulation tester: `voltage_gain` and `resistance_gain` relative, `noise` relative (standard deviation)."""
+
+    voltage_gain: float = -2.0e-3
+    resistance_gain: float = 5.0e-3
+    noise: float = 2.0e-3
+
+    @classmethod
+    def drawn(cls, generator: np.random.Generator) -> "InsulationErrors":
+        """Draw a unit within ±1 % of voltage and ±5 % of resistance."""
+        return cls(_within(generator, 0.01), _within(generator, 0.05))
+
+
+@dataclass(frozen=True)
 class Errors:
     """The errors of every instrument of a bench."""
 
@@ -180,10 +194,11 @@ class Errors:
     inverter: InverterErrors = field(default_factory=InverterErrors)
     voltmeter: VoltmeterErrors = field(default_factory=VoltmeterErrors)
     drive: DriveErrors = field(default_factory=DriveErrors)
+    insulation_tester: InsulationErrors = field(default_factory=InsulationErrors)
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "Errors":
-        """Draw a bench of instruments, each within its maker's specification, evenly spread."""
+    def drawn(cls, generator: np.random.Generator, *, fixture: bool = False) -> "Errors":
+        """Draw a bench of instruments, each within its maker's specification, evenly spread; with `fixture` also its tester."""
         return cls(
             SupplyErrors.drawn(generator),
             LcrErrors.drawn(generator),
@@ -193,4 +208,5 @@ class Errors:
             InverterErrors.drawn(generator),
             VoltmeterErrors.drawn(generator),
             DriveErrors.drawn(generator),
+            InsulationErrors.drawn(generator) if fixture else InsulationErrors(),
         )

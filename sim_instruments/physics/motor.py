@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from sim_instruments.physics.hall import HallSensors
 from sim_instruments.physics.saturation import Saturation
 
 Connection = Literal["wye", "delta"]
@@ -24,6 +25,10 @@ class VirtualMotor:
     of the winding against ambient. `d_axis_saturation_current` and `q_axis_saturation_current` (A, peak, of the
     Y-equivalent) say how soon an axis saturates, after `Saturation`; infinite, the default, is never. Only a held rotor
     on the supply saturates: everything else, the torque too, takes the inductances at no current.
+    `cogging_phase` (rad) is that of the cogging at angle zero. `insulation_resistance` (Ω) and `frame_capacitance` (F) are
+    those of the winding against the frame; `halls` are its Hall sensors, None where it has none.
+    What can be wrong inside: `emf_shares` are each winding's EMF relative to the others', as a partly demagnetised or
+    miswound phase has it; `exchanged` are two terminals whose wires are exchanged inside.
     Raises ValueError for values that no motor has.
     """
 
@@ -47,6 +52,12 @@ class VirtualMotor:
     thermal_time_constant: float = 600.0
     d_axis_saturation_current: float = math.inf
     q_axis_saturation_current: float = math.inf
+    cogging_phase: float = 0.0
+    insulation_resistance: float = 2.0e9
+    frame_capacitance: float = 1.0e-9
+    halls: HallSensors | None = None
+    emf_shares: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    exchanged: tuple[Literal["A", "B", "C"], Literal["A", "B", "C"]] | None = None
 
     def __post_init__(self) -> None:
         if self.connection not in ("wye", "delta"):
@@ -62,11 +73,18 @@ class VirtualMotor:
             "inertia": self.inertia,
             "zero_sequence_inductance": self.winding_zero_sequence_inductance,
             "thermal_time_constant": self.thermal_time_constant,
+            "insulation_resistance": self.insulation_resistance,
         }
         for name, value in positive.items():
             if not 0.0 < value < math.inf:
                 raise ValueError(f"{name} is {value}; it must be positive and finite")
-        for name in ("coulomb_friction", "viscous_friction", "cogging_torque", "thermal_resistance"):
+        for name in (
+            "coulomb_friction",
+            "viscous_friction",
+            "cogging_torque",
+            "thermal_resistance",
+            "frame_capacitance",
+        ):
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:
                 raise ValueError(f"{name} is {value}; it must be finite and not negative")
@@ -74,6 +92,10 @@ class VirtualMotor:
             value = getattr(self, name)
             if not value > 0.0:
                 raise ValueError(f"{name} is {value}; it must be positive, infinite for an axis that does not saturate")
+        if len(self.emf_shares) != 3 or not all(0.0 <= share <= 2.0 for share in self.emf_shares):
+            raise ValueError(f"emf_shares are {self.emf_shares}; they are three numbers of 0 … 2, a winding each")
+        if self.exchanged is not None and self.exchanged[0] == self.exchanged[1]:
+            raise ValueError(f"exchanged terminals must be two different ones, not {self.exchanged[0]} twice")
         for order, amplitude, _ in self.flux_harmonics:
             if order < 2 or not math.isfinite(amplitude):
                 raise ValueError(

@@ -44,7 +44,7 @@ class SwingEquations:
         motor = windings.motor
         self._p = windings.pole_pairs
         self._shaft = shaft
-        self._cogging, self._cogging_order = motor.cogging_torque, motor.cogging_order
+        self._cogging = motor.cogging_torque, motor.cogging_order, motor.cogging_phase
         self._columns, self._turn = _turned(network)
         #: Winding currents are basis·x, x being the currents of loops 0, 1, 2 (zero where the circuit has not one).
         self.basis: FloatArray = network.basis @ self._turn
@@ -128,7 +128,7 @@ class SwingEquations:
         """Return the law with everything that does not change in its own variables, which is what makes it quick."""
         cos, sin, p = math.cos, math.sin, self._p
         inertia, coulomb, viscous = self._shaft.inertia, self._shaft.coulomb_friction, self._shaft.viscous_friction
-        outside, cogging, cogging_order = self._shaft.torque, self._cogging, self._cogging_order
+        outside, (cogging, cogging_order, cogging_phase) = self._shaft.torque, self._cogging
         (m00, m00_cos, m00_sin), (m01, m01_cos, m01_sin), (m11, m11_cos, m11_sin) = self._m00, self._m01, self._m11
         m22, drive, voltage, voltage_slope = self._m22, self._drive, self._voltage, self._voltage_slope
         (k00, k01, k02), (_, k11, k12), (k20, k21, k22) = self._k
@@ -162,7 +162,7 @@ class SwingEquations:
             elif has_2:
                 x2 = -(k20 * x0 + k21 * x1 + electrical * e2) / k22
             torque = p * (x0 * (0.5 * w0 + e0) + x1 * (0.5 * w1 + e1) + x2 * e2) + outside
-            torque -= cogging * sin(cogging_order * angle)
+            torque -= cogging * sin(cogging_order * angle + cogging_phase)
             derivatives = [speed, (torque - (direction * coulomb + viscous * speed)) / inertia]
             left0 = k00 * x0 + k01 * x1 + k02 * x2 + electrical * (w0 + e0)
             if has_1:

@@ -48,6 +48,7 @@ class Windings:
         self.inductance_mean, self.inductance_cos, self.inductance_sin = _inductances(
             motor.d_axis_inductance, motor.q_axis_inductance, motor.winding_zero_sequence_inductance
         )
+        self._shares = np.array(motor.emf_shares)
         #: (order, EMF amplitude per electrical speed, phase)
         self.harmonics = (
             (1, self.flux_linkage, 0.0),
@@ -122,6 +123,7 @@ class Windings:
         total: FloatArray = np.zeros_like(shifted)
         for order, amplitude, phase in self.harmonics:
             total -= amplitude * np.sin(order * shifted + phase)
+        total *= self._shares[:, np.newaxis]
         return total
 
     def torque(self, angles: FloatArray, currents: FloatArray) -> FloatArray:
@@ -132,11 +134,12 @@ class Windings:
         return result
 
     def cogging(self, shaft_angle: FloatArray) -> FloatArray:
-        """Return the cogging torque (N·m) at mechanical angles (rad); zero is one of its rest positions."""
-        result: FloatArray = -self.motor.cogging_torque * np.sin(self.motor.cogging_order * shaft_angle)
+        """Return the cogging torque (N·m) at mechanical angles (rad); without a phase, zero is one of its rest positions."""
+        motor = self.motor
+        result: FloatArray = -motor.cogging_torque * np.sin(motor.cogging_order * shaft_angle + motor.cogging_phase)
         return result
 
     def emf_phasors(self, order: int, amplitude: float, phase: float) -> NDArray[np.complex128]:
         """Return one harmonic's EMF per electrical speed as phasors (3,) that turn with exp(j·order·θ)."""
-        result: NDArray[np.complex128] = 1j * amplitude * np.exp(1j * (phase - order * _AXES))
+        result: NDArray[np.complex128] = 1j * amplitude * np.exp(1j * (phase - order * _AXES)) * self._shares
         return result

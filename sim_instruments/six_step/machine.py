@@ -2,6 +2,7 @@
 
 import math
 
+from sim_instruments.physics.hall import HallSensors
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 
@@ -10,7 +11,8 @@ def virtual_motor(drive: SixStepDrive) -> VirtualMotor:
     """Return the drive's machine as a motor without saliency, so that one file serves drive and bench.
 
     d- and q-axis inductance are L11 − L12, the zero-sequence one is L11 + 2·L12, the flux linkage is the EMF constant
-    over the pole pairs. The bench counts a harmonic's phase from the d axis, the drive from the EMF's peak.
+    over the pole pairs. The bench counts a harmonic's phase from the d axis, the drive from the EMF's peak. The Hall sensors
+    are those that the drive commutates by.
     """
     inductance = drive.self_inductance - drive.mutual_inductance
     return VirtualMotor(
@@ -27,4 +29,5 @@ def virtual_motor(drive: SixStepDrive) -> VirtualMotor:
         inertia=drive.inertia,
         coulomb_friction=drive.coulomb_friction,
         viscous_friction=drive.viscous_friction,
+        halls=HallSensors(offset=-drive.advance_angle),
     )

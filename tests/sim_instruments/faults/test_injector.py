@@ -118,6 +118,8 @@ def test_descriptions_can_be_pickled_and_told(kind: str) -> None:
         more = {"pair": ["A", "B"]}
     if kind == "mis_clipped":
         more = {"terminal": "A", "socket": "open"}
+    if kind == "stuck_relay":
+        more = {"crosspoint": "A:supply+"}
     if kind == "mis_clamped":
         more = {"channel": 4, "turned": True}
     given = {"fault": kind, "step": "3.2.2/1", **more}
