@@ -3,13 +3,14 @@
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from bench.errors import InputError
+from bench.files.motor_insides import InsideSection
 from bench.files.motor_sections import ExpectedSection, NameplateSection, number
 from bench.files.shipped_motors import motor_content
 from bench.files.six_step_file import drive_file_of, holds_drive
@@ -23,6 +24,7 @@ from sim_instruments.six_step.machine import virtual_motor
 _SATURATION = "peak, of the Y-equivalent; without it the axis does not saturate"
 
 Resistance = Annotated[float, Field(gt=0.0, le=1e4, strict=True)]
+Share = Annotated[float, Field(ge=0.0, le=2.0, strict=True)]
 
 
 class FluxHarmonic(Section):
@@ -33,7 +35,7 @@ class FluxHarmonic(Section):
     phase: float = number("rad", 0.0, at_least=-2.0 * math.pi, up_to=2.0 * math.pi)
 
 
-class VirtualSection(Section):
+class VirtualSection(InsideSection):
     """`[virtual]`: the truth of a virtual motor, SI; for a delta the values are those of one winding."""
 
     phase_resistance: tuple[Resistance, Resistance, Resistance] = Field(
@@ -52,6 +54,12 @@ class VirtualSection(Section):
     viscous_friction: float = number("N·m·s/rad", 0.0, at_least=0.0, up_to=1e3)
     cogging_torque: float = number("N·m", 0.0, at_least=0.0, up_to=1e3, description="amplitude")
     cogging_order: int = number("", 12, at_least=1, up_to=10_000, description="periods a turn")
+    cogging_phase: float = number("rad", 0.0, at_least=-2.0 * math.pi, up_to=2.0 * math.pi, description="at angle zero")
+    emf_shares: tuple[Share, Share, Share] = Field(
+        (1.0, 1.0, 1.0),
+        description="a list of three numbers from 0 to 2: each winding's EMF as a share of flux_linkage's",
+        json_schema_extra={"unit": ""},
+    )
     temperature_coefficient: float = number("1/K", 0.00393, at_least=0.0, up_to=0.1, description="copper's at 20 °C")
     flux_temperature_coefficient: float = number("1/K", -0.001, at_least=-0.1, up_to=0.1)
     thermal_resistance: float = number("K/W", 0.5, at_least=0.0, up_to=1e3)
@@ -75,7 +83,8 @@ class VirtualSection(Section):
 
     def motor(self, connection: Connection) -> VirtualMotor:
         """Return it as the virtual bench takes it."""
-        values = {name: getattr(self, name) for name in VirtualSection.model_fields}
+        own = VirtualSection.model_fields.keys() - InsideSection.model_fields.keys()
+        values = {**{name: getattr(self, name) for name in own}, **self.insides()}
         values["phase_resistances"] = values.pop("phase_resistance")
         values["flux_harmonics"] = tuple((h.order, h.amplitude, h.phase) for h in self.flux_harmonics)
         for axis in ("d_axis_saturation_current", "q_axis_saturation_current"):
@@ -136,7 +145,7 @@ def _motor(content: bytes, data: Mapping[str, Any], source: str) -> MotorFile:
         drive_file = drive_file_of(data, source)
         drive = drive_file.drive
         nameplate = drive_file.nameplate.nameplate(drive_file.expected)
-        return _made(content, source, nameplate, virtual_motor(drive), drive)
+        return _made(content, source, nameplate, replace(virtual_motor(drive), **drive_file.insides), drive)
     file = validate(_File, data, source)
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None

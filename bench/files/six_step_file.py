@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.errors import InputError
+from bench.files.motor_insides import InsideSection
 from bench.files.motor_sections import ExpectedSection, NameplateSection, number
 from bench.files.shipped_motors import motor_content
 from bench.files.toml_file import Section, validate
@@ -42,7 +43,7 @@ class DriveSection(Section):
     advance_angle_degrees: float = number("° electrical", 0.0, above=-90.0, below=90.0)
 
 
-class DriveMotorSection(Section):
+class DriveMotorSection(InsideSection):
     """`[virtual]` of a BLDC drive."""
 
     emf_constant: float = number("V/(rad/s)", above=0.0, up_to=1e3, description="peak of one winding, mechanical speed")
@@ -86,11 +87,12 @@ class DriveFile(Section):
 
 @dataclass(frozen=True)
 class ReadDriveFile:
-    """A BLDC drive's file that was read: its plate, its type values, and the drive."""
+    """A BLDC drive's file that was read: its plate, its type values, the drive, and by name what else is inside its machine."""
 
     nameplate: NameplateSection
     expected: ExpectedSection
     drive: SixStepDrive
+    insides: Mapping[str, Any]
 
 
 def holds_drive(data: Mapping[str, Any]) -> bool:
@@ -113,7 +115,7 @@ def drive_file_of(data: Mapping[str, Any], source: str) -> ReadDriveFile:
             f"{source}: nameplate.pole_pairs = {plate} and virtual.pole_pairs = {truth}; give the same number"
         )
     try:
-        return ReadDriveFile(file.nameplate, file.expected, file.six_step_drive())
+        return ReadDriveFile(file.nameplate, file.expected, file.six_step_drive(), file.virtual.insides())
     except SixStepError as error:
         raise InputError(f"{source}: virtual: {error}") from None
 

@@ -11,6 +11,7 @@ from bench.files.six_step_file import load_drive
 from bench.truth import truth_of
 from procedures.catalogue import catalogue
 from procedures.nameplate import Connection
+from sim_instruments.physics.hall import HallSensors
 
 LG = (Path(__file__).parents[2] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
 
@@ -117,6 +118,17 @@ def test_delta_and_saliency_of_the_others() -> None:
         ("maximum_current = 80.0", "maximum_current = 8.0", ["maximum_current = 8 A is below rated_current = 29 A"]),
         ("maximum_speed_rpm = 4000.0", "maximum_speed_rpm = 40.0", ["maximum_speed_rpm = 40 is below"]),
         ("[nameplate]", "[nameplate", ["not valid TOML", "line 3"]),
+        ("inertia =", "insulation_resistance = 0\ninertia =", ["virtual.insulation_resistance = 0", "above 0", "ohm"]),
+        ("inertia =", "frame_capacitance = -1e-9\ninertia =", ["virtual.frame_capacitance = -1e-09", "F"]),
+        ("inertia =", "emf_shares = [1.0, 1.0]\ninertia =", ["virtual.emf_shares", "list of three numbers"]),
+        ("inertia =", "emf_shares = [1.0, 2.5, 1.0]\ninertia =", ["virtual.emf_shares[1] = 2.5", "0 to 2"]),
+        ("inertia =", 'exchanged_terminals = ["B", "D"]\ninertia =', ["virtual.exchanged_terminals[1] = 'D'"]),
+        ("inertia =", 'exchanged_terminals = ["B", "B"]\ninertia =', ["virtual", "two different terminals"]),
+        ("inertia =", "hall = { offset = 4 }\ninertia =", ["virtual.hall.offset = 4", "rad"]),
+        ("inertia =", "hall = { order = [1, 1, 3] }\ninertia =", ["virtual.hall", "order", "[1, 1, 3]"]),
+        ("inertia =", "hall = { inverted = [4] }\ninertia =", ["virtual.hall.inverted[0] = 4"]),
+        ("inertia =", "hall = { stuck_low = [1], stuck_high = [1] }\ninertia =", ["virtual.hall", "stuck_low"]),
+        ("inertia =", "hall = { ofset = 0.1 }\ninertia =", ["virtual.hall.ofset", "did you mean offset"]),
     ],
 )
 def test_each_fault_is_named(tmp_path: Path, old: str, new: str, parts: list[str]) -> None:
@@ -160,3 +172,30 @@ def test_an_unknown_name_gets_a_hint(tmp_path: Path) -> None:
     (tmp_path / "latin.toml").write_bytes(b'[nameplate]\nname = "\xe9"')
     with pytest.raises(InputError, match="not UTF-8"):
         load_motor(str(tmp_path / "latin.toml"))
+
+
+def test_what_is_inside_a_virtual_motor_and_wrong_with_it(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    inside = """cogging_phase = 0.5
+emf_shares = [1.0, 0.9, 1.0]
+insulation_resistance = 5.0e7
+frame_capacitance = 2.0e-9
+exchanged_terminals = ["B", "C"]
+hall = { offset = 0.1, placements = [0.0, 0.02, 0.0], order = [2, 1, 3], inverted = [3], stuck_low = [1], voltage = 3.3 }
+inertia ="""
+    path.write_text(LG.replace("inertia =", inside, 1), encoding="utf-8")
+    motor = load_motor(str(path)).virtual_motor()
+    assert (motor.cogging_phase, motor.emf_shares, motor.exchanged) == (0.5, (1.0, 0.9, 1.0), ("B", "C"))
+    assert (motor.insulation_resistance, motor.frame_capacitance) == (5.0e7, 2.0e-9)
+    assert motor.halls == HallSensors(0.1, (0.0, 0.02, 0.0), (2, 1, 3), (3,), ((1, "low"),), 3.3)
+    assert load_motor("lg-400w").virtual_motor().halls is None
+
+
+def test_a_drives_motor_has_its_sensors_and_may_have_others(tmp_path: Path) -> None:
+    path = tmp_path / "drive.toml"
+    text = (Path(__file__).parents[2] / "bench" / "motors" / "92bl-30-25l.toml").read_text(encoding="utf-8")
+    assert load_motor("92bl-30-25l").virtual_motor().halls == HallSensors()
+    path.write_text(
+        text.replace("[virtual.winding]", "[virtual.hall]\noffset = 0.2\n\n[virtual.winding]"), encoding="utf-8"
+    )
+    assert load_motor(str(path)).virtual_motor().halls == HallSensors(0.2)
