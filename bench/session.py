@@ -106,7 +106,7 @@ def run(
         if list(wishes.procedures) == ["all"]:
             plan = possible(plan, where.station, console, translate)
         check_roles(plan, where.station)
-        used = {role for planned in plan for role in planned.procedure.roles}
+        used = {role for planned in plan for role in planned.procedure.roles} | where.operators_roles
         overdue = where.station.check_calibrations(today(), used)
         versions = software()
         previous, view = None, RunView()
@@ -125,6 +125,7 @@ def run(
             journal.listen(listener)
         journal.listen(guard.hear)
         journal.listen(interrupts.hear)
+        journal.listen(where.operator_hears)
         live = wishes.station == "virtual" or wishes.operator == "answers"
         where.listen_to_faults(recording(journal))
         journal.listen(StepTeller(where.step_started).hear)
@@ -141,6 +142,7 @@ def run(
             trace=wishes.trace,
             pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
         )
+        where.equip(instruments.available())
         runner = Runner(
             instruments,
             where.operator,
@@ -188,6 +190,7 @@ def _check_instruments(
     if folder is None:
         return
     needed = {role for planned in plan if planned.name not in finished for role in planned.procedure.roles}
+    needed |= where.operators_roles if needed else set()
     nowhere = Unrecorded()
     instruments = StationInstruments(
         where.station,

@@ -1,6 +1,6 @@
 """Where a run takes place: a real bench with a person, a replay of typed readings, or the virtual bench."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,8 +18,8 @@ from bench.truth import truth_of
 from bench.virtual_station import VIRTUAL
 from drivers import registry
 from drivers.in_process import InProcess
-from drivers.interfaces import Clock
-from procedures.bench import Operator
+from drivers.interfaces import Clock, Instrument
+from procedures.bench import Operator, Role
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -27,7 +27,11 @@ if TYPE_CHECKING:
 
     from bench.files.fault_file import GivenFault
 
-OPERATORS = ("terminal", "virtual", "answers", "panel")
+OPERATORS = ("terminal", "virtual", "answers", "panel", "fixture")
+
+
+def _nothing_taken(_: Mapping[Role, Instrument]) -> None:
+    """Need no instruments."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,8 @@ class Place:
     `announce` says in the run's folder how its operator is reached, where that is needed. `in_process` opens the
     instruments of a bench in this process. A virtual bench is told by `step_started` which step begins, and asked by `really`
     what is really so; `listen_to_faults` has one told of the faults that begin and mend there.
+    An operator that works with instruments of the station uses those in `operators_roles`, is given them by `equip`, and
+    hears the journal by `operator_hears`.
     """
 
     station: Station
@@ -51,6 +57,9 @@ class Place:
     step_started: StepStarted = lambda _step, _procedure: None
     listen_to_faults: Callable[[FaultHeard], None] = lambda _: None
     really: Callable[[], dict[str, Any]] = dict
+    operators_roles: frozenset[Role] = frozenset()
+    equip: Callable[[Mapping[Role, Instrument]], None] = _nothing_taken
+    operator_hears: Callable[[str, Mapping[str, Any]], None] = lambda _kind, _data: None
 
 
 @contextmanager
@@ -82,6 +91,10 @@ def place(
             yield watched
         return
     read = load_station(Path(station))
+    if operator == "fixture" and read.control:
+        with _served(read, seed, faults) as made:
+            yield _with_fixture(made, lambda: float(made.really()["winding_temperature"]))
+        return
     if operator == "virtual" or (read.control and not operator):
         if not read.control:
             raise UsageError(
@@ -91,16 +104,46 @@ def place(
         with _served(read, seed, faults) as made:
             yield made
         return
-    if faults and not (read.control and operator == "panel"):
-        raise UsageError(
-            f"--faults, --fault: {read.source} is no virtual bench, and faults are injected on one only: --station virtual, "
-            "or a station file with [station] control, as motorbench sim serve writes it"
-        )
+    if not (read.control and operator == "panel"):
+        _refuse_faults(read, faults)
     if operator == "panel":
         with _at_panel(read, seed, interrupts, faults) as made:
             yield made
         return
-    yield _replayed(read, answers) if answers is not None else _by_hand(read, motor, console, language)
+    if answers is not None:
+        yield _replayed(read, answers)
+        return
+    by_hand = _by_hand(read, motor, console, language)
+    yield _with_fixture(by_hand, lambda: read.fixture.winding_temperature) if operator == "fixture" else by_hand
+
+
+def _refuse_faults(station: Station, faults: "Sequence[GivenFault]") -> None:
+    if faults:
+        raise UsageError(
+            f"--faults, --fault: {station.source} is no virtual bench, and faults are injected on one only: --station virtual, "
+            "or a station file with [station] control, as motorbench sim serve writes it"
+        )
+
+
+def _with_fixture(made: Place, thermometer: Callable[[], float | None]) -> Place:
+    """Return the same place with the station's own fixture in place of hands. Raises UsageError where it has none."""
+    from bench.operators.fixture import ROLES, FixtureOperator
+
+    there = ROLES & made.station.entries.keys()
+    if not there:
+        raise UsageError(
+            f"--operator fixture: {made.station.source} has neither [instruments.switch_matrix] nor "
+            "[instruments.rotor_actuator], which do the work of hands"
+        )
+    fixture = FixtureOperator(made.clock, thermometer)
+    return replace(
+        made,
+        operator=fixture,
+        hand_time=lambda: fixture.hand_time,
+        operators_roles=there,
+        equip=fixture.take,
+        operator_hears=fixture.hear,
+    )
 
 
 @contextmanager

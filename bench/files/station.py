@@ -50,8 +50,15 @@ class GuardianSection(Section):
     stalled: float = Field(default=60.0, ge=1.0, le=3600.0, json_schema_extra={"unit": "s"})
 
 
+class FixtureSection(Section):
+    """`[fixture]`: what a fixture knows that a person would read; `winding_temperature` (°C) is that of the room it tests in."""
+
+    winding_temperature: float | None = Field(default=None, ge=-60.0, le=250.0, json_schema_extra={"unit": "°C"})
+
+
 class _File(Section):
     station: _Station
+    fixture: FixtureSection = Field(default_factory=FixtureSection)
     guardian: GuardianSection = Field(default_factory=GuardianSection)
     instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
     way_down: list[WayDownSection] = Field(default_factory=list)
@@ -77,7 +84,7 @@ class Station:
 
     `overdue` says what becomes of a run with an instrument whose calibration is overdue; `control` is where the hands
     of a virtual bench in another process are to be had; `way_down` is how it becomes harmless, `interlocks` are the
-    contacts that must be closed while anything is energised.
+    contacts that must be closed while anything is energised, `fixture` is what a fixture in place of hands knows.
     """
 
     source: str
@@ -91,6 +98,7 @@ class Station:
     way_down: WayDown = field(default_factory=WayDown)
     guardian: GuardianSection = field(default_factory=GuardianSection)
     interlocks: tuple[InterlockEntry, ...] = ()
+    fixture: FixtureSection = field(default_factory=FixtureSection)
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -132,6 +140,7 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
         ),
         file.guardian,
         interlocks_of(file.interlocks, source),
+        file.fixture,
     )
 
 

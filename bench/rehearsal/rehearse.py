@@ -8,6 +8,7 @@ from bench.errors import UsageError
 from bench.files.station import Station, load_station
 from bench.instruments import StationInstruments
 from bench.language import translator
+from bench.operators.fixture import ROLES as FIXTURE
 from bench.plan import Catalogue, check_roles, make_plan, possible
 from bench.progress import Progress
 from bench.record.disk import write_file
@@ -191,8 +192,8 @@ def _own_limit(station: Station, instruments: StationInstruments, name: str, par
 def _station(wishes: Wishes) -> Station:
     if wishes.station != VIRTUAL:
         return load_station(Path(wishes.station))
-    roles = [role.value for role in Role if role is not Role.DRIVE or wishes.motor.six_step is not None]
-    return virtual_station(dict.fromkeys(roles, "-"))
+    absent = {*FIXTURE, Role.INSULATION_TESTER, *(() if wishes.motor.six_step is not None else (Role.DRIVE,))}
+    return virtual_station({role.value: "-" for role in Role if role not in absent})
 
 
 def _json(made: dict[str, Any]) -> str:

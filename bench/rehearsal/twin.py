@@ -67,6 +67,11 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
         virtual = virtual_station(bench.addresses())
         entries, differences = {}, list[Text]()
         for role, entry in station.entries.items():
+            if role not in virtual.entries:
+                differences.append(
+                    text("{role}: the twin has none; what it does, virtual hands do there", role=role.value)
+                )
+                continue
             entries[role] = _entry(entry, virtual.entries[role], stages)
             differences += _differences(entry, entries[role])
         hands = VirtualOperator(bench.world, seed)
