@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 #: Moving range of two: mean range over standard deviation (d2), and the range chart's upper factor (D4).
-_D2, _D4 = 1.128379167, 3.267
+D2, _D4 = 1.128379167, 3.267
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def individuals_chart(
         raise ValueError("a control chart needs two values at least")
     centre = float(base.mean())
     mean_range = float(np.abs(np.diff(base)).mean())
-    sigma = mean_range / _D2
+    sigma = mean_range / D2
     found = sorted(
         (Signal(int(index), rule) for rule in rules for index in _broken(rule, data - centre, sigma)),
         key=lambda signal: (signal.index, signal.rule),

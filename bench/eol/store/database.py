@@ -36,12 +36,15 @@ def database_url(reference: str) -> URL:
     return url.set(drivername="postgresql+psycopg") if url.get_backend_name() == "postgresql" else url
 
 
-def open_database(reference: str) -> Engine:
+def open_database(reference: str, *, existing: bool = False) -> Engine:
     """Return the database with its tables at this version's; an older one is brought up to it.
 
+    A SQLite file that is not there is made, unless it has to be `existing`.
     Raises InputError where it cannot be reached or written, is no database, or has tables of a newer version.
     """
     url = database_url(reference)
+    if existing and url.get_backend_name() == "sqlite" and not Path(url.database or "").is_file():
+        raise InputError(f"{reference}: there are no records here; give the file or the address that eol run wrote to")
     try:
         engine = create_engine(url, pool_pre_ping=True, connect_args=_arguments(url))
     except NoSuchModuleError as error:

@@ -93,8 +93,8 @@ class Records:
             ]
         return MotorRecord(
             **{name: row[name] for name in _PLAIN},
-            started=_utc(row["started"]),
-            ended=_utc(row["ended"]),
+            started=utc(row["started"]),
+            ended=utc(row["ended"]),
             verdict=Verdict(row["verdict"]),
             measured=tuple(_measured(figure) for figure in parts[0]),
             checks=tuple(
@@ -170,5 +170,6 @@ def _or(value: float | None, otherwise: float) -> float:
     return otherwise if value is None else float(value)
 
 
-def _utc(value: datetime) -> datetime:
+def utc(value: datetime) -> datetime:
+    """Return a time as it was stored: SQLite keeps it without its zone, which is UTC."""
     return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)

@@ -13,8 +13,12 @@ from sqlalchemy import (
     Table,
     Text,
 )
+from sqlalchemy import text as sql
 
 METADATA = MetaData()
+
+#: What did not pass is rare, and asked for often. Queries must say it in these words for the index to serve them.
+NOT_PASSED = sql("verdict <> 'pass'")
 
 MOTOR = Table(
     "motor",
@@ -38,7 +42,7 @@ MOTOR = Table(
     Column("cause", Text, nullable=False),
     Column("run", Text, nullable=False),
     Column("journal_sha256", String(64), nullable=False),
-    Index("motor_by_batch", "batch", "verdict", "first_pass"),
+    Index("motor_by_batch", "batch", "model", "verdict", "first_pass", "id"),
     Index("motor_by_serial_number", "serial_number"),
     Index("motor_by_start", "started"),
 )
@@ -57,6 +61,16 @@ FIGURE = Table(
     Column("high", Double),
     Column("verdict", String(10), nullable=False),
     Index("figure_by_motor", "motor"),
+    #: Moments and histograms come from this index alone, one stretch of values after the other.
+    Index("figure_by_value", "parameter", "value", "motor"),
+    Index(
+        "figure_not_passed",
+        "parameter",
+        "verdict",
+        "motor",
+        sqlite_where=NOT_PASSED,
+        postgresql_where=NOT_PASSED,
+    ),
     sqlite_with_rowid=False,
 )
 
@@ -69,7 +83,14 @@ CHECK = Table(
     Column("verdict", String(10), nullable=False),
     Column("duration", Double, nullable=False),
     Column("cause", Text, nullable=False),
-    Index("check_by_procedure", "procedure", "verdict"),
+    Index(
+        "check_not_passed",
+        "procedure",
+        "verdict",
+        "motor",
+        sqlite_where=NOT_PASSED,
+        postgresql_where=NOT_PASSED,
+    ),
     sqlite_with_rowid=False,
 )
 

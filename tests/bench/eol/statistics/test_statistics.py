@@ -6,9 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.eol.limits import Limits
-from bench.eol.statistics.capability import capability, of_moments
+from bench.eol.statistics.capability import capability, of_moments, spread_within
 from bench.eol.statistics.control_chart import Signal, individuals_chart
+from bench.eol.statistics.drift import drift
 from bench.eol.statistics.gauge import gauge_study
+from bench.eol.statistics.proportion import proportion
 
 #: AIAG, Measurement Systems Analysis, 4th edition, gauge R&R data sheet: 3 appraisers, 10 parts, 3 trials.
 AIAG = np.array(
@@ -143,3 +145,74 @@ def test_limits_come_from_the_moving_range() -> None:
 def test_turning_the_values_over_breaks_the_same_rules(values: list[float]) -> None:
     up = individuals_chart(values, rules=(2, 3, 4)).signals
     assert individuals_chart([-value for value in values], rules=(2, 3, 4)).signals == up
+
+
+def test_the_handbooks_chart() -> None:
+    # NIST/SEMATECH e-Handbook 6.3.2.2, flow rates: mean 50.81, mean range 1.8778, limits 45.8159 and 55.8041.
+    chart = individuals_chart([49.6, 47.6, 49.9, 51.3, 47.8, 51.2, 52.6, 52.4, 53.6, 52.1])
+    assert chart.centre == pytest.approx(50.81)
+    assert chart.sigma * 1.128379 == pytest.approx(1.8778, abs=1e-4)
+    # The handbook's factor is 2.66 for 3/1.128 = 2.6596.
+    assert (chart.low, chart.high) == pytest.approx((45.8159, 55.8041), abs=3e-3)
+    assert chart.signals == ()
+
+
+def test_the_handbooks_share() -> None:
+    # NIST/SEMATECH e-Handbook 7.2.4.1: 4 of 20, 90 %.
+    found = proportion(4, 20, 0.90)
+    assert found.share == pytest.approx(0.2)
+    assert found.interval == pytest.approx((0.071354, 0.401029), abs=2e-6)
+
+
+def test_shares_at_the_ends() -> None:
+    none, all_of_them = proportion(0, 20), proportion(20, 20)
+    # The rule of three, exactly: 1 − 0.025^(1/20).
+    assert none.interval == pytest.approx((0.0, 1.0 - 0.025 ** (1 / 20)))
+    assert all_of_them.interval == pytest.approx((0.025 ** (1 / 20), 1.0))
+    assert math.isnan(proportion(0, 0).share)
+    with pytest.raises(ValueError, match="5 of 4"):
+        proportion(5, 4)
+
+
+@given(st.integers(0, 400), st.integers(1, 400))
+def test_the_interval_holds_the_share(hits: int, more: int) -> None:
+    found = proportion(hits, hits + more)
+    assert found.interval[0] <= found.share <= found.interval[1]
+
+
+def test_neighbours_tell_the_spread_that_a_drift_does_not_hide() -> None:
+    random = np.random.default_rng(6)
+    rows = (random.normal(0.0, 0.3, (20, 250)) + np.linspace(0.0, 30.0, 20)[:, None]).tolist()
+    within, freedom = spread_within(rows)
+    assert within == pytest.approx(0.3, rel=0.03)
+    assert freedom == pytest.approx(0.62 * 20 * 249)
+    assert np.std(rows) > 5.0
+    assert math.isnan(spread_within([[1.0], []])[0])
+
+
+def test_the_freedom_of_a_mean_moving_range() -> None:
+    random = np.random.default_rng(7)
+    found = np.array([spread_within([random.normal(0.0, 1.0, 100).tolist()])[0] for _ in range(2000)])
+    # A standard deviation with ν degrees of freedom scatters by 1/√(2ν) of itself.
+    assert 1.0 / (2.0 * found.std() ** 2) == pytest.approx(spread_within([[0.0, 1.0] * 50])[1], rel=0.08)
+
+
+def test_a_drift_and_its_interval() -> None:
+    days = np.arange(20.0)
+    held, seen = [], 0
+    for seed in range(300):
+        noise = np.random.default_rng(seed).normal(0.0, 0.1, 20)
+        found = drift(86400.0 * days, 5.0 + 0.05 * days + noise)
+        held.append(found.slope_interval[0] <= 0.05 <= found.slope_interval[1])
+        seen += drift(86400.0 * days, 5.0 + noise).significant
+    assert 0.92 <= np.mean(held) <= 0.98
+    assert seen <= 30
+    assert found.significant
+    assert found.change == pytest.approx(19.0 * found.slope)
+
+
+@pytest.mark.parametrize("times", [[], [1.0, 2.0], [3.0, 3.0, 3.0]])
+def test_too_few_to_tell_a_drift(times: list[float]) -> None:
+    found = drift(times, [1.0] * len(times))
+    assert math.isnan(found.slope)
+    assert not found.significant

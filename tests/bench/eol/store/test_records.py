@@ -1,5 +1,4 @@
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -9,7 +8,6 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-import psycopg
 import pytest
 from sqlalchemy import text
 
@@ -21,7 +19,6 @@ from bench.eol.verdict import Verdict
 from bench.errors import InputError
 
 NOON = datetime(2026, 11, 21, 12, 0, 0, 123456, tzinfo=UTC)
-SERVER = os.environ.get("MOTORBENCH_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432/postgres")
 
 
 def record(number: int = 1, **changes: object) -> MotorRecord:
@@ -55,22 +52,6 @@ def record(number: int = 1, **changes: object) -> MotorRecord:
         waveforms={"waveforms/0001-oscilloscope.h5": "a" * 64},
     )
     return replace(made, **changes)
-
-
-@pytest.fixture
-def server() -> Iterator[str]:
-    """A PostgreSQL database of its own."""
-    name = f"motorbench_{uuid.uuid4().hex}"
-    with psycopg.connect(SERVER, autocommit=True) as connection:
-        connection.execute(f'CREATE DATABASE "{name}"')
-    yield SERVER.rpartition("/")[0] + f"/{name}"
-    with psycopg.connect(SERVER, autocommit=True) as connection:
-        connection.execute(f'DROP DATABASE "{name}" WITH (FORCE)')
-
-
-@pytest.fixture(params=["sqlite", "postgresql"])
-def reference(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    return str(tmp_path / "records.sqlite") if request.param == "sqlite" else str(request.getfixturevalue("server"))
 
 
 @pytest.fixture

@@ -1,0 +1,124 @@
+"""Which motors' records are meant: those of some batches, of one type, without the golden motors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import ColumnElement, Connection, Select, and_, func, not_, or_, select, true
+
+from bench.eol.store.schema import MOTOR
+from bench.eol.verdict import Verdict
+from bench.errors import InputError
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Chosen records: batches by name (the latest first), the type, how many motors got each verdict, how many passed at once.
+
+    `stretches` are the ranges of keys that hold them, `exact` tells that these hold nothing else. `golden` are serial numbers
+    of motors that are measured to watch the station; they count in nothing here.
+    """
+
+    batches: tuple[str, ...]
+    model: str
+    verdicts: dict[Verdict, int]
+    first_pass: int
+    stretches: tuple[tuple[int, int], ...]
+    exact: bool
+    everything: bool
+    golden: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """Return how many passages of motors were chosen."""
+        return sum(self.verdicts.values())
+
+    def holds(self, motor: ColumnElement[int], *, walk: bool = False) -> ColumnElement[bool]:
+        """Return the condition that a motor's key is of the selection; `walk` has the database go there by the key.
+
+        Without it the condition names a sum, which no index serves: the database then goes by what else is asked for.
+        """
+        conditions: list[ColumnElement[bool]] = []
+        key = motor + 0
+        if walk:
+            conditions.append(motor.between(self.stretches[0][0], self.stretches[-1][1]))
+        if not self.everything:
+            conditions.append(or_(*(key.between(first, last) for first, last in self.stretches)))
+            if not self.exact:
+                chosen = select(MOTOR.c.id).where(MOTOR.c.batch.in_(self.batches), MOTOR.c.model == self.model)
+                conditions.append(key.in_(chosen))
+        if self.golden:
+            conditions.append(not_(key.in_(golden_keys(self.golden))))
+        return and_(true(), *conditions)
+
+
+def golden_keys(serial_numbers: Sequence[str]) -> Select[int]:
+    """Return the query for the keys of golden motors' passages."""
+    return select(MOTOR.c.id).where(MOTOR.c.serial_number.in_(serial_numbers))
+
+
+def choose(connection: Connection, batches: Sequence[str], model: str = "", golden: Sequence[str] = ()) -> Selection:
+    """Return the records of batches, of all where none is named.
+
+    Raises InputError for a batch that has none, and where they are of several types and no `model` is named.
+    """
+    columns = (MOTOR.c.batch, MOTOR.c.model, MOTOR.c.verdict, MOTOR.c.first_pass)
+    query = select(*columns, func.count(), func.min(MOTOR.c.id), func.max(MOTOR.c.id)).group_by(*columns)
+    if batches:
+        query = query.where(MOTOR.c.batch.in_(batches))
+    rows = connection.execute(query).all()
+    missing = [name for name in batches if name not in {row.batch for row in rows}]
+    if missing or not rows:
+        raise InputError(_nothing(connection, missing))
+    models = sorted({row.model for row in rows})
+    if model and model not in models:
+        raise InputError(f"there are no records of the type {model!r}; there are: {', '.join(models)}")
+    if len(models) > 1 and not model:
+        raise InputError(f"the records are of several types: {', '.join(models)}; name batches of one, or --model TYPE")
+    chosen = [row for row in rows if row.model == (model or models[0])]
+    ranges = sorted(
+        (min(row[5] for row in chosen if row.batch == name), max(row[6] for row in chosen if row.batch == name), name)
+        for name in {row.batch for row in chosen}
+    )
+    stretches = _merged([(first, last) for first, last, _ in ranges])
+    total = sum(row[4] for row in chosen)
+    everything = not batches and len(models) == 1
+    verdicts = {verdict: sum(row[4] for row in chosen if row.verdict == verdict.value) for verdict in Verdict}
+    first_pass = sum(row[4] for row in chosen if row.first_pass and row.verdict == Verdict.PASS.value)
+    if golden:
+        names = [name for *_, name in ranges]
+        away = connection.execute(
+            select(MOTOR.c.verdict, MOTOR.c.first_pass, func.count())
+            .where(MOTOR.c.serial_number.in_(golden), MOTOR.c.batch.in_(names), MOTOR.c.model == chosen[0].model)
+            .group_by(MOTOR.c.verdict, MOTOR.c.first_pass)
+        ).all()
+        for row in away:
+            verdicts[Verdict(row[0])] -= row[2]
+            first_pass -= row[2] if row[1] and row[0] == Verdict.PASS.value else 0
+    return Selection(
+        batches=tuple(name for *_, name in sorted(ranges, key=lambda found: found[1], reverse=True)),
+        model=chosen[0].model,
+        verdicts=verdicts,
+        first_pass=first_pass,
+        stretches=tuple(stretches),
+        exact=sum(last - first + 1 for first, last in stretches) == total,
+        everything=everything,
+        golden=tuple(golden),
+    )
+
+
+def _merged(ranges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return ranges in order, those that touch or overlap made one."""
+    made: list[tuple[int, int]] = []
+    for first, last in ranges:
+        if made and first <= made[-1][1] + 1:
+            made[-1] = (made[-1][0], max(made[-1][1], last))
+        else:
+            made.append((first, last))
+    return made
+
+
+def _nothing(connection: Connection, missing: Sequence[str]) -> str:
+    named = list(connection.execute(select(MOTOR.c.batch).distinct().limit(20)).scalars())
+    if not named:
+        return "there are no records yet"
+    return f"there is no batch {', '.join(map(repr, missing))}; there are: {', '.join(sorted(named))}"

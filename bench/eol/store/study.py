@@ -1,0 +1,95 @@
+"""Single figures out of the database, for what needs them one by one: gauge studies and golden motors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection, select
+
+from bench.eol.store.records import utc
+from bench.eol.store.schema import FIGURE, MOTOR
+from bench.eol.store.selection import Selection
+from bench.errors import InputError
+
+#: A study is some dozens of motors; what has more is a batch.
+_MOST = 10_000
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """A crossed study of one parameter: `values` by appraiser, part (serial number) and trial, in `unit`."""
+
+    parameter: str
+    unit: str
+    appraisers: tuple[str, ...]
+    parts: tuple[str, ...]
+    values: NDArray[np.float64]
+
+
+def crossed(
+    connection: Connection, parameter: str, selection: Selection, appraiser: Literal["person", "socket"]
+) -> Crossed:
+    """Return the selection's figures as a crossed study: part = serial number, trial = repetition in the order kept.
+
+    Raises InputError where the study is not complete; it says which part and appraiser has how many.
+    """
+    query = (
+        select(MOTOR.c.serial_number, MOTOR.c[appraiser], FIGURE.c.value, FIGURE.c.unit)
+        .join(MOTOR, MOTOR.c.id == FIGURE.c.motor)
+        .where(FIGURE.c.parameter == parameter, selection.holds(FIGURE.c.motor))
+        .order_by(FIGURE.c.motor)
+        .limit(_MOST + 1)
+    )
+    rows = connection.execute(query).all()
+    if len(rows) > _MOST:
+        raise InputError(f"{parameter}: more than {_MOST} figures are no gauge study; name the batches of the study")
+    cells: dict[tuple[str, str], list[float | None]] = {}
+    for part, who, value, _ in rows:
+        cells.setdefault((who, part), []).append(value)
+    appraisers = sorted({who for who, _ in cells})
+    parts = sorted({part for _, part in cells})
+    trials = max((len(cell) for cell in cells.values()), default=0)
+    for who in appraisers:
+        for part in parts:
+            cell = cells.get((who, part), [])
+            if len(cell) != trials or None in cell:
+                raise InputError(
+                    f"{parameter}: {part} has {len([v for v in cell if v is not None])} figures by {appraiser} {who!r} and "
+                    f"others have {trials}; in a crossed study every {appraiser} measures every motor equally often"
+                )
+    if min(len(appraisers), len(parts), trials) < 2:
+        raise InputError(
+            f"{parameter}: a crossed study needs 2 {appraiser}s, 2 motors and 2 repetitions at least; the records have "
+            f"{len(appraisers)}, {len(parts)} and {trials}"
+        )
+    values = np.array([[cells[who, part] for part in parts] for who in appraisers], dtype=np.float64)
+    return Crossed(parameter, rows[0][3], tuple(appraisers), tuple(parts), values)
+
+
+def passages_of(
+    connection: Connection, parameter: str, serial_numbers: Sequence[str]
+) -> dict[str, list[tuple[datetime, float]]]:
+    """Return when (UTC) and with which value each of some motors was measured, by serial number, the earliest first.
+
+    Of very many passages the latest 10 000.
+    """
+    passages = connection.execute(
+        select(MOTOR.c.id, MOTOR.c.serial_number, MOTOR.c.started)
+        .where(MOTOR.c.serial_number.in_(serial_numbers))
+        .order_by(MOTOR.c.started.desc(), MOTOR.c.id.desc())
+        .limit(_MOST)
+    ).all()[::-1]
+    figures = select(FIGURE.c.motor, FIGURE.c.value).where(
+        FIGURE.c.parameter == parameter,
+        FIGURE.c.motor.in_([passage.id for passage in passages]),
+        FIGURE.c.value.is_not(None),
+    )
+    values = {row.motor: row.value for row in connection.execute(figures)}
+    found: dict[str, list[tuple[datetime, float]]] = {}
+    for key, serial, started in passages:
+        if key in values:
+            found.setdefault(serial, []).append((utc(started), values[key]))
+    return found

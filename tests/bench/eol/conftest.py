@@ -1,0 +1,92 @@
+"""Databases that end-of-line tests keep records in."""
+
+import math
+import os
+import uuid
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import psycopg
+import pytest
+from sqlalchemy import Engine
+
+from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.store.database import open_database
+from bench.eol.store.records import Records
+from bench.eol.verdict import Verdict
+
+SERVER = os.environ.get("MOTORBENCH_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432/postgres")
+NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
+
+
+@pytest.fixture
+def server() -> Iterator[str]:
+    """A PostgreSQL database of its own."""
+    name = f"motorbench_{uuid.uuid4().hex}"
+    with psycopg.connect(SERVER, autocommit=True) as connection:
+        connection.execute(f'CREATE DATABASE "{name}"')
+    yield SERVER.rpartition("/")[0] + f"/{name}"
+    with psycopg.connect(SERVER, autocommit=True) as connection:
+        connection.execute(f'DROP DATABASE "{name}" WITH (FORCE)')
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def reference(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    return str(tmp_path / "records.sqlite") if request.param == "sqlite" else str(request.getfixturevalue("server"))
+
+
+@pytest.fixture
+def engine(reference: str) -> Iterator[Engine]:
+    opened = open_database(reference)
+    yield opened
+    opened.dispose()
+
+
+@pytest.fixture
+def put(engine: Engine) -> Callable[..., None]:
+    """Keep one motor's record: figures by parameter, each with its limits."""
+    records = Records(engine)
+    kept = 0
+
+    def save(
+        batch: str = "B1",
+        model: str = "LG-400W",
+        serial: str = "",
+        limits: tuple[float, float] = (9.0, 11.0),
+        error: bool = False,
+        person: str = "Wang",
+        **values: float,
+    ) -> None:
+        nonlocal kept
+        kept += 1
+        low, high = limits
+        verdicts = {
+            name: Verdict.ERROR if math.isnan(v) else Verdict.PASS if low <= v <= high else Verdict.FAIL
+            for name, v in values.items()
+        }
+        verdict = Verdict.ERROR if error else Verdict.FAIL if Verdict.FAIL in verdicts.values() else Verdict.PASS
+        measured = tuple(Measured(n, v, "Ω", 0.01, 0.02, low, high, verdicts[n]) for n, v in values.items())
+        records.save(
+            MotorRecord(
+                identifier=f"{kept:036d}",
+                batch=batch,
+                number=kept,
+                plan="Pump",
+                plan_sha256="0" * 64,
+                station="S",
+                socket="1",
+                person=person,
+                model=model,
+                serial_number=serial or f"P-{kept:04d}",
+                started=NOON + timedelta(minutes=kept),
+                ended=NOON + timedelta(minutes=kept, seconds=3),
+                verdict=verdict,
+                first_pass=verdict is Verdict.PASS,
+                bench_time=1.0,
+                measured=measured,
+                checks=(CheckRecord("r", 1, verdict, 1.0), CheckRecord("r", 2, verdict, 1.0)),
+            )
+        )
+
+    return save

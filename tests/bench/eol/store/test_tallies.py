@@ -1,0 +1,148 @@
+"""What the database sums up, against the same figures summed up here."""
+
+import math
+from collections.abc import Callable
+from importlib import resources
+
+import numpy as np
+import pytest
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import Engine, create_engine, inspect
+
+from bench.eol.limits import Limits
+from bench.eol.store.database import database_url, open_database
+from bench.eol.store.selection import choose
+from bench.eol.store.tallies import (
+    Failures,
+    distribution,
+    failures_by_parameter,
+    failures_by_procedure,
+    latest,
+    parameters,
+    rows_of_neighbours,
+)
+from bench.eol.verdict import Verdict
+from bench.errors import InputError
+
+Put = Callable[..., None]
+
+
+def test_moments_and_histogram_are_those_of_the_figures(engine: Engine, put: Put) -> None:
+    random = np.random.default_rng(3)
+    values = [*random.normal(10.1, 0.4, 60).tolist(), 9.0, 11.0, -50.0, 80.0]
+    for value in values:
+        put(r=value, other=1.0)
+    with engine.connect() as connection:
+        found = distribution(connection, "r", choose(connection, ()))
+        neighbours = rows_of_neighbours(connection, "r", choose(connection, ()))
+    assert found is not None
+    assert (found.count, found.unit, found.limits) == (64, "Ω", Limits(9.0, 11.0))
+    assert found.mean == pytest.approx(np.mean(values), rel=1e-13)
+    assert found.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-12)
+    assert (found.least, found.most) == (-50.0, 80.0)
+    edges, counts = found.histogram.edges, found.histogram.counts
+    assert sum(counts) == 64
+    inside = [n for n, edge in enumerate(edges[:-1]) if 9.0 - 1e-9 <= edge < 11.0 - 1e-9]
+    assert sum(counts[n] for n in inside) == sum(9.0 <= value <= 11.0 for value in values)
+    assert neighbours == [values]
+
+
+def test_a_small_spread_about_a_large_mean_is_not_lost(engine: Engine, put: Put) -> None:
+    values = [1.0e9 + 0.001 * n for n in range(50)]
+    for value in values:
+        put(limits=(-math.inf, math.inf), r=value)
+    with engine.connect() as connection:
+        found = distribution(connection, "r", choose(connection, ()))
+    assert found is not None
+    assert found.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-6)
+    assert sum(found.histogram.counts) == 50
+
+
+def test_a_figure_that_is_none_counts_nowhere(engine: Engine, put: Put) -> None:
+    put(r=10.0)
+    put(r=math.nan, error=True)
+    with engine.connect() as connection:
+        selection = choose(connection, ())
+        found = distribution(connection, "r", selection)
+        assert found is not None
+        assert (found.count, sum(found.histogram.counts)) == (1, 1)
+        assert math.isnan(found.standard_deviation)
+        assert latest(connection, "r", selection, 5) == [("P-0001", 10.0)]
+        assert failures_by_parameter(connection, selection) == [Failures("r", 0, 1)]
+
+
+def test_only_the_batches_that_are_asked_for(engine: Engine, put: Put) -> None:
+    for n, batch in enumerate(["A", "B", "A", "B", "C", "C"]):
+        put(batch=batch, r=9.5 + 0.1 * n, s=20.0 if n < 2 else 10.0)
+    with engine.connect() as connection:
+        for batches, values in ((("A",), [9.5, 9.7]), (("B", "C"), [9.6, 9.8, 9.9, 10.0]), (("C",), [9.9, 10.0])):
+            selection = choose(connection, batches)
+            found = distribution(connection, "r", selection)
+            assert found is not None
+            assert selection.count == found.count == len(values)
+            assert found.mean == pytest.approx(np.mean(values))
+            assert [value for _, value in latest(connection, "r", selection, 9)] == values
+            assert [v for row in rows_of_neighbours(connection, "r", selection) for v in row] == values
+        assert failures_by_parameter(connection, choose(connection, ("A",))) == [Failures("s", 1, 0)]
+        assert failures_by_parameter(connection, choose(connection, ("C",))) == []
+        # Two attempts at one motor are one motor that failed.
+        assert failures_by_procedure(connection, choose(connection, ())) == [Failures("r", 2, 0)]
+        assert parameters(connection) == ["r", "s"]
+
+
+def test_golden_motors_count_in_nothing(engine: Engine, put: Put) -> None:
+    put(r=10.0)
+    put(serial="GOLD", r=8.0)
+    put(r=10.2)
+    with engine.connect() as connection:
+        selection = choose(connection, (), golden=("GOLD",))
+        found = distribution(connection, "r", selection)
+        assert found is not None
+        assert (selection.count, selection.first_pass, selection.verdicts[Verdict.FAIL]) == (2, 2, 0)
+        assert (found.count, found.least) == (2, 10.0)
+        assert failures_by_parameter(connection, selection) == []
+
+
+def test_types_are_not_mixed(engine: Engine, put: Put) -> None:
+    put(batch="A", model="big", r=10.0)
+    put(batch="A", model="small", r=1.0)
+    with engine.connect() as connection:
+        with pytest.raises(InputError, match=r"several types: big, small; .*--model"):
+            choose(connection, ())
+        found = distribution(connection, "r", choose(connection, (), "small"))
+        assert found is not None
+        assert (found.count, found.mean) == (1, 1.0)
+        with pytest.raises(InputError, match="there are: big, small"):
+            choose(connection, (), "huge")
+        with pytest.raises(InputError, match="no batch 'Z'; there are: A"):
+            choose(connection, ("Z",))
+
+
+def test_limits_that_changed_are_noticed(engine: Engine, put: Put) -> None:
+    put(limits=(8.0, 12.0), r=10.0)
+    put(limits=(9.0, 11.0), r=10.0)
+    with engine.connect() as connection:
+        found = distribution(connection, "r", choose(connection, ()))
+    assert found is not None
+    assert (found.limits, found.changed) == (Limits(9.0, 11.0), True)
+
+
+def test_nothing_there(engine: Engine) -> None:
+    with engine.connect() as connection, pytest.raises(InputError, match="there are no records yet"):
+        choose(connection, ())
+
+
+def test_a_database_of_the_first_version_is_brought_up(reference: str) -> None:
+    url = database_url(reference)
+    config = Config()
+    config.set_main_option("script_location", str(resources.files("bench.eol.store") / "migrations"))
+    old = create_engine(url)
+    with old.begin() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0001")
+    assert "figure_by_value" not in {index["name"] for index in inspect(old).get_indexes("figure")}
+    old.dispose()
+    new = open_database(reference)
+    assert "figure_by_value" in {index["name"] for index in inspect(new).get_indexes("figure")}
+    new.dispose()

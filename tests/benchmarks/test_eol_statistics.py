@@ -1,0 +1,55 @@
+"""Statistics over a million motors: `pytest tests/benchmarks/test_eol_statistics.py --benchmark-enable -n 0` (filling takes minutes)."""
+
+import os
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+
+import psycopg
+import pytest
+
+from bench.eol.line_statistics import Wanted, line_statistics
+from bench.eol.store.database import open_database
+from tests.benchmarks.line_records import PARAMETERS, fill
+
+MOTORS = 1_000_000
+SERVER = os.environ.get("MOTORBENCH_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432/postgres")
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    name = f"motorbench_{uuid.uuid4().hex}"
+    with psycopg.connect(SERVER, autocommit=True) as connection:
+        connection.execute(f'CREATE DATABASE "{name}"')
+    yield SERVER.rpartition("/")[0] + f"/{name}"
+    with psycopg.connect(SERVER, autocommit=True) as connection:
+        connection.execute(f'DROP DATABASE "{name}" WITH (FORCE)')
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def filled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A database with the records; a few where nothing is timed, for the test itself."""
+    reference = (
+        str(Path(tmp_path_factory.mktemp("records")) / "records.sqlite")
+        if request.param == "sqlite"
+        else str(request.getfixturevalue("server"))
+    )
+    fill(reference, _motors(request.config))
+    return reference
+
+
+def _motors(config: pytest.Config) -> int:
+    return MOTORS if config.getoption("benchmark_enable") else 2_000
+
+
+@pytest.mark.parametrize("golden", [(), ("P-00000100", "P-00000200")], ids=["all", "without golden motors"])
+def test_every_parameter(benchmark, filled: str, golden: tuple[str, ...], request: pytest.FixtureRequest) -> None:
+    engine = open_database(filled)
+    found = benchmark.pedantic(line_statistics, (engine, Wanted(golden=golden)), rounds=3)
+    engine.dispose()
+    count = _motors(request.config) - len(golden)
+    benchmark.extra_info["motors"] = count
+    assert found.selection.count == count
+    assert {name: each.distribution.count for name, each in found.parameters.items()} == dict.fromkeys(
+        (name for name, *_ in PARAMETERS), count
+    )
