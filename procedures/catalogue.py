@@ -9,6 +9,7 @@ from procedures.dq_inductance_aligned import DqInductanceAligned
 from procedures.dq_inductance_extremes import DqInductanceExtremes
 from procedures.dq_inductance_time_constant import DqInductanceTimeConstant
 from procedures.equivalent_resistance import EquivalentResistance
+from procedures.hall_sensors import HallSensors
 from procedures.inertia import Inertia
 from procedures.insulation_resistance import InsulationResistance
 from procedures.nameplate_data import NameplateData
@@ -39,6 +40,7 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     WindingBalance,
     PhaseOrder,
     BackEmfShape,
+    HallSensors,
     InsulationResistance,
 )
 

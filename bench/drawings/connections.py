@@ -6,7 +6,15 @@ from bench.drawings.canvas import INK, Canvas
 from bench.drawings.colours import css_colour
 from bench.drawings.instrument_symbols import SOCKET_X, draw_instruments, draw_lower
 from bench.drawings.layout import Layout
-from bench.drawings.motor_symbol import TERMINAL_X, TERMINAL_Y, draw_motor, draw_remark, node_place
+from bench.drawings.motor_symbol import (
+    HALL_Y,
+    TERMINAL_X,
+    TERMINAL_Y,
+    draw_hall_connector,
+    draw_motor,
+    draw_remark,
+    node_place,
+)
 from procedures.actions import (
     Connect,
     ConnectProbes,
@@ -52,6 +60,8 @@ def draw_connections(layout: Layout, nameplate: Nameplate, translate: Translate 
         else:
             _wire(canvas, sockets[socket], terminal, colour, translate)
     draw_motor(canvas, nameplate.connection, name=nameplate.name)
+    if any(node in HALL_Y for node in _nodes(layout)):
+        draw_hall_connector(canvas, text("Hall sensors").render(translate))
     _probes(canvas, layout.probes, translate)
     if layout.voltmeter is not None:
         _voltmeter(canvas, layout.voltmeter, translate)
@@ -113,10 +123,13 @@ def _shorted_leads(canvas: Canvas, sockets: dict[Socket, float], translate: Tran
 
 
 def _uses_star(layout: Layout) -> bool:
-    return any(
-        isinstance(probe, VoltageProbe) and Node.ARTIFICIAL_STAR in (probe.positive, probe.negative)
-        for probe in layout.probes
-    )
+    return Node.ARTIFICIAL_STAR in _nodes(layout)
+
+
+def _nodes(layout: Layout) -> set[Node]:
+    """Return the nodes that voltage probes touch."""
+    voltages = [probe for probe in layout.probes if isinstance(probe, VoltageProbe)]
+    return {node for probe in voltages for node in (probe.positive, probe.negative)}
 
 
 def _artificial_star(canvas: Canvas, translate: Translate) -> None:
@@ -146,6 +159,11 @@ def _probes(canvas: Canvas, probes: Sequence[VoltageProbe | CurrentProbe], trans
             continue
         for node, dashed in ((probe.positive, False), (probe.negative, True)):
             end_x, end_y = _place(node)
+            if node in HALL_Y:
+                _to_pin(
+                    canvas, (x + (5.0 if dashed else -5.0), y - 13.0), (end_x, end_y), number, colour, dashed=dashed
+                )
+                continue
             # Each channel arrives from an angle of its own, its reference a little beside its tip.
             aside = 6.0 * number + (3.0 if dashed else 0.0)
             reach = 20.0 if node in (Node.A, Node.B, Node.C) else 7.0
@@ -157,6 +175,26 @@ def _probes(canvas: Canvas, probes: Sequence[VoltageProbe | CurrentProbe], trans
                 dashed=dashed,
             )
     canvas.text(290.0, 424.0, text("solid: tip, dashed: reference").render(translate), anchor="end", size=13)
+
+
+def _to_pin(
+    canvas: Canvas,
+    start: tuple[float, float],
+    pin: tuple[float, float],
+    number: int,
+    colour: str,
+    *,
+    dashed: bool,
+) -> None:
+    """Draw a lead over the oscilloscope's edge and from the left to a connector's pin, each channel's at a height of its own."""
+    x, y, aside = *start, 8.0 * number
+    canvas.line(
+        f"M {x:g} {y:g} C {x:g} {y - 45 + aside:g} {x + 20:g} {y - 45 + aside:g} {x + 45:g} {y - 45 + aside:g} "
+        f"S {pin[0] - 70 + aside:g} {pin[1]:g} {pin[0] - 12:g} {pin[1]:g}",
+        width=3,
+        colour=colour,
+        dashed=dashed,
+    )
 
 
 def _current_probe(canvas: Canvas, probe: CurrentProbe, x: float, y: float, colour: str) -> None:

@@ -1,4 +1,4 @@
-"""The motor as it is drawn: three terminals, and the windings behind them in star or delta."""
+"""The motor as it is drawn: three terminals, the windings behind them in star or delta, and the Hall sensors' connector."""
 
 import math
 
@@ -10,6 +10,10 @@ from procedures.nameplate import Connection
 TERMINAL_X = 520.0
 TERMINAL_Y = {Terminal.A: 100.0, Terminal.B: 205.0, Terminal.C: 310.0}
 _CENTRE = (665.0, 205.0)
+#: Pins of the Hall sensors' connector, from above: where they stand.
+HALL_X = 612.0
+HALL_Y = {Node.HALL_1: 427.0, Node.HALL_2: 452.0, Node.HALL_3: 477.0, Node.HALL_GROUND: 502.0}
+_HALL_WIDTH = 150.0
 _BODY = 122.0
 _REACH = 74.0
 _BUMPS = 4
@@ -28,6 +32,8 @@ def node_place(node: Node) -> tuple[float, float] | None:
     """Return where a probe touches a node of the motor; None for one that is no part of it."""
     if node is Node.STAR_POINT:
         return _CENTRE
+    if node in HALL_Y:
+        return HALL_X, HALL_Y[node]
     if node.value not in [terminal.value for terminal in Terminal]:
         return None
     return TERMINAL_X, TERMINAL_Y[Terminal(node.value)]
@@ -50,6 +56,16 @@ def draw_motor(canvas: Canvas, connection: Connection, *, name: str) -> None:
         canvas.circle(TERMINAL_X, y, 17)
         canvas.text(TERMINAL_X, y, terminal.value, size=20, bold=True)
     canvas.text(_CENTRE[0], _CENTRE[1] + _BODY + 22, name, bold=True)
+
+
+def draw_hall_connector(canvas: Canvas, name: str) -> None:
+    """Draw the Hall sensors' connector below the motor, with its name."""
+    heights = list(HALL_Y.values())
+    canvas.box(HALL_X, heights[0] - 15.0, _HALL_WIDTH, heights[-1] - heights[0] + 30.0, fill=FAINT)
+    canvas.text(HALL_X + 0.5 * _HALL_WIDTH + 10.0, 0.5 * (heights[0] + heights[-1]), name, size=15, bold=True)
+    for node, y in HALL_Y.items():
+        canvas.circle(HALL_X, y, 12)
+        canvas.text(HALL_X, y, node.value, size=12, bold=True)
 
 
 def draw_remark(canvas: Canvas, row: int, words: str) -> None:

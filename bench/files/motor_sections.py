@@ -114,6 +114,10 @@ class ExpectedSection(Section):
     back_emf_unbalance: float | None = number("%", None, at_least=0.0, up_to=200.0)
     back_emf_angle_deviation: float | None = number("deg", None, at_least=0.0, up_to=180.0, description="electrical")
     insulation_resistance: float | None = number("ohm", None, above=0.0, description="winding to frame")
+    hall_faults: float | None = number("", None, at_least=0.0, up_to=3.0)
+    hall_offset: float | None = number("deg", None, at_least=-180.0, up_to=180.0, description="electrical")
+    hall_spacing_deviation: float | None = number("deg", None, at_least=0.0, up_to=180.0, description="electrical")
+    hall_duty_deviation: float | None = number("%", None, at_least=0.0, up_to=50.0, description="of a turn")
     back_emf_thd: float | None = number("%", None, at_least=0.0, up_to=1000.0)
 
     def values(self) -> dict[str, float]:

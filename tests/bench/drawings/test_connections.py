@@ -120,3 +120,23 @@ def test_nothing_leaves_the_picture() -> None:
         for element in parsed(draw_connections(layout, WYE)).iter():
             for key, largest in (("x", 820.0), ("cx", 820.0), ("y", 520.0), ("cy", 520.0)):
                 assert 0.0 <= float(element.get(key, 0.0)) <= largest
+
+
+def test_hall_sensors_have_a_connector_of_their_own_when_they_are_probed():
+    probes = ConnectProbes(
+        (
+            VoltageProbe(1, Node.A, Node.C),
+            VoltageProbe(2, Node.HALL_1, Node.HALL_GROUND),
+            VoltageProbe(3, Node.HALL_3, Node.HALL_GROUND),
+        )
+    )
+    svg = draw_connections(layout_after([Connect({}), probes]), WYE)
+    for pin in ("H1", "H2", "H3", "H0", "Hall sensors"):
+        assert words(svg).count(pin) == 1
+    without = draw_connections(layout_after([Connect({}), STAR_PROBES]), WYE)
+    assert "Hall sensors" not in words(without)
+    # A tip and a reference each, ending at their pins and nowhere beside them.
+    ends = [element.get("d", "").split()[-2:] for element in parsed(svg).iter(f"{SVG}path")]
+    assert ends.count(["600", "427"]) == 1
+    assert ends.count(["600", "477"]) == 1
+    assert ends.count(["600", "502"]) == 2
