@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
+from bench.commands.eol import app as end_of_line
 from bench.errors import InputError, UsageError
 
 #: Exit statuses: something failed; the command line was wrong.
@@ -57,6 +58,7 @@ def make_app() -> App:
     user = App(name="user", help="People who may open the panel from a network.", default_parameter=lists)
     user.command("bench.commands.user:add", name="add", help="Add a person, or change role and password.")
     app.command(user)
+    app.command(end_of_line())
     return app
 
 

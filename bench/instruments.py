@@ -1,6 +1,6 @@
 """A station's instruments: each opened when first needed, limited by the motor, recorded, and closed on its own."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -86,13 +86,16 @@ class StationInstruments:
         """Return those that are open, with nothing in front: on the way down no reading may be refused."""
         return dict(self._opened)
 
-    def close(self) -> Sequence[str]:
-        """Close them all, each on its own, and the VISA library; return what went wrong."""
+    def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
+        """Close those of some roles, or all and the VISA library, each on its own; return what went wrong.
+
+        What is closed opens again at its next use.
+        """
         faults = []
-        for role, instrument in self._opened.items():
-            faults += _attempt(role.value, instrument.close)
-        self._opened = {}
-        if self._visa is not None:
+        for role in list(self._opened) if roles is None else sorted(roles, key=lambda role: role.value):
+            if role in self._opened:
+                faults += _attempt(role.value, self._opened.pop(role).close)
+        if roles is None and self._visa is not None:
             faults += _attempt("VISA library", self._visa.close)
             self._visa = None
         return faults

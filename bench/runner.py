@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any, Protocol
 
+from bench.attempt import After, Attempt, Next, stop_at_failure
 from bench.plan import Planned
 from bench.record.errors import RecordError
 from bench.record.journal import Journal
@@ -14,6 +15,7 @@ from bench.record.stored_result import store, store_notice
 from bench.safety.guardian_link import Guard, Unguarded
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.way_down import WayDown, failures
+from bench.sharing import Alone, Sharing
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
 from procedures.consistency import check_consistency
@@ -35,8 +37,8 @@ class Instruments(Protocol):
     def opened(self) -> Mapping[Role, Instrument]:
         """Return those that are open, without anything in front of them."""
 
-    def close(self) -> Sequence[str]:
-        """Close all, each on its own; return what went wrong."""
+    def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
+        """Close all, or those of these roles, each on its own; return what went wrong."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class Runner:
     way_down: WayDown = field(default_factory=WayDown)
     interrupts: Interrupts = field(default_factory=Interrupts)
     guard: Guard = field(default_factory=Unguarded)
+    sharing: Sharing = field(default_factory=Alone)
 
     def run(
         self,
@@ -60,7 +63,7 @@ class Runner:
         begin: str,
         about: Mapping[str, Any],
         *,
-        go_on: bool = False,
+        after: After = stop_at_failure,
         repeat: Collection[str] = (),
         warnings: Sequence[Notice] = (),
         unsafe_before: bool = False,
@@ -68,7 +71,7 @@ class Runner:
         """Run what is not finished yet and return the view; never raises for what happens on the bench.
 
         `begin` is the first event's kind and `about` its data; `warnings` hold for the whole run. The status is `completed`,
-        `failed` or `aborted`. `go_on` has the next procedure run where one failed. What is named in `repeat` runs
+        `failed` or `aborted`. `after` says what follows each attempt at a procedure. What is named in `repeat` runs
         although it is finished; its new result takes the place of the old one, which stays in the journal.
         `unsafe_before` says that an earlier session may have left something on: it is switched off before all else.
         """
@@ -85,14 +88,17 @@ class Runner:
                 if unsafe_before:
                     self._secure(left)
                 for planned in left:
-                    self._foresee(bench, planned)
+                    if not self._shares(planned):
+                        self._foresee(bench, planned)
                 for planned in left:
-                    cause = self._procedure(bench, planned)
-                    if cause:
+                    attempt = self._procedure(bench, planned)
+                    while (follows := after(attempt)) is Next.AGAIN:
+                        attempt = self._procedure(bench, planned)
+                    if attempt.error is not None:
                         status = "failed"
-                        causes.append(f"{planned.name}: {cause}")
-                        if not go_on:
-                            break
+                        causes.append(f"{planned.name}: {attempt.cause}")
+                    if follows is Next.STOP:
+                        break
                 self._check_consistency()
             except (Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
@@ -136,8 +142,8 @@ class Runner:
         alarms = check_consistency(self.view.parameters(), findings, self.nameplate)
         self.journal.event("consistency_checked", warnings=[store_notice(alarm) for alarm in alarms])
 
-    def _procedure(self, bench: Bench, planned: Planned) -> str:
-        """Run one; return why it failed, or nothing."""
+    def _procedure(self, bench: Bench, planned: Planned) -> Attempt:
+        """Make one attempt."""
         procedure = planned.procedure(bench, self.nameplate, planned.settings, self.view.parameters().parameters)
         values = procedure.step_values()
         self.journal.event(
@@ -148,7 +154,13 @@ class Runner:
             values={name: value for name, value in values.items() if isinstance(value, int | float | str)},
             steps={step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()},
         )
+        started, shared = self.clock.now(), self._shares(planned)
         try:
+            if shared:
+                waited = self.sharing.acquire(shared, planned.name)
+                started += waited
+                self.journal.event("lease", instruments=sorted(role.value for role in shared), waited=waited)
+                self._foresee(bench, planned)
             for role in sorted(planned.procedure.roles, key=lambda role: role.value):
                 self.instruments.open(role)
             result = procedure.run()
@@ -159,10 +171,23 @@ class Runner:
                 "procedure_failed", procedure=planned.name, cause=cause, trace=traceback.format_exception(error)
             )
             if not isinstance(error, Exception) or isinstance(error, RecordError):
+                # What is shared stays so until the way down has been walked.
                 raise
             self._walk()
-            return cause
-        return ""
+            self._give_back(shared)
+            return Attempt(planned, started, self.clock.now(), error=error, cause=cause)
+        ended = self.clock.now()
+        self._give_back(shared)
+        return Attempt(planned, started, ended, result)
+
+    def _shares(self, planned: Planned) -> frozenset[Role]:
+        return planned.procedure.roles & self.sharing.roles
+
+    def _give_back(self, shared: Collection[Role]) -> None:
+        if shared:
+            faults = self.instruments.close(shared)
+            self.sharing.release()
+            self.journal.event("lease_ended", faults=list(faults))
 
     def _down(self, causes: Sequence[str]) -> list[str]:
         self.guard.going_down()
@@ -174,6 +199,7 @@ class Runner:
             pass
         unsafe = self._walk()
         unsafe += self.instruments.close()
+        self.sharing.release()
         return [*unsafe, *self.guard.dismiss(journal_lost=self.journal.failure is not None)]
 
     def _walk(self) -> list[str]:

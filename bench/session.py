@@ -8,6 +8,7 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.attempt import After, never_stop, stop_at_failure
 from bench.clock import wall_date
 from bench.fault_hooks import StepTeller, recording
 from bench.files.motor_file import MotorFile
@@ -18,6 +19,7 @@ from bench.progress import Progress
 from bench.record.disk import Reserve
 from bench.record.journal import Journal, Listener
 from bench.record.journal_file import JournalFile
+from bench.record.recording import WaveformSink
 from bench.record.run_folder import RunFolder, new_run_folder
 from bench.record.run_result import conclude
 from bench.record.run_view import RunView, view_of
@@ -31,6 +33,9 @@ from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
 from bench.software import software
 from bench.surroundings import Place, place
+from bench.virtual_station import VIRTUAL
+from procedures.result import Notice
+from procedures.text import Translate
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -61,16 +66,39 @@ class Wishes:
 
 
 @dataclass(frozen=True)
+class How:
+    """What a line does otherwise than a single run.
+
+    `folder` is made already; `versions` are known already; `waveforms` gives where samples go, for their folder; `lifelines` are
+    file descriptors that a guardian keeps open for as long as it lives; `about` is told at the
+    run's beginning besides; `concluded` writes and gives the result.
+    """
+
+    after: After = stop_at_failure
+    warnings: Sequence[Notice] = ()
+    listeners: Sequence[Listener] = ()
+    folder: RunFolder | None = None
+    versions: Mapping[str, str] = field(default_factory=dict)
+    waveforms: Callable[[Path], WaveformSink] = WaveformFolder
+    lifelines: Sequence[int] = ()
+    reserve: bool = True
+    about: Mapping[str, Any] = field(default_factory=dict)
+    concluded: Callable[[RunFolder, RunView, Translate], dict[str, Any]] = conclude
+
+
+@dataclass(frozen=True)
 class Finished:
     """A run that has ended: its folder, what it came to, that as JSON, and the bench time (s) that hands needed.
 
-    `left` is what was really so on a virtual bench after the way down, empty for a real one.
+    `journal_sha256` is the hash of the journal's last event. `left` is what was really so on a virtual bench after the
+    way down, empty for a real one.
     """
 
     folder: RunFolder
     view: RunView
     result: dict[str, Any]
     hand_time: float
+    journal_sha256: str = ""
     left: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -85,30 +113,43 @@ def run(
 
     Raises InputError before anything is touched.
     """
-    _quieten_libraries()
+    quieten_libraries()
     plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
     translate = translator(wishes.language)
     interrupts = Interrupts()
-    with (
-        place(
-            wishes.station,
-            wishes.motor,
-            wishes.operator,
-            answers=wishes.answers,
-            seed=wishes.seed,
-            console=console,
-            language=wishes.language,
-            interrupts=interrupts,
-            faults=wishes.faults,
-        ) as where,
-        ExitStack() as leaving,
-    ):
+    with place(
+        wishes.station,
+        wishes.motor,
+        wishes.operator,
+        answers=wishes.answers,
+        seed=wishes.seed,
+        console=console,
+        language=wishes.language,
+        interrupts=interrupts,
+        faults=wishes.faults,
+    ) as where:
         if list(wishes.procedures) == ["all"]:
             plan = possible(plan, where.station, console, translate)
         check_roles(plan, where.station)
         used = {role for planned in plan for role in planned.procedure.roles} | where.operators_roles
-        overdue = where.station.check_calibrations(today(), used)
-        versions = software()
+        live = wishes.station == VIRTUAL or wishes.operator == "answers"
+        how = How(
+            after=never_stop if wishes.go_on else stop_at_failure,
+            warnings=where.station.check_calibrations(today(), used),
+            listeners=(*listeners, Progress(console, [planned.name for planned in plan], live=live).hear),
+        )
+        return carry_out(wishes, plan, where, interrupts, how)
+
+
+def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts: Interrupts, how: How) -> Finished:
+    """Run a plan at a place, with journal, guardian and way down; `where` has every instrument that the plan needs.
+
+    Raises InputError before anything is touched.
+    """
+    translate = translator(wishes.language)
+    with ExitStack() as leaving:
+        used = {role for planned in plan for role in planned.procedure.roles} | where.operators_roles
+        versions = how.versions or software()
         previous, view = None, RunView()
         if wishes.resume:
             previous, began = begun(wishes.resume)
@@ -116,26 +157,34 @@ def run(
             view = view_of(previous.events)
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
         interlocks = leaving.enter_context(interlocks_ready(where.station.interlocks, where.station.source))
-        folder = wishes.resume or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
+        folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
-        where, guard = leaving.enter_context(guarded(where, used, folder.path, interrupts, wanted=wishes.guardian))
-        journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=Reserve(folder.reserve))
+        where, guard = leaving.enter_context(
+            guarded(
+                where,
+                used - where.sharing.roles,
+                folder.path,
+                interrupts,
+                wanted=wishes.guardian,
+                lifelines=how.lifelines,
+            )
+        )
+        reserve = Reserve(folder.reserve) if how.reserve else None
+        journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=reserve)
         journal.listen(view.apply)
-        for listener in listeners:
-            journal.listen(listener)
         journal.listen(guard.hear)
         journal.listen(interrupts.hear)
         journal.listen(where.operator_hears)
-        live = wishes.station == "virtual" or wishes.operator == "answers"
         where.listen_to_faults(recording(journal))
         journal.listen(StepTeller(where.step_started).hear)
-        journal.listen(Progress(console, [planned.name for planned in plan], live=live).hear)
+        for listener in how.listeners:
+            journal.listen(listener)
         instruments = StationInstruments(
             where.station,
             wishes.motor.nameplate,
             where.clock,
             journal,
-            WaveformFolder(folder.waveforms),
+            how.waveforms(folder.waveforms),
             where.visa,
             where.prompts,
             in_process=where.in_process,
@@ -154,8 +203,9 @@ def run(
             where.station.way_down,
             interrupts,
             guard,
+            where.sharing,
         )
-        about = _about(wishes, plan, where, folder, versions)
+        about = _about(wishes, plan, where, folder, versions) | dict(how.about)
         if previous:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
@@ -164,15 +214,22 @@ def run(
             plan,
             "run_resumed" if previous else "run_started",
             about,
-            go_on=wishes.go_on,
+            after=how.after,
             repeat=wishes.repeat,
-            warnings=overdue,
+            warnings=how.warnings,
             unsafe_before=previous is not None and left_unsafe(previous.events),
         )
-        return Finished(folder, view, conclude(folder, view, translate), where.hand_time(), where.really())
+        return Finished(
+            folder,
+            view,
+            how.concluded(folder, view, translate),
+            where.hand_time(),
+            journal.last_hash,
+            where.really(),
+        )
 
 
-def _quieten_libraries() -> None:
+def quieten_libraries() -> None:
     """Have libraries' logs go where somebody has set them up to go, and not between the lines of the run.
 
     What they complain of is in the errors that the drivers raise.

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from bench.files.station import Station, load_station
 from bench.instruments import Prompts, system_visa
 from bench.language import catalogue, translator
 from bench.safety.interrupts import Interrupts
+from bench.sharing import Alone, Sharing
 from bench.truth import truth_of
 from bench.virtual_station import VIRTUAL
 from drivers import registry
@@ -40,7 +41,8 @@ class Place:
 
     `announce` says in the run's folder how its operator is reached, where that is needed. `in_process` opens the
     instruments of a bench in this process. A virtual bench is told by `step_started` which step begins, and asked by `really`
-    what is really so; `listen_to_faults` has one told of the faults that begin and mend there.
+    what is really so; `listen_to_faults` has one told of the faults that begin and mend there. `sharing` is the way to what other
+    sockets use too.
     An operator that works with instruments of the station uses those in `operators_roles`, is given them by `equip`, and
     hears the journal by `operator_hears`.
     """
@@ -60,6 +62,7 @@ class Place:
     operators_roles: frozenset[Role] = frozenset()
     equip: Callable[[Mapping[Role, Instrument]], None] = _nothing_taken
     operator_hears: Callable[[str, Mapping[str, Any]], None] = lambda _kind, _data: None
+    sharing: Sharing = field(default_factory=Alone)
 
 
 @contextmanager
@@ -90,7 +93,34 @@ def place(
         with _virtual(motor, seed, faults) as made, _watched(made, operator, interrupts) as watched:
             yield watched
         return
-    read = load_station(Path(station))
+    with place_at(
+        load_station(Path(station)),
+        motor,
+        operator,
+        answers=answers,
+        seed=seed,
+        console=console,
+        language=language,
+        interrupts=interrupts,
+        faults=faults,
+    ) as made:
+        yield made
+
+
+@contextmanager
+def place_at(
+    read: Station,
+    motor: MotorFile,
+    operator: str,
+    *,
+    answers: Path | None,
+    seed: int,
+    console: "Console",
+    language: str,
+    interrupts: Interrupts,
+    faults: "Sequence[GivenFault]" = (),
+) -> Iterator[Place]:
+    """Give the surroundings for a run at a station that was read; otherwise as `place`."""
     if operator == "fixture" and read.control:
         with _served(read, seed, faults) as made:
             yield _with_fixture(made, lambda: float(made.really()["winding_temperature"]))

@@ -67,6 +67,13 @@ def virtual_station(addresses: Mapping[str, Address]) -> Station:
     return make_station(describe(addresses), VIRTUAL, fixed.encode())
 
 
+def virtual_roles() -> frozenset[str]:
+    """Return the roles that a virtual bench without a six-step drive has."""
+    from sim_instruments.bench import ROLES
+
+    return frozenset(ROLES)
+
+
 def as_text(address: Address) -> str:
     """Return an address as a station file has it."""
     if isinstance(address, str):

@@ -6,7 +6,7 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,7 +17,12 @@ from bench.errors import InputError
 from bench.files.toml_file import Section, nearest, read, validate
 
 OnFailure = Literal["stop", "go_on", "retry"]
+KeepWaveforms = Literal["all", "failed", "none"]
 _MOST_RETRIES = 10
+
+
+def _per_cent() -> Any:
+    return Field(default=0.0, ge=0.0, le=20.0, strict=True, json_schema_extra={"unit": "%"})
 
 
 class _Plan(Section):
@@ -37,6 +42,7 @@ class _Plan(Section):
     on_failure: OnFailure = Field(default="stop", description="stop, go_on or retry")
     retries: int = Field(default=1, ge=1, le=_MOST_RETRIES, strict=True, description="how often, where retry is chosen")
     order: Literal["listed", "time over failure rate"] = "listed"
+    keep_waveforms: KeepWaveforms = Field(default="all", description="of which motors: all, failed or none")
 
     @field_validator("serial_pattern")
     @classmethod
@@ -59,6 +65,7 @@ class _Procedure(Section):
     every: int = Field(default=1, ge=1, le=1_000_000, strict=True, description="measured of every n-th motor")
     on_failure: OnFailure | None = Field(default=None, description="instead of the plan's")
     retries: int | None = Field(default=None, ge=1, le=_MOST_RETRIES, strict=True)
+    after: list[str] = Field(default_factory=list, description="procedures that come before, whatever the order")
 
 
 class _Limit(Section):
@@ -82,6 +89,29 @@ class _Limit(Section):
         return self
 
 
+class SpreadSection(Section):
+    """`[virtual]`: how the virtual motors of a batch differ: standard deviations in per cent, and the share with a defect."""
+
+    resistance: float = _per_cent()
+    inductance: float = _per_cent()
+    flux: float = _per_cent()
+    inertia: float = _per_cent()
+    friction: float = _per_cent()
+    serial: str = Field(default="V{number:06d}", description="serial numbers of motors that are only counted")
+    defects: float = Field(default=0.0, ge=0.0, le=1.0, strict=True, description="share of motors with a defect")
+
+    @field_validator("serial")
+    @classmethod
+    def _numbered(cls, pattern: str) -> str:
+        try:
+            differs = pattern.format(number=1) != pattern.format(number=2)
+        except (ValueError, LookupError, AttributeError):
+            differs = False
+        if not differs:
+            raise ValueError(f'serial = {pattern!r}: put the number in by {{number}}, like "V{{number:06d}}"')
+        return pattern
+
+
 class PlanFile(Section):
     """A plan's whole file."""
 
@@ -89,6 +119,7 @@ class PlanFile(Section):
     procedure: list[_Procedure] = Field(min_length=1, description="at least one")
     limit: list[_Limit] = Field(default_factory=list)
     golden: dict[str, float] = Field(default_factory=dict, description="figures of a golden motor by parameter")
+    virtual: SpreadSection = Field(default_factory=SpreadSection)
 
     @model_validator(mode="after")
     def _consistent(self) -> "PlanFile":
@@ -99,6 +130,11 @@ class PlanFile(Section):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(f"{what} {twice[0]} stands twice")
+        names = [procedure.name for procedure in self.procedure]
+        for place, procedure in enumerate(self.procedure):
+            for before in procedure.after:
+                if before not in names[:place]:
+                    raise ValueError(f"procedure {procedure.name}: after {before!r}: it is not listed before it")
         for limit in self.limit:
             if limit.of == "golden" and limit.percent is not None and limit.parameter not in self.golden:
                 raise ValueError(f"limit on {limit.parameter}: golden.{limit.parameter} is missing")
@@ -114,6 +150,7 @@ class Check:
     every: int
     on_failure: OnFailure
     retries: int
+    after: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -132,6 +169,13 @@ class Plan:
     checks: tuple[Check, ...]
     relative: Mapping[str, float]
     absolute: Mapping[str, Limits]
+    keep_waveforms: KeepWaveforms = "all"
+    spread: SpreadSection = field(default_factory=SpreadSection)
+
+    @property
+    def limited(self) -> frozenset[str]:
+        """The parameters with limits."""
+        return frozenset(self.absolute) | frozenset(self.relative)
 
     def limits(self, expected: Mapping[str, float]) -> dict[str, Limits]:
         """Return all limits, per cent taken of the type's `expected` values. Raises InputError where one is missing."""
@@ -184,13 +228,17 @@ def load_plan(path: Path, procedures: Sequence[str]) -> Plan:
         minimum_ratio=plan.minimum_ratio,
         order=plan.order,
         checks=tuple(
-            Check(p.name, p.settings, p.every, p.on_failure or plan.on_failure, p.retries or plan.retries)
+            Check(
+                p.name, p.settings, p.every, p.on_failure or plan.on_failure, p.retries or plan.retries, tuple(p.after)
+            )
             for p in file.procedure
         ),
         relative={
             limit.parameter: limit.percent for limit in file.limit if limit.percent is not None and limit.of == "type"
         },
         absolute=absolute,
+        keep_waveforms=plan.keep_waveforms,
+        spread=file.virtual,
     )
 
 

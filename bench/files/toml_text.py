@@ -3,13 +3,14 @@
 import json
 import re
 from collections.abc import Mapping
+from datetime import date
 from typing import Any
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """Return tables, texts, numbers, booleans and lists of these as TOML. Raises TypeError for anything else."""
+    """Return tables, texts, numbers, booleans, dates and lists of these as TOML. Raises TypeError for anything else."""
     return "\n".join(_table(data, ())).strip("\n") + "\n"
 
 
@@ -36,6 +37,10 @@ def _value(value: Any) -> str:
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, int | float):
         return repr(value)
+    if isinstance(value, date):
+        return value.isoformat()
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{_key(key)} = {_value(item)}' for key, item in value.items())}}}"
     raise TypeError(f"{type(value).__name__} has no form in a file of this program")

@@ -95,6 +95,11 @@ class Journal:
         """What kept an event from being written, where something did."""
         return self._failure
 
+    @property
+    def last_hash(self) -> str:
+        """The SHA-256 of the last event that was written."""
+        return self._end[1]
+
     def listen(self, listener: Listener) -> None:
         """Have `listener(kind, data)` called after each event."""
         self._listeners.append(listener)

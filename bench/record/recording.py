@@ -50,18 +50,19 @@ class Recording:
         value = getattr(self._instrument, attribute)
         if not callable(value) or attribute.startswith("_") or attribute in _UNRECORDED:
             return value
-        recorded = self._recorded(attribute, value)
+        recorded = self._recorded(attribute)
         # Found in the instance from now on: the wrapping is paid for once.
         self.__dict__[attribute] = recorded
         return recorded
 
-    def _recorded(self, method: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    def _recorded(self, method: str) -> Callable[..., Any]:
         def recorded(*arguments: Any, **named: Any) -> Any:
             if (self._name, method) in _COMMANDS:
                 said = _said(arguments, named)
                 self._recorder.event("commanding", instrument=self._name, call=method, **said)
             try:
-                given = call(*arguments, **named)
+                # Looked up anew: an instrument that was closed is another one when it has been opened again.
+                given = getattr(self._instrument, method)(*arguments, **named)
             except BaseException as error:
                 self._failed(method, arguments, named, error)
                 raise

@@ -128,6 +128,9 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
 
 
 def _check_waveforms(folder: RunFolder, events: Sequence[Event], found: Verification) -> None:
+    if not folder.waveforms.exists() and events and events[0].data.get("keep_waveforms", "all") != "all":
+        # The plan of a batch said from the beginning that they need not be kept.
+        return
     for event in events:
         told = event.data.get("file")
         if event.kind != "waveforms" or not isinstance(told, Mapping):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.attempt import never_stop
 from bench.errors import UsageError
 from bench.files.station import Station, load_station
 from bench.instruments import StationInstruments
@@ -171,7 +172,7 @@ def rehearse(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Rehear
             "seed": wishes.seed,
             "software": dict(software()),
         }
-        runner.run(plan, "rehearsal_started", about, go_on=True)
+        runner.run(plan, "rehearsal_started", about, after=never_stop)
         done = Rehearsed(folder.path, twin, script, view, place.hand_time(), station, wishes)
     write_file(done.path / SCRIPT, to_bytes(_json(done.as_dict(translate))))
     return done

@@ -51,9 +51,14 @@ class Unguarded:
 
 
 class GuardianLink:
-    """Starts a guardian; nothing is energised before it is ready, nor after it has died or taken the way down."""
+    """Starts a guardian; nothing is energised before it is ready, nor after it has died or taken the way down.
 
-    def __init__(self, charge: Charge, life: SignsOfLife, interrupts: Interrupts) -> None:
+    It keeps the file descriptors `lifelines` open, so that others learn when it, too, has ended.
+    """
+
+    def __init__(
+        self, charge: Charge, life: SignsOfLife, interrupts: Interrupts, lifelines: Sequence[int] = ()
+    ) -> None:
         self._charge = charge
         self._life = life
         self._interrupts = interrupts
@@ -72,6 +77,7 @@ class GuardianLink:
             env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
             # Ctrl-C at the terminal is the run's to take, not the guardian's.
             start_new_session=True,
+            pass_fds=lifelines,
         )
         self._send_line(charge.line())
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._beat)]

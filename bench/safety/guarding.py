@@ -1,6 +1,6 @@
 """Whether a run needs a guardian, and the run's surroundings with one."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ from bench.guardian.charge import Charge
 from bench.guardian.hands import needs_guardian
 from bench.safety.guardian_link import Guard, GuardianLink, Unguarded
 from bench.safety.interrupts import Interrupts
-from bench.safety.life import SignsOfLife, WatchedClock, WatchedOperator, watched_prompts
+from bench.safety.life import SignsOfLife, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
 from bench.surroundings import Place
 from bench.virtual_station import VIRTUAL
 from procedures.bench import Role
@@ -17,12 +17,18 @@ from procedures.bench import Role
 
 @contextmanager
 def guarded(
-    where: Place, roles: Collection[Role], folder: Path, interrupts: Interrupts, *, wanted: bool = True
+    where: Place,
+    roles: Collection[Role],
+    folder: Path,
+    interrupts: Interrupts,
+    *,
+    wanted: bool = True,
+    lifelines: Sequence[int] = (),
 ) -> Iterator[tuple[Place, Guard]]:
     """Have a guardian for the length of the block where the roles of a run can feed energy that would outlive its process.
 
     Gives the surroundings, in which waiting is no sign of death, and the guardian. The virtual bench in process ends
-    with the process, and what a person sets is the person's to switch off.
+    with the process, and what a person sets is the person's to switch off. `lifelines` are file descriptors that it keeps open.
     """
     station = where.station
     if not wanted or station.source == VIRTUAL or not needs_guardian(station, roles):
@@ -42,8 +48,9 @@ def guarded(
         clock=WatchedClock(where.clock, life),
         operator=WatchedOperator(where.operator, life),
         prompts=watched_prompts(where.prompts, life),
+        sharing=WatchedSharing(where.sharing, life),
     )
-    guard = GuardianLink(charge, life, interrupts)
+    guard = GuardianLink(charge, life, interrupts, lifelines)
     try:
         yield watched, guard
     finally:

@@ -1,9 +1,10 @@
 """Whether a run gets on: when it last did something, and whether it has a reason to do nothing."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from time import monotonic
 
+from bench.sharing import Sharing
 from drivers.interfaces import Clock
 from drivers.manual.prompt import Prompt
 from procedures.actions import Action
@@ -65,6 +66,28 @@ class WatchedOperator:
         """Have it done."""
         with self._life.excused():
             return self._operator.perform(action)
+
+
+class WatchedSharing:
+    """Waiting for an instrument that another socket has is no being stuck either."""
+
+    def __init__(self, sharing: Sharing, life: SignsOfLife) -> None:
+        self._sharing = sharing
+        self._life = life
+
+    @property
+    def roles(self) -> frozenset[Role]:
+        """The roles whose instrument others use too."""
+        return self._sharing.roles
+
+    def acquire(self, roles: Collection[Role], purpose: str) -> float:
+        """Have these when it returns."""
+        with self._life.excused():
+            return self._sharing.acquire(roles, purpose)
+
+    def release(self) -> None:
+        """Give back what there is to give back."""
+        self._sharing.release()
 
 
 class WatchedPrompt:

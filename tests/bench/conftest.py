@@ -1,6 +1,6 @@
 """A bench of fakes and a procedure of three steps, to try the application without any physics."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -128,9 +128,11 @@ class FakeInstruments:
     def opened(self) -> Mapping[Role, Instrument]:
         return self._instruments
 
-    def close(self) -> Sequence[str]:
+    def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
         found = []
         for role, instrument in self._instruments.items():
+            if roles is not None and role not in roles:
+                continue
             try:
                 instrument.close()
             except Exception as error:  # noqa: BLE001

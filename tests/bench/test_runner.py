@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from bench.attempt import never_stop
 from bench.plan import Planned
 from bench.record.journal import Journal, read_journal
 from bench.record.run_view import view_of
@@ -122,7 +123,7 @@ def test_going_on_after_an_error(
     make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], fakes: dict[Role, Any]
 ) -> None:
     fakes[Role.SUPPLY].failing["on"] = CommunicationError("supply", "no reply", command="OUTP ON")
-    view = make_runner().run(plan, "run_started", about, go_on=True)
+    view = make_runner().run(plan, "run_started", about, after=never_stop)
     assert view.status == "failed"
     assert set(view.procedures) == {"tiny", "other"}
     assert "supply after 'OUTP ON': no reply" in view.cause

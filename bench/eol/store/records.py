@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import Connection, Engine, func, insert, select
+from sqlalchemy import Connection, Engine, case, func, insert, select
 from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from bench.eol.record import CheckRecord, Measured, MotorRecord
@@ -18,6 +19,15 @@ _PLAIN = tuple(column.name for column in MOTOR.columns if column.name not in ("i
 
 class StoreError(Exception):
     """A record could not be kept now; trying again later may help."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A motor's passage in short: its batch, its number in it, and the verdict."""
+
+    batch: str
+    number: int
+    verdict: Verdict
 
 
 class Records:
@@ -59,6 +69,36 @@ class Records:
         """Return the serial numbers of a batch."""
         with self._engine.connect() as connection:
             return set(connection.execute(select(MOTOR.c.serial_number).where(MOTOR.c.batch == batch)).scalars())
+
+    def last_passage(self, serial_number: str) -> Passage | None:
+        """Return the last passage of a serial number, or None."""
+        query = (
+            select(MOTOR.c.batch, MOTOR.c.number, MOTOR.c.verdict)
+            .where(MOTOR.c.serial_number == serial_number)
+            .order_by(MOTOR.c.id.desc())
+            .limit(1)
+        )
+        with self._engine.connect() as connection:
+            row = connection.execute(query).first()
+        return None if row is None else Passage(row.batch, row.number, Verdict(row.verdict))
+
+    def numbers(self, batch: str) -> Iterator[int]:
+        """Give the numbers of a batch's motors that have a record."""
+        query = select(MOTOR.c.number).where(MOTOR.c.batch == batch)
+        with self._engine.connect() as connection:
+            yield from connection.execution_options(yield_per=5000).execute(query).scalars()
+
+    def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
+        """Return of each procedure of a plan how many attempts were made, how many did not pass, and their mean time (s)."""
+        failed = func.sum(case((CHECK.c.verdict == Verdict.PASS.value, 0), else_=1))
+        query = (
+            select(CHECK.c.procedure, func.count(), failed, func.avg(CHECK.c.duration))
+            .join(MOTOR, MOTOR.c.id == CHECK.c.motor)
+            .where(MOTOR.c.plan == plan)
+            .group_by(CHECK.c.procedure)
+        )
+        with self._engine.connect() as connection:
+            return {row[0]: (int(row[1]), int(row[2]), float(row[3])) for row in connection.execute(query)}
 
     def batches(self) -> list[str]:
         """Return the batches' names, the latest first."""

@@ -1,0 +1,217 @@
+"""A batch from the command line's wishes to its counts."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+from bench.eol.limits import Limits
+from bench.eol.line.admission import Admission, Refused
+from bench.eol.line.coordinator import Coordinator, Hears
+from bench.eol.line.keeper import Keeper, open_keeper
+from bench.eol.line.ledger import Begun, Ledger
+from bench.eol.line.line_file import Line, digest, load_line
+from bench.eol.line.messages import Batch
+from bench.eol.line.order import by_time_over_failures
+from bench.eol.line.preparation import check_parameters, check_station, planned_of
+from bench.eol.line.serials import FromFile, FromStream, MadeUp, Serials
+from bench.eol.plan import Check, Plan, load_plan
+from bench.eol.record import MotorRecord
+from bench.errors import UsageError
+from bench.files.motor_file import MotorFile, load_motor
+from procedures.catalogue import catalogue
+
+_BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
+
+
+@dataclass(frozen=True)
+class BatchWishes:
+    """What the command line asks for. `motors` is the batch's size on virtual benches without serial numbers."""
+
+    plan: Path
+    station: str
+    runs: Path
+    sockets: int | None = None
+    batch: str = ""
+    serials: str = ""
+    motors: int | None = None
+    records: str = ""
+    person: str = ""
+    operator: str = ""
+    language: str = "en"
+    seed: int = 0
+    again: bool = False
+
+
+@dataclass
+class Counts:
+    """What became of a batch's motors, by verdict; those that passed at once; serial numbers refused; what still waits for a server."""
+
+    verdicts: Counter[str] = field(default_factory=Counter)
+    first_pass: int = 0
+    refused: int = 0
+    waiting: int = 0
+    fault: str = ""
+    bench_time: float = 0.0
+
+    @property
+    def motors(self) -> int:
+        """The motors with a record."""
+        return sum(self.verdicts.values())
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A plan with its motor and line, read and held against one another."""
+
+    plan: Plan
+    motor: MotorFile
+    line: Line
+    limits: dict[str, Limits]
+
+
+def prepare(plan_file: Path, station: str, sockets: int | None) -> Prepared:
+    """Read plan, motor and station and hold them against one another. Raises InputError for whatever does not go together."""
+    procedures = catalogue()
+    plan = load_plan(plan_file, list(procedures))
+    motor = load_motor(plan.motor)
+    line = load_line(station, sockets)
+    planned = planned_of(plan.checks, plan.source)
+    check_parameters(plan, planned)
+    check_station(line, planned)
+    if line.is_virtual:
+        motor.virtual_motor()
+    return Prepared(plan, motor, line, plan.limits(motor.nameplate.expected))
+
+
+def run_batch(wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts, str]:
+    """Measure a batch; return what became of it and why it was stopped, empty where it came to its end.
+
+    `stream` is where serial numbers are typed or scanned. Raises InputError before anything is touched, or where no socket can
+    work; StoreError where records can no longer be kept.
+    """
+    prepared = prepare(wishes.plan, wishes.station, wishes.sockets)
+    plan, line = prepared.plan, prepared.line
+    name = wishes.batch or plan.name
+    if _BATCH_NAME.fullmatch(name) is None:
+        raise UsageError(f"--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores")
+    _check_operator(wishes, line)
+    folder = wishes.runs / name
+    keeper = open_keeper(wishes.records, wishes.runs)
+    counts = Counts()
+    try:
+        about = {
+            "name": name,
+            "plan": plan.sha256,
+            "motor": prepared.motor.sha256,
+            "line": digest(line),
+            "seed": wishes.seed,
+        }
+        ledger = Ledger(folder, about)
+        try:
+            serials = _serials(wishes, plan, line, ledger.last, stream)
+            batch = Batch(
+                name=name,
+                uid=ledger.uid,
+                plan=plan,
+                limits=prepared.limits,
+                motor=prepared.motor,
+                line=line.name,
+                person=wishes.person,
+                seed=wishes.seed,
+                folder=str(folder),
+                language=wishes.language,
+                operator=wishes.operator,
+            )
+            admission = Admission(
+                serials,
+                _cut_off(ledger, keeper, name) if ledger.resumed else (),
+                plan.check_serial,
+                keeper.earlier,
+                batch=name,
+                known=ledger.last,
+                again=wishes.again,
+            )
+            checks = _ordered(plan, keeper)
+            stopped = Coordinator(line, batch, checks, admission, keeper, ledger, _Counting(counts, ears)).run()
+            serials.close()
+        finally:
+            ledger.close()
+    finally:
+        keeper.close()
+        counts.waiting, counts.fault = keeper.left
+    return counts, stopped
+
+
+def _check_operator(wishes: BatchWishes, line: Line) -> None:
+    if wishes.operator == "terminal":
+        if line.is_virtual:
+            raise UsageError("--operator terminal: on the virtual bench only virtual hands have any")
+        if len(line.sockets) > 1 or not wishes.serials or wishes.serials == "-":
+            raise UsageError(
+                "--operator terminal: one socket, and --serials FILE, for the keyboard answers the questions"
+            )
+
+
+def _serials(wishes: BatchWishes, plan: Plan, line: Line, last: int, stream: IO[str]) -> Serials:
+    if wishes.motors is not None and wishes.serials:
+        raise UsageError("--motors N makes serial numbers up; --serials gives them: take one of both")
+    if wishes.motors is not None:
+        if not line.is_virtual:
+            raise UsageError(
+                "--motors N is for virtual benches; a real motor's serial number comes by --serials FILE or -"
+            )
+        if not 1 <= wishes.motors <= 10_000_000:
+            raise UsageError(f"--motors {wishes.motors}: allowed are 1 to 10000000")
+        plan.check_serial(plan.spread.serial.format(number=1))
+        return MadeUp(plan.spread.serial, last + 1, wishes.motors)
+    if not wishes.serials or wishes.serials == "-":
+        return FromStream(stream)
+    return FromFile(Path(wishes.serials))
+
+
+def _ordered(plan: Plan, keeper: Keeper) -> Sequence[Check]:
+    if plan.order == "listed":
+        return plan.checks
+    return by_time_over_failures(plan.checks, keeper.records.experience(plan.name))
+
+
+def _cut_off(ledger: Ledger, keeper: Keeper, batch: str) -> list[Begun]:
+    """Return the motors that were begun and have no record, each once."""
+    kept = bytearray(ledger.last + 1)
+    for number in keeper.records.numbers(batch):
+        if number <= ledger.last:
+            kept[number] = 1
+    return list(_unkept(ledger.begun(), kept))
+
+
+def _unkept(begun: Iterable[Begun], kept: bytearray) -> Iterator[Begun]:
+    for motor in begun:
+        if not kept[motor.number]:
+            kept[motor.number] = 1
+            yield motor
+
+
+class _Counting:
+    """Counts, and passes on."""
+
+    def __init__(self, counts: Counts, ears: Hears) -> None:
+        self._counts, self._ears = counts, ears
+
+    def begun(self, motor: Begun, socket: str) -> None:
+        self._ears.begun(motor, socket)
+
+    def done(self, record: MotorRecord) -> None:
+        self._counts.verdicts[record.verdict.value] += 1
+        self._counts.first_pass += record.first_pass
+        self._counts.bench_time += record.bench_time
+        self._ears.done(record)
+
+    def refused(self, refused: Refused) -> None:
+        self._counts.refused += 1
+        self._ears.refused(refused)
+
+    def trouble(self, words: str) -> None:
+        self._ears.trouble(words)

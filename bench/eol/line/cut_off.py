@@ -1,0 +1,61 @@
+"""The record of a motor whose worker died: what its journal still tells."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+from bench.eol.line.messages import Batch, Task
+from bench.eol.line.passage_names import identifier, run_folders
+from bench.eol.record import MotorRecord
+from bench.eol.verdict import Verdict
+from bench.errors import InputError
+from bench.record.journal_file import JournalFile, read_journal
+
+
+def cut_off_record(batch: Batch, socket: str, task: Task, began: datetime, how: str, *, stopped: str) -> MotorRecord:
+    """Return the record: an error, or aborted where the batch was `stopped`; `how` says what became of the worker."""
+    folder, journal = _journal(Path(batch.folder), task)
+    where = _where(journal)
+    return MotorRecord(
+        identifier=identifier(batch.uid, task.number),
+        batch=batch.name,
+        number=task.number,
+        plan=batch.plan.name,
+        plan_sha256=batch.plan.sha256,
+        station=batch.line,
+        socket=socket,
+        person=batch.person,
+        model=batch.motor.nameplate.name,
+        serial_number=task.serial_number,
+        started=began,
+        ended=datetime.now(UTC),
+        verdict=Verdict.ABORTED if stopped else Verdict.ERROR,
+        first_pass=False,
+        bench_time=journal.events[-1].time if journal and journal.events else 0.0,
+        cause=f"the process of socket {socket} {how}{where}",
+        run=str(folder) if folder else "",
+        journal_sha256=journal.last_hash if journal else "",
+    )
+
+
+def _journal(runs: Path, task: Task) -> tuple[Path | None, JournalFile | None]:
+    folders = run_folders(runs, task)
+    if not folders:
+        return None, None
+    try:
+        return folders[-1], read_journal(folders[-1] / "journal.jsonl")
+    except InputError:
+        # Cut off before its first event was written.
+        return folders[-1], None
+
+
+def _where(journal: JournalFile | None) -> str:
+    """Return in which procedure and step it was."""
+    procedure = step = ""
+    for event in journal.events if journal else ():
+        if event.kind == "procedure_started":
+            procedure, step = str(event.data.get("procedure", "")), ""
+        elif event.kind == "step_started":
+            step = str(event.data.get("step", ""))
+    if not procedure:
+        return ", before the first procedure"
+    return f", in {procedure}{f' at step {step}' if step else ''}"

@@ -1,0 +1,101 @@
+"""What a plan says of a motor as its run goes on: a verdict on each attempt, what follows it, and the record in the end."""
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+from bench.attempt import Attempt, Next
+from bench.eol.limits import Guard, Limits, judge
+from bench.eol.plan import Check
+from bench.eol.record import CheckRecord, Measured
+from bench.eol.verdict import Verdict, together
+from procedures.result import Parameter
+from procedures.wiring.proof import WiringError
+
+_NO_LIMITS = Limits()
+
+
+class MotorJudge:
+    """Judges one motor by the limits of its plan; `minimum_ratio` is the least tolerance over the 95 % interval's width."""
+
+    def __init__(
+        self, checks: Sequence[Check], limits: Mapping[str, Limits], guard: Guard, minimum_ratio: float
+    ) -> None:
+        self._checks = {check.name: check for check in checks}
+        self._limits = limits
+        self._guard = guard
+        self._minimum_ratio = minimum_ratio
+        self._attempts: list[CheckRecord] = []
+
+    @property
+    def attempts(self) -> tuple[CheckRecord, ...]:
+        """Every attempt so far."""
+        return tuple(self._attempts)
+
+    def after(self, attempt: Attempt) -> Next:
+        """Judge an attempt, keep it, and say what the plan has follow."""
+        check = self._checks[attempt.planned.name]
+        verdict, cause = self._verdict(attempt)
+        number = 1 + sum(kept.procedure == check.name for kept in self._attempts)
+        self._attempts.append(CheckRecord(check.name, number, verdict, attempt.ended - attempt.started, cause))
+        if verdict is Verdict.PASS or check.on_failure == "go_on":
+            return Next.GO_ON
+        if check.on_failure == "retry" and number <= check.retries:
+            return Next.AGAIN
+        return Next.STOP
+
+    def measured(self, parameter: Parameter) -> Measured:
+        """Return a figure held against its limits, if it has any; one that its uncertainty leaves undecided is an error."""
+        limits = self._limits.get(parameter.name, _NO_LIMITS)
+        expanded = _half(parameter.coverage_interval)
+        found = judge(parameter.value, expanded, limits, self._guard)
+        undecided = not math.isinf(limits.tolerance) and found.ratio < self._minimum_ratio
+        return Measured(
+            parameter.name,
+            parameter.value,
+            parameter.unit,
+            parameter.standard_uncertainty,
+            expanded,
+            limits.low,
+            limits.high,
+            Verdict.ERROR if undecided else found.verdict,
+        )
+
+    def verdict(self, figures: Collection[Measured], *, aborted: bool, planned: int) -> Verdict:
+        """Return the verdict on the motor: of each check the last attempt's, and of each parameter the best figure's."""
+        last = {attempt.procedure: attempt.verdict for attempt in self._attempts}
+        found = [*last.values(), *(figure.verdict for figure in figures if figure.parameter in self._limits)]
+        if aborted:
+            found.append(Verdict.ABORTED)
+        elif len(last) < planned and together(found) is Verdict.PASS:
+            found.append(Verdict.ERROR)
+        return together(found)
+
+    def first_pass(self, verdict: Verdict) -> bool:
+        """Tell whether the motor passed without any check's second attempt."""
+        return verdict is Verdict.PASS and all(attempt.attempt == 1 for attempt in self._attempts)
+
+    def _verdict(self, attempt: Attempt) -> tuple[Verdict, str]:
+        if attempt.result is None:
+            # Where the connections are made by machine, terminals that do not conduct as they should are the motor's.
+            return (Verdict.FAIL if isinstance(attempt.error, WiringError) else Verdict.ERROR), attempt.cause
+        figures = [self.measured(parameter) for parameter in attempt.result.parameters]
+        bad = [figure for figure in figures if figure.verdict is not Verdict.PASS and figure.parameter in self._limits]
+        missing = (set(attempt.planned.procedure.gives) & set(self._limits)) - {figure.parameter for figure in figures}
+        verdict = together([*(figure.verdict for figure in bad), *(Verdict.ERROR for _ in missing), Verdict.PASS])
+        said = [described(figure) for figure in bad]
+        said += [f"{name} was not found" for name in sorted(missing)]
+        return verdict, "; ".join(said)
+
+
+def described(figure: Measured) -> str:
+    """Return a figure with what speaks against it, in one line."""
+    value = f"{figure.parameter} = {figure.value:.5g} ± {figure.expanded:.2g} {figure.unit}".rstrip()
+    limits = f"{figure.low:.5g} … {figure.high:.5g}"
+    if figure.verdict is Verdict.ERROR:
+        return f"{value} cannot be held against {limits}: too uncertain"
+    return f"{value}, limits {limits}"
+
+
+def _half(interval: tuple[float, float]) -> float:
+    half = 0.5 * (interval[1] - interval[0])
+    return half if math.isfinite(half) else math.nan

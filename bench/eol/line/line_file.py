@@ -1,0 +1,168 @@
+"""A line's station file: one socket or several, the instruments of each, and those that all use in turn."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from bench.errors import InputError, UsageError
+from bench.files.station import Station, make_station
+from bench.files.toml_file import Section, read, validate
+from bench.files.toml_text import toml_text
+from bench.operators.fixture import ROLES as FIXTURE_ROLES
+from bench.safety.way_down_items import OFF_BY
+from bench.virtual_station import VIRTUAL
+from procedures.bench import Role
+
+#: No line has more sockets.
+MOST_SOCKETS = 64
+#: Tables of a station file that a socket may have of its own.
+_OWN = ("instruments", "way_down", "interlocks", "guardian")
+
+
+class _Line(Section):
+    """`[line]`: what holds for all sockets; `bench`, `sockets` and `shared` only for a line of virtual benches."""
+
+    timeout: float = Field(
+        default=600.0, gt=0.0, le=86400.0, strict=True, json_schema_extra={"unit": "s"},
+        description="longest wait for an instrument that another socket has",
+    )  # fmt: skip
+    bench: Literal["virtual"] | None = None
+    name: str = Field(default="virtual line", min_length=1)
+    sockets: int = Field(default=1, ge=1, le=MOST_SOCKETS, strict=True, description="how many virtual benches")
+    shared: frozenset[Role] = Field(default=frozenset(), description="roles with one unit for all sockets")
+
+
+class _Socket(Section):
+    """`[sockets.NAME]`: a socket's own instruments, and what else of a station file is its own."""
+
+    control: str = ""
+    instruments: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    way_down: list[dict[str, Any]] = Field(default_factory=list)
+    interlocks: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    guardian: dict[str, Any] = Field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LineSocket:
+    """One place for a motor: its name, and its station, None on a virtual bench."""
+
+    name: str
+    station: Station | None
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line that was read; `shared` are the roles that sockets use in turn, `timeout` (s) the longest wait for one."""
+
+    source: str
+    name: str
+    sockets: tuple[LineSocket, ...]
+    shared: frozenset[Role]
+    timeout: float
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether its sockets are virtual benches in the workers' processes."""
+        return self.sockets[0].station is None
+
+
+def load_line(reference: str, sockets: int | None) -> Line:
+    """Return the line of a station file, or of `sockets` virtual benches for `virtual`.
+
+    Raises InputError for a bad file, UsageError where the file says how many sockets there are and `sockets` says otherwise.
+    """
+    if sockets is not None and not 1 <= sockets <= MOST_SOCKETS:
+        raise UsageError(f"--sockets {sockets}: allowed are 1 to {MOST_SOCKETS}")
+    if reference == VIRTUAL:
+        return _virtual(_Line(bench="virtual", sockets=sockets or 1), VIRTUAL)
+    content, data = read(Path(reference), "station file")
+    line = validate(_Line, data.get("line", {}), reference, "line")
+    if line.bench == VIRTUAL:
+        if set(data) != {"line"}:
+            raise InputError(f"{reference}: a line of virtual benches has a table [line] and nothing else")
+        return _virtual(line if sockets is None else line.model_copy(update={"sockets": sockets}), reference)
+    for key in ("name", "sockets", "shared"):
+        if key in line.model_fields_set:
+            raise InputError(f'{reference}: line.{key} goes with line.bench = "virtual"')
+    made = _real(data, reference, content, line)
+    if sockets is not None and sockets != len(made.sockets):
+        raise UsageError(f"--sockets {sockets}: {reference} has {len(made.sockets)}; leave it out")
+    return made
+
+
+def _virtual(line: _Line, source: str) -> Line:
+    named = tuple(LineSocket(str(number + 1), None) for number in range(line.sockets))
+    return Line(source, line.name, named, line.shared if line.sockets > 1 else frozenset(), line.timeout)
+
+
+def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> Line:
+    tables = data.get("sockets")
+    if tables is None:
+        station = make_station({key: value for key, value in data.items() if key != "line"}, source, content)
+        return Line(source, station.name, (LineSocket("1", station),), frozenset(), line.timeout)
+    if not isinstance(tables, dict) or not 1 <= len(tables) <= MOST_SOCKETS:
+        raise InputError(f"{source}: sockets: give 1 to {MOST_SOCKETS} tables [sockets.NAME]")
+    shared: set[Role] = set()
+    sockets = []
+    for name, table in tables.items():
+        station = _socket_station(data, name, table, source)
+        sockets.append(LineSocket(name, station))
+        shared |= {role for role in station.entries if role.value in data.get("instruments", {})}
+    feeding = sorted(role.value for role in shared & set(OFF_BY))
+    if feeding and len(sockets) > 1:
+        raise InputError(
+            f"{source}: instruments.{feeding[0]} feeds energy and cannot be shared: the guardian of one socket would switch it off "
+            f"under another. Give each socket its own: [sockets.NAME.instruments.{feeding[0]}]"
+        )
+    fixture = sorted(role.value for role in shared & FIXTURE_ROLES)
+    if fixture and len(sockets) > 1:
+        raise InputError(
+            f"{source}: instruments.{fixture[0]} works in place of hands and belongs to one socket: "
+            f"[sockets.NAME.instruments.{fixture[0]}]"
+        )
+    first = sockets[0].station
+    name = first.name if first else ""
+    return Line(source, name, tuple(sockets), frozenset(shared) if len(sockets) > 1 else frozenset(), line.timeout)
+
+
+def _socket_station(data: Mapping[str, Any], name: str, table: Any, source: str) -> Station:
+    """Return a socket's station as a station file of its own would give it, the shared instruments included."""
+    own = validate(_Socket, table, source, f"sockets.{name}") if isinstance(table, dict) else None
+    if own is None:
+        raise InputError(f"{source}: sockets.{name} is no table; give [sockets.{name}.instruments.ROLE]")
+    twice = sorted(set(own.instruments) & set(data.get("instruments", {})))
+    if twice:
+        raise InputError(
+            f"{source}: sockets.{name}.instruments.{twice[0]} and instruments.{twice[0]}: it is either the socket's own or shared"
+        )
+    merged = {key: value for key, value in data.items() if key not in ("line", "sockets")}
+    merged["instruments"] = {**data.get("instruments", {}), **own.instruments}
+    for key in _OWN[1:]:
+        if getattr(own, key):
+            merged[key] = getattr(own, key)
+    if own.control and isinstance(merged.get("station"), dict):
+        merged["station"] = {**merged["station"], "control": own.control}
+    # Where the file itself is wrong, its own place is named; the text is what a guardian reads.
+    return make_station(merged, source, toml_text(merged).encode())
+
+
+def station_of(content: str, source: str) -> Station:
+    """Return a socket's station from the text that its `content` is."""
+    from bench.files.toml_file import parse
+
+    raw = content.encode()
+    return make_station(parse(raw, source), source, raw)
+
+
+def digest(line: Line) -> str:
+    """Return what identifies the line: a hash of its sockets' stations."""
+    parts = [
+        line.name,
+        *(s.station.sha256 if s.station else s.name for s in line.sockets),
+        *sorted(r.value for r in line.shared),
+    ]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()

@@ -1,0 +1,48 @@
+"""A plan's checks as runs take them, held against its limits and the line's instruments before anything is measured."""
+
+from collections.abc import Iterable, Sequence
+
+from bench.eol.line.line_file import Line
+from bench.eol.plan import Check, Plan
+from bench.errors import InputError
+from bench.files.toml_file import nearest, validate
+from bench.plan import Planned, check_roles
+from bench.virtual_station import virtual_roles
+from procedures.catalogue import catalogue
+
+
+def planned_of(checks: Iterable[Check], source: str) -> list[Planned]:
+    """Return checks as a run takes them. Raises InputError for settings that their procedure does not allow."""
+    known = catalogue()
+    return [
+        Planned(
+            check.name,
+            known[check.name],
+            validate(known[check.name].settings_type(), check.settings, source, f"procedure {check.name}: settings"),
+        )
+        for check in checks
+    ]
+
+
+def check_parameters(plan: Plan, planned: Sequence[Planned]) -> None:
+    """Raise InputError for a limit on a parameter that none of the plan's procedures gives."""
+    given = sorted({name for each in planned for name in each.procedure.gives})
+    for parameter in sorted(plan.limited):
+        if parameter in given:
+            continue
+        owners = [name for name, procedure in catalogue().items() if parameter in procedure.gives]
+        hint = f"add the procedure {' or '.join(owners)}" if owners else nearest(parameter, given)
+        raise InputError(f"{plan.source}: limit on {parameter}: no procedure of the plan gives it; {hint}")
+
+
+def check_station(line: Line, planned: Sequence[Planned]) -> None:
+    """Raise InputError where a socket has not the instruments that a procedure needs."""
+    for socket in line.sockets:
+        if socket.station is not None:
+            check_roles(planned, socket.station)
+            continue
+        there = virtual_roles()
+        for each in planned:
+            missing = sorted(role.value for role in each.procedure.roles if role.value not in there)
+            if missing:
+                raise InputError(f"{each.name} needs {', '.join(missing)}, which the virtual bench has not")

@@ -1,0 +1,118 @@
+"""A small plan, and an ear that keeps what it hears."""
+
+import io
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from bench.eol.line.admission import Refused
+from bench.eol.line.batch import BatchWishes, Counts, run_batch
+from bench.eol.line.ledger import Begun
+from bench.eol.record import MotorRecord
+
+PLAN = """
+[plan]
+name = "small"
+motor = "motor.toml"
+guard = "shared"
+minimum_ratio = 0.0
+on_failure = "go_on"
+keep_waveforms = "none"
+
+[[procedure]]
+name = "stator-resistance"
+settings = { repeats = 1, aperture = "SHOR", winding_temperature = 25.0 }
+
+[[procedure]]
+name = "pole-pairs-back-emf"
+every = 2
+
+[[limit]]
+parameter = "stator_resistance"
+percent = 60.0
+
+[[limit]]
+parameter = "pole_pairs"
+low = 4
+high = 4
+
+[virtual]
+resistance = 3.0
+"""
+LINE = """
+[line]
+bench = "virtual"
+sockets = 2
+shared = ["lcr_meter"]
+"""
+MOTOR = Path(__file__).parents[4] / "docs" / "examples" / "eol" / "motor.toml"
+
+
+class Ear:
+    """Keeps what it hears; `when_begun` is called as a motor begins."""
+
+    def __init__(self) -> None:
+        self.records: list[MotorRecord] = []
+        self.refusals: list[Refused] = []
+        self.troubles: list[str] = []
+        self.when_begun: Callable[[Begun], None] = lambda _: None
+        self.when_done: Callable[[MotorRecord], None] = lambda _: None
+
+    def begun(self, motor: Begun, socket: str) -> None:
+        self.when_begun(motor)
+
+    def done(self, record: MotorRecord) -> None:
+        self.records.append(record)
+        self.when_done(record)
+
+    def refused(self, refused: Refused) -> None:
+        self.refusals.append(refused)
+
+    def trouble(self, words: str) -> None:
+        self.troubles.append(words)
+
+
+class Bench:
+    """Runs batches of the small plan in a folder of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        (folder / "motor.toml").write_bytes(MOTOR.read_bytes())
+        (folder / "plan.toml").write_text(PLAN, encoding="utf-8")
+        (folder / "line.toml").write_text(LINE, encoding="utf-8")
+        self.ear = Ear()
+        self.wishes = BatchWishes(
+            plan=folder / "plan.toml", station=str(folder / "line.toml"), runs=folder / "runs", motors=4, seed=7
+        )
+
+    def run(self, typed: str = "", **changed: object) -> tuple[Counts, str]:
+        return run_batch(replace(self.wishes, **changed), self.ear, io.StringIO(typed))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path)
+
+
+@pytest.fixture
+def make_bench(tmp_path: Path) -> Callable[[str], Bench]:
+    def make(name: str) -> Bench:
+        folder = tmp_path / name
+        folder.mkdir()
+        return Bench(folder)
+
+    return make
+
+
+@pytest.fixture
+def timeless() -> Callable[[MotorRecord], MotorRecord]:
+    """What of a record does not depend on when and where it was made."""
+
+    def stripped(record: MotorRecord) -> MotorRecord:
+        never = datetime(2000, 1, 1, tzinfo=UTC)
+        return replace(record, identifier="", started=never, ended=never, run="", journal_sha256="", waveforms={})
+
+    return stripped

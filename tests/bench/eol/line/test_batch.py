@@ -1,0 +1,93 @@
+"""Whole batches on virtual benches, each socket a process of its own."""
+
+import os
+import signal
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from bench.eol.line.keeper import FILE, own_records
+from bench.eol.verdict import Verdict
+from bench.record.run_folder import RunFolder
+from bench.record.verify import Verdict as Untouched
+from bench.record.verify import verify
+
+if TYPE_CHECKING:
+    from bench.eol.record import MotorRecord
+
+
+def kept(bench: Any) -> "list[MotorRecord]":
+    with own_records("", bench.folder / "runs") as records:
+        return sorted(records.read("small"), key=lambda record: record.number)
+
+
+def test_the_same_seed_gives_the_same_records_however_the_sockets_are_scheduled(
+    make_bench: Callable[[str], Any], timeless: Callable[..., Any]
+) -> None:
+    one, other = make_bench("one"), make_bench("other")
+    counts, stopped = one.run()
+    assert (counts.motors, stopped) == (4, "")
+    # The second time every record is kept with a delay, so that the sockets ask in another order.
+    pause = threading.Event()
+    other.ear.when_done = lambda record: pause.wait(0.4 if record.number % 2 else 0.0) and None
+    other.run()
+    first, second = kept(one), kept(other)
+    assert [timeless(record) for record in first] == [timeless(record) for record in second]
+    assert {record.socket for record in first} == {"1", "2"}
+    assert [len(record.checks) for record in first] == [2, 1, 2, 1], "every second motor has its pole pairs counted"
+    resistances = {m.value for record in first for m in record.measured if m.parameter == "stator_resistance"}
+    assert len(resistances) == 4
+    for record in first:
+        assert verify(RunFolder(one.folder / record.run)).verdict is Untouched.UNTOUCHED
+
+
+def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) -> None:
+    killed: list[int] = []
+
+    def kill(motor: Any) -> None:
+        if motor.number == 2:
+            children = os.path.join("/proc", str(os.getpid()), "task", str(os.getpid()), "children")
+            with open(children, encoding="ascii") as file:
+                pid = max(int(word) for word in file.read().split())
+            killed.append(pid)
+            os.kill(pid, signal.SIGKILL)
+
+    bench.ear.when_begun = kill
+    counts, stopped = bench.run(motors=3)
+    records = kept(bench)
+    assert stopped == ""
+    assert len(killed) == 1
+    assert [record.number for record in records] == [1, 2, 3]
+    assert counts.verdicts[Verdict.ERROR.value] == 1, [record.cause for record in records]
+    lost = next(record for record in records if record.verdict is Verdict.ERROR)
+    assert "was ended by SIGKILL" in lost.cause
+    assert all(record.verdict is Verdict.PASS for record in records if record is not lost)
+    assert any("SIGKILL" in words for words in bench.ear.troubles)
+
+
+def test_a_batch_that_was_stopped_goes_on_where_it_was(bench: Any) -> None:
+    def stop(record: Any) -> None:
+        if len(bench.ear.records) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    bench.ear.when_done = stop
+    counts, stopped = bench.run()
+    assert stopped == "Ctrl-C"
+    assert counts.motors < 4
+    done = {record.number for record in kept(bench) if record.verdict is not Verdict.ABORTED}
+    bench.ear.when_done = lambda _: None
+    bench.ear.records.clear()
+    bench.run()
+    assert sorted(record.number for record in kept(bench)) == [1, 2, 3, 4]
+    assert not done & {record.number for record in bench.ear.records}, "measured again"
+
+
+def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any) -> None:
+    counts, _ = bench.run("A1\nA 2\nA\x073\nA1\nA4\n", motors=None)
+    assert sorted(record.serial_number for record in kept(bench)) == ["A1", "A4"]
+    assert counts.refused == 3
+    why = [refusal.why for refusal in bench.ear.refusals]
+    assert any("pattern" in words for words in why)
+    assert any("printable" in words for words in why)
+    assert any("A1" in words for words in why)
+    assert (bench.folder / "runs" / FILE).is_file()
