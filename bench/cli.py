@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
-from bench.commands.eol import app as end_of_line
 from bench.errors import InputError, UsageError
 
 #: Exit statuses: something failed; the command line was wrong.
@@ -53,12 +52,18 @@ def make_app() -> App:
     station.command("bench.commands.station:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
-    eol.command("bench.commands.eol_stats:stats", name="stats", help="Yield, failures, capability, charts, gauge R&R.")
+    for where, name, words in (
+        ("eol_run:run", "run", "Measure a batch of motors by a plan."),
+        ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
+        ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
+        ("eol_export:labels", "labels", "The label line of each motor of a batch."),
+        ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge R&R."),
+    ):
+        eol.command(f"bench.commands.{where}", name=name, help=words)
     app.command(eol)
     user = App(name="user", help="People who may open the panel from a network.", default_parameter=lists)
     user.command("bench.commands.user:add", name="add", help="Add a person, or change role and password.")
     app.command(user)
-    app.command(end_of_line())
     return app
 
 

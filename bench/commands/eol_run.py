@@ -28,7 +28,7 @@ def run(
     batch: str = "",
     serials: str = "",
     motors: int | None = None,
-    records: str = "",
+    records: str = "records.sqlite",
     runs: Path = Path("runs"),
     person: str = "",
     operator: str = "",
@@ -54,7 +54,8 @@ def run(
     motors
         The size of a batch of virtual motors whose serial numbers are made up.
     records
-        Where records are kept: a file's path, or postgresql://USER@HOST/NAME; usually records.sqlite among the runs.
+        Where records are kept: a SQLite file, or postgresql://USER@HOST/NAME; a station whose server is away keeps them
+        in records.sqlite among its runs meanwhile.
     runs
         Folder in which the batch's own folder is made.
     person
