@@ -204,8 +204,9 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         found = self._fitted(fit, significant=significant)
         # A reading is a mean over some part of the time to the next, while the shaft turns on: less of the amplitude is seen.
         advance = 2.0 * math.pi * fit.periods / (sweep.inductance.size - 1)
-        half = advance**2 / 48.0
-        lost = self.bench.uncertainties.limit("turning during a reading", half, half)
+        whole = advance**2 / 24.0
+        # Of the time from reading to reading at least half is the aperture, and the loss goes with its square.
+        lost = self.bench.uncertainties.limit("turning during a reading", 0.625 * whole, 0.375 * whole)
         found["d"] = found["d"] - amplitude * lost
         found["q"] = found["q"] + amplitude * lost
         self._report(sweep, motor_class, found, estimator="fit of mean and second harmonic to the whole sweep")
