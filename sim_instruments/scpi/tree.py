@@ -4,6 +4,7 @@ import itertools
 import re
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import Argument, Unit
@@ -12,6 +13,9 @@ from sim_instruments.scpi.parameters import forms
 Reply = str | bytes | None
 Handling = Generator[float, None, Reply]
 """A handler that takes time: it yields the virtual time (s) at which it wants to go on."""
+
+#: The mnemonics of a header: short form, long form, and whether a numeric suffix follows.
+_Path = tuple[tuple[str, str, bool], ...]
 
 _PATTERN = re.compile(r"(\[)?:?([A-Za-z]+)(?:<([a-z]+)>)?(\])?")
 _MNEMONIC = re.compile(r"([A-Za-z_]*[A-Za-z_])(\d*)")
@@ -62,10 +66,9 @@ class CommandTree:
                 node.command = command or node.command
                 node.query = query or node.query
 
-    def _leaves(self, path: list[tuple[str, bool]]) -> Iterator[_Node]:
+    def _leaves(self, path: _Path) -> Iterator[_Node]:
         node = self._root
-        for mnemonic, suffixed in path:
-            short, long = forms(mnemonic)
+        for short, long, suffixed in path:
             child = node.children.get(short) or node.children.get(long) or _Node(suffixed=suffixed)
             node.children[short] = node.children[long] = child
             child.suffixed = child.suffixed or suffixed
@@ -123,8 +126,9 @@ class CommandTree:
         return found
 
 
-def _expand(pattern: str) -> Iterator[list[tuple[str, bool]]]:
-    """Return every path that a header with optional nodes stands for."""
+@lru_cache(maxsize=2048)
+def _expand(pattern: str) -> tuple[_Path, ...]:
+    """Return every path that a header with optional nodes stands for. Each bench builds the same trees anew."""
     nodes: list[tuple[str, bool, bool]] = []
     position = 0
     text = pattern.replace(":]", "]").replace("[:", "[").replace("]:", "]")
@@ -134,5 +138,7 @@ def _expand(pattern: str) -> Iterator[list[tuple[str, bool]]]:
             raise ValueError(f"header pattern {pattern!r} is not understood at {text[position:]!r}")
         nodes.append((match.group(2), match.group(3) is not None, match.group(1) is not None))
         position = match.end()
-    for kept in itertools.product(*[(True, False) if optional else (True,) for *_, optional in nodes]):
-        yield [(name, suffixed) for (name, suffixed, _), keep in zip(nodes, kept, strict=True) if keep]
+    return tuple(
+        tuple((*forms(name), suffixed) for (name, suffixed, _), keep in zip(nodes, kept, strict=True) if keep)
+        for kept in itertools.product(*[(True, False) if optional else (True,) for *_, optional in nodes])
+    )
