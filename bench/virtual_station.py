@@ -49,8 +49,10 @@ def describe(
         },
         "drive": {"driver": "cia402-six-step"},
     }
+    if "switch_matrix" in addresses:
+        options |= _fixture()
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
-    for role in ("inverter", "drive"):
+    for role in {"inverter", "drive", "rotor_actuator"} & options.keys():
         options[role]["heartbeat_time"] = 3.0 if control else 0.0
     instruments = {role: {**options[role], "address": as_text(address)} for role, address in addresses.items()}
     station = {"name": "virtual bench", **({"control": control} if control else {})}
@@ -59,6 +61,16 @@ def describe(
         # One computer plays bench and station: its being busy is no open contact.
         made["interlocks"] = {name: {**where, "timeout": 3.0} for name, where in interlocks.items()}
     return made
+
+
+def _fixture() -> dict[str, dict[str, Any]]:
+    from sim_instruments.fixture_layout import crosspoints
+
+    return {
+        "switch_matrix": {"driver": "keysight-34970a", "fixed": ["A:channel4~"], "crosspoints": crosspoints()},
+        "rotor_actuator": {"driver": "cia402-rotor-actuator", "maximum_speed": 60.0},
+        "insulation_tester": {"driver": "gwinstek-gpt9800"},
+    }
 
 
 def virtual_station(addresses: Mapping[str, Address]) -> Station:

@@ -16,6 +16,8 @@ _INSTRUMENT_LEAK = 1.0e6
 _HARMLESS = 60.0
 #: A supply's, bridge's, inverter's or drive's leads stand off no test voltage; probes and the voltmeter's leads do.
 _TENDER = ("supply", "lcr", "inverter", "drive")
+#: Times (s) nearer than this are one.
+_INSTANT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -59,24 +61,29 @@ class InsulationOutput:
             run = self._run
             return run is not None and self._timeline.now < run.start + run.rise + run.hold
 
-    def voltage(self) -> float:
-        """Return the voltage (V) on the winding, or at the open lead, against the frame now."""
+    def voltage(self, at: float | None = None) -> float:
+        """Return the voltage (V) on the winding, or at the open lead, against the frame at a time (s) of this run, or now."""
         with self._timeline.observing():
-            now, run = self._timeline.now, self._run
+            now, run = self._timeline.now if at is None else at, self._run
             if run is None:
                 return self._left * self._discharged(now - self._stopped)
             end = run.start + run.rise + run.hold
             share = min(1.0, (min(now, end) - run.start) / run.rise) if run.rise > 0.0 else 1.0
             driven = min(share * run.voltage, _LARGEST_CURRENT * self._resistance())
-            return driven if now <= end else driven * self._discharged(now - end)
+            return driven if now <= end + _INSTANT else driven * self._discharged(now - end)
 
-    def resistance(self) -> float:
-        """Return voltage over current (Ω) at the output now, what charges the capacitance included; infinite with nothing there."""
+    def resistance(self, at: float | None = None) -> float:
+        """Return voltage over current (Ω) at the output, what charges the capacitance included, at a time (s) of this run, or now.
+
+        Infinite with nothing there.
+        """
         with self._timeline.observing():
-            run, voltage = self._run, self.voltage()
-            if run is None or not self.on or voltage <= 0.0:
+            now, run, voltage = self._timeline.now if at is None else at, self._run, self.voltage(at)
+            if run is None or voltage <= 0.0:
                 return math.inf
-            capacitance, passed = self._capacitance(), self._timeline.now - run.start
+            capacitance, passed = self._capacitance(), now - run.start
+            if passed > run.rise + run.hold + _INSTANT:
+                return math.inf
             current = voltage / self._resistance()
             if passed < run.rise:
                 current += capacitance * run.voltage / run.rise

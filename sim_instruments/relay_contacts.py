@@ -49,22 +49,26 @@ class RelayContacts:
 
     def follow(self, coils: frozenset[int]) -> None:
         """Have the contacts follow their coils: `coils` are the channels commanded closed."""
-        self._coils = coils
-        names = [self._names[channel] for channel in self.closed() if channel in self._names]
-        found, before, world = connections(names), self._present, self._world
-        self._present = found
-        with world.lock:
-            world.switch(found.wiring)
-            if before is None or found.leads_shorted != before.leads_shorted:
-                world.short_leads(found.leads_shorted)
-            if found.voltmeter is None or found.voltmeter[0] == found.voltmeter[1]:
-                world.detach_voltmeter()
-            elif before is None or found.voltmeter != before.voltmeter:
-                world.attach_voltmeter(*found.voltmeter)
-            for channel in {*found.probes, *(before.probes if before else ())}:
-                self._fit(channel, found)
-            for short in found.shorts:
-                world.damage.hurt(short)
+        with self._world.lock:
+            self._coils = coils
+            names = [self._names[channel] for channel in self.closed() if channel in self._names]
+            found, before = connections(names), self._present
+            self._present = found
+            self._connect(found, before)
+
+    def _connect(self, found: Connections, before: Connections | None) -> None:
+        world = self._world
+        world.switch(found.wiring)
+        if before is None or found.leads_shorted != before.leads_shorted:
+            world.short_leads(found.leads_shorted)
+        if found.voltmeter is None or found.voltmeter[0] == found.voltmeter[1]:
+            world.detach_voltmeter()
+        elif before is None or found.voltmeter != before.voltmeter:
+            world.attach_voltmeter(*found.voltmeter)
+        for channel in {*found.probes, *(before.probes if before else ())}:
+            self._fit(channel, found)
+        for short in found.shorts:
+            world.damage.hurt(short)
 
     def _fit(self, channel: int, found: Connections) -> None:
         pair = found.probes.get(channel)

@@ -25,6 +25,7 @@ def serve(
     host: str = "127.0.0.1",
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
+    fixture: bool = False,
 ) -> None:
     """Serve the virtual bench to other processes until SIGINT or SIGTERM.
 
@@ -48,6 +49,8 @@ def serve(
         A file of faults to inject.
     fault
         One fault in a few words, like "supply: silence at 12"; may be given several times.
+    fixture
+        With an end-of-line fixture: switch matrix, rotor actuator and insulation tester.
 
     """
     from bench.files.fault_file import given_faults, inject
@@ -67,7 +70,8 @@ def serve(
     # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
     logging.getLogger().addHandler(logging.NullHandler())
     try:
-        with Interrupts().raising(), _opened(ServedBench, virtual, speedup, host, seed, told, read.six_step) as bench:
+        more = {"six_step": read.six_step, "fixture": fixture}
+        with Interrupts().raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
             inject(given, bench.bench.injector.add)
             _tell(bench, told, station_file, json, seed)
             threading.Event().wait()
@@ -77,10 +81,16 @@ def serve(
 
 
 def _opened(
-    kind: "type[ServedBench]", motor: Any, speedup: float, host: str, seed: int, told: dict[str, Any], six_step: Any
+    kind: "type[ServedBench]",
+    motor: Any,
+    speedup: float,
+    host: str,
+    seed: int,
+    told: dict[str, Any],
+    more: dict[str, Any],
 ) -> "ServedBench":
     try:
-        return kind(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, six_step=six_step)
+        return kind(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, **more)
     except OSError as error:
         raise InputError(f"the virtual bench cannot be served on {host}: {error}") from error
 

@@ -12,7 +12,7 @@ from sim_instruments.endpoints import can_direct
 from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
 from sim_instruments.endpoints.can_watch import ENTRIES, HeartbeatConsumer
 from sim_instruments.faults import Fault, FaultKind, Faults
-from sim_instruments.instruments.cia402_power import CONTROL_WORD, Entry, ObjectServer, SdoError
+from sim_instruments.instruments.cia402_power import CONTROL_WORD, Entry, ObjectServer, SdoError, numbered
 from sim_instruments.scpi.exchange import Clock
 
 # canopen is typed in parts only.
@@ -163,7 +163,7 @@ class CanNode:
     def _read(self, *, index: int, subindex: int, **_: Any) -> int | None:
         if (index, subindex) in self._constant:
             return None
-        value, fault = self._device.read(index), self._fault
+        value, fault = self._device.read(numbered(index, subindex)), self._fault
         if value is None or fault is None:
             return value
         bits = self._widths[index]
@@ -176,11 +176,11 @@ class CanNode:
                 return -(1 << (bits - 1)) if index in self._signed else 1 << (bits - 1)
         return value
 
-    def _write(self, *, index: int, data: bytes, **others: Any) -> None:
+    def _write(self, *, index: int, subindex: int, data: bytes, **others: Any) -> None:
         value = others["od"].decode_raw(data)
         try:
             if not self._watch.write(index, value):
-                self._device.write(index, value)
+                self._device.write(numbered(index, subindex), value)
         except SdoError as error:
             raise canopen.SdoAbortedError(error.code) from error
 

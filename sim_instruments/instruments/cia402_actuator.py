@@ -18,6 +18,7 @@ from sim_instruments.instruments.cia402_power import (
     PowerStage,
     State,
     check_limits,
+    numbered,
     standard_entries,
 )
 from sim_instruments.shaft_mechanism import Mechanism, Part
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 POSITION, TARGET_POSITION, PROFILE_SPEED, TARGET_VELOCITY = 0x6064, 0x607A, 0x6081, 0x60FF
 HIGHEST_SPEED, ENCODER, INPUTS, OUTPUTS = 0x6080, 0x608F, 0x60FD, 0x60FE
 PROFILE_POSITION, PROFILE_VELOCITY = 1, 3
+#: 60FEh:2, the bit mask of the outputs.
+MASK = numbered(OUTPUTS, 2)
+_ALL = int(Part.BRAKE | Part.CLUTCH | Part.COUPLING)
 #: Encoder increments a turn.
 INCREMENTS = 65536
 #: Following error of CiA 402-2, and of the maker's own for a coupling that was told to move while its shaft turned.
@@ -62,6 +66,7 @@ class Cia402Actuator:
         self._power = PowerStage((PROFILE_POSITION, PROFILE_VELOCITY))
         self._mechanism = Mechanism(world.clock, self._arrived)
         self._target_position = self._profile_speed = self._velocity = 0
+        self._outputs, self._mask = 0, _ALL
         self._move: _Move | None = None
         self._law: _Law = ("free", None)
         power, fastest = self._power, math.floor(maximum_speed / _RADIANS)
@@ -84,7 +89,8 @@ class Cia402Actuator:
             TARGET_VELOCITY: lambda: self._velocity,
             HIGHEST_SPEED: lambda: math.floor(maximum_speed * 60.0 / (2.0 * math.pi)),
             DC_VOLTAGE: lambda: 48_000,
-            OUTPUTS: lambda: int(self._mechanism.commanded),
+            OUTPUTS: lambda: self._outputs,
+            MASK: lambda: self._mask,
             INPUTS: lambda: int(self._mechanism.state),
         }
 
@@ -101,8 +107,9 @@ class Cia402Actuator:
             Entry(ENCODER, "Position encoder resolution: encoder increments", "u32", "const", 1, INCREMENTS),
             Entry(ENCODER, "Position encoder resolution: motor revolutions", "u32", "const", 2, 1),
             Entry(INPUTS, "Digital inputs", "u32"),
-            Entry(OUTPUTS, "Digital outputs: highest subindex", "u8", "const", 0, 1),
+            Entry(OUTPUTS, "Digital outputs: highest subindex", "u8", "const", 0, 2),
             Entry(OUTPUTS, "Digital outputs: physical outputs", "u32", "rw", 1),
+            Entry(OUTPUTS, "Digital outputs: bit mask", "u32", "rw", 2),
             Entry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
         )
 
@@ -131,15 +138,23 @@ class Cia402Actuator:
             elif index == TARGET_VELOCITY:
                 self._velocity = value
             elif index == OUTPUTS:
-                self._switch(Part(value & int(Part.BRAKE | Part.CLUTCH | Part.COUPLING)))
+                self._outputs = value
+                self._switch()
+            elif index == MASK:
+                self._mask = value
+                self._switch()
             self._apply()
 
     # brake, clutch, coupling
 
-    def _switch(self, wanted: Part) -> None:
+    def _switch(self) -> None:
+        """Command what the outputs say; those that the mask leaves out stay as they are."""
+        commanded = self._mechanism.commanded
+        wanted = Part((self._outputs & self._mask | int(commanded) & ~self._mask) & _ALL)
         changed = wanted ^ self._mechanism.commanded
         if Part.COUPLING in changed and self._turns():
             wanted ^= Part.COUPLING
+            self._outputs ^= Part.COUPLING
             self._power.trip(COUPLING_REFUSED)
         self._mechanism.command(wanted)
 
@@ -156,6 +171,7 @@ class Cia402Actuator:
                     else:
                         self._world.uncouple_dynamometer()
                 except RuntimeError:
+                    self._outputs ^= Part.COUPLING
                     self._power.trip(COUPLING_REFUSED)
                     self._apply()
                     return False

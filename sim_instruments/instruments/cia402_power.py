@@ -51,7 +51,10 @@ class SdoError(Exception):
 
 
 class ObjectServer(Protocol):
-    """A device whose object dictionary a node serves."""
+    """A device whose object dictionary a node serves.
+
+    It is asked for an object by its index, from subindex 2 on by `numbered(index, subindex)`.
+    """
 
     @property
     def entries(self) -> tuple[Entry, ...]:
@@ -62,6 +65,11 @@ class ObjectServer(Protocol):
 
     def write(self, index: int, value: int) -> None:
         """Write an object. Raises SdoError where the value or the state does not allow it."""
+
+
+def numbered(index: int, subindex: int) -> int:
+    """Return what a device is asked by for an object of several members."""
+    return index if subindex < 2 else subindex << 16 | index
 
 
 class PowerStage:

@@ -207,3 +207,20 @@ def test_time_goes_as_on_the_bench() -> None:
     clock.sleep(2.0)
     clock.sleep(-1.0)
     assert before + 2.0 <= clock.now() < before + 200.0
+
+
+def test_a_fixture_is_served_with_a_station_file_that_loads(tmp_path: Path) -> None:
+    file = tmp_path / "station.toml"
+    process = subprocess.Popen(
+        [*SERVE, "--fixture", "--json", "--station-file", str(file)], stdout=subprocess.PIPE, text=True, env=QUIET
+    )
+    try:
+        assert process.stdout is not None
+        told = json.loads(process.stdout.readline())
+        roles = {"switch_matrix", "rotor_actuator", "insulation_tester"}
+        assert roles <= told["addresses"].keys()
+        assert roles <= {role.value for role in load_station(file).entries}
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=10.0)
+    assert process.returncode == 0
