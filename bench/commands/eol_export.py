@@ -11,8 +11,7 @@ def export(
     *,
     format: Literal["csv", "parquet", "junit", "jsonl"],  # noqa: A002  as it is typed
     batch: str = "",
-    records: str = "",
-    runs: Path = Path("runs"),
+    records: str = "records.sqlite",
     output: Path | None = None,
 ) -> None:
     """Write records in a form that other programs read.
@@ -25,8 +24,6 @@ def export(
         One batch; all without it.
     records
         Where the records are kept, as for `eol run`.
-    runs
-        Folder of the runs, in which records.sqlite lies.
     output
         The file to write; standard output without it, which parquet cannot do.
 
@@ -36,11 +33,11 @@ def export(
 
     if output is None and format == "parquet":
         raise UsageError("--format parquet: name the file by --output FILE")
-    with own_records(records, runs) as kept:
+    with own_records(records) as kept:
         write(kept.read(batch or None), format, output, sys.stdout)
 
 
-def labels(*, batch: str, records: str = "", runs: Path = Path("runs")) -> None:
+def labels(*, batch: str, records: str = "records.sqlite") -> None:
     """Print the label line of each motor of a batch, in the order in which they were done.
 
     Parameters
@@ -49,13 +46,11 @@ def labels(*, batch: str, records: str = "", runs: Path = Path("runs")) -> None:
         The batch's name.
     records
         Where the records are kept, as for `eol run`.
-    runs
-        Folder of the runs, in which records.sqlite lies.
 
     """
     from bench.eol.labels import label_of
     from bench.eol.line.keeper import own_records
 
-    with own_records(records, runs) as kept:
+    with own_records(records) as kept:
         for record in kept.read(batch):
             sys.stdout.write(label_of(record) + "\n")

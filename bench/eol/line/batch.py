@@ -37,7 +37,7 @@ class BatchWishes:
     batch: str = ""
     serials: str = ""
     motors: int | None = None
-    records: str = ""
+    records: str = "records.sqlite"
     person: str = ""
     operator: str = ""
     language: str = "en"

@@ -13,7 +13,7 @@ from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.records import Passage, Records, StoreError
 from bench.errors import InputError
 
-#: The file that records are kept in unless something else is named.
+#: The file among the runs that keeps records until their server has them.
 FILE = "records.sqlite"
 #: How often (s) what waits for a server is tried again, and how long (s) the batch's end waits for it.
 _AGAIN, _AT_THE_END = 5.0, 20.0
@@ -83,32 +83,26 @@ class Keeper:
 
 
 def open_keeper(reference: str, runs: Path) -> Keeper:
-    """Return where records are kept: a file's path or an address as `database_url` takes it, empty for the file beside the runs.
+    """Return where records are kept: a file's path or an address as `database_url` takes it.
 
     Raises InputError where it cannot be used; a server that is away can.
     """
-    own = str(runs / FILE)
-    if reference and database_url(reference).get_backend_name() == "postgresql":
-        return Keeper(_opened(own, runs), reference)
-    return Keeper(_opened(reference or own, runs))
-
-
-@contextmanager
-def own_records(reference: str, runs: Path) -> Iterator[Records]:
-    """Give the records of a database as `open_keeper` takes it. Raises InputError where there are none."""
-    where = reference or str(runs / FILE)
-    if "://" not in where and not Path(where).is_file():
-        raise InputError(f"{where}: there are no records; see --runs and --records")
-    engine = open_database(where)
-    try:
-        yield Records(engine)
-    finally:
-        engine.dispose()
-
-
-def _opened(reference: str, runs: Path) -> Engine:
+    if database_url(reference).get_backend_name() != "postgresql":
+        return Keeper(open_database(reference))
     try:
         runs.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{runs}: the folder of the runs cannot be made: {error.strerror}; see --runs") from None
-    return open_database(reference)
+    return Keeper(open_database(str(runs / FILE)), reference)
+
+
+@contextmanager
+def own_records(reference: str) -> Iterator[Records]:
+    """Give the records of a database as `open_keeper` takes it. Raises InputError where there are none."""
+    if "://" not in reference and not Path(reference).is_file():
+        raise InputError(f"{reference}: there are no records here; name their file or server by --records")
+    engine = open_database(reference)
+    try:
+        yield Records(engine)
+    finally:
+        engine.dispose()

@@ -85,7 +85,12 @@ class Bench:
         (folder / "line.toml").write_text(LINE, encoding="utf-8")
         self.ear = Ear()
         self.wishes = BatchWishes(
-            plan=folder / "plan.toml", station=str(folder / "line.toml"), runs=folder / "runs", motors=4, seed=7
+            plan=folder / "plan.toml",
+            station=str(folder / "line.toml"),
+            runs=folder / "runs",
+            motors=4,
+            seed=7,
+            records=str(folder / "records.sqlite"),
         )
 
     def run(self, typed: str = "", **changed: object) -> tuple[Counts, str]:

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from bench.eol.line.keeper import FILE, own_records
+from bench.eol.line.keeper import own_records
 from bench.eol.verdict import Verdict
 from bench.record.run_folder import RunFolder
 from bench.record.verify import Verdict as Untouched
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def kept(bench: Any) -> "list[MotorRecord]":
-    with own_records("", bench.folder / "runs") as records:
+    with own_records(str(bench.folder / "records.sqlite")) as records:
         return sorted(records.read("small"), key=lambda record: record.number)
 
 
@@ -90,4 +90,3 @@ def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any
     assert any("pattern" in words for words in why)
     assert any("printable" in words for words in why)
     assert any("A1" in words for words in why)
-    assert (bench.folder / "runs" / FILE).is_file()
