@@ -5,6 +5,7 @@ from typing import Any
 
 from procedures.back_emf_constant import BackEmfConstant
 from procedures.back_emf_shape import BackEmfShape
+from procedures.cogging_torque import CoggingTorque
 from procedures.dq_inductance_aligned import DqInductanceAligned
 from procedures.dq_inductance_extremes import DqInductanceExtremes
 from procedures.dq_inductance_time_constant import DqInductanceTimeConstant
@@ -40,6 +41,7 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     WindingBalance,
     PhaseOrder,
     BackEmfShape,
+    CoggingTorque,
     HallSensors,
     InsulationResistance,
 )
