@@ -14,6 +14,7 @@ from procedures.hall_sensors import HallSensors
 from procedures.inertia import Inertia
 from procedures.insulation_resistance import InsulationResistance
 from procedures.nameplate_data import NameplateData
+from procedures.no_load_current import NoLoadCurrent
 from procedures.phase_order import PhaseOrder
 from procedures.pole_pairs_back_emf import PolePairsBackEmf
 from procedures.pole_pairs_inverter import PolePairsInverter
@@ -41,6 +42,7 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     WindingBalance,
     PhaseOrder,
     BackEmfShape,
+    NoLoadCurrent,
     CoggingTorque,
     HallSensors,
     InsulationResistance,

@@ -32,6 +32,7 @@ PARAMETER_NAMES: Mapping[str, Text] = {
     "back_emf_angle_deviation": text("Deviation of the back-EMF's angles from 120°"),
     "back_emf_thd": text("Total harmonic distortion of the back-EMF"),
     "insulation_resistance": text("Insulation resistance"),
+    "no_load_current": text("No-load current"),
     "cogging_torque": text("Cogging torque, peak to peak"),
     "hall_faults": text("Faults of the Hall sensors' leads"),
     "hall_offset": text("Offset of the Hall sensors"),
