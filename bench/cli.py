@@ -56,7 +56,7 @@ def make_app() -> App:
         ("eol_run:run", "run", "Measure a batch of motors by a plan."),
         ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
         ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
-        ("eol_export:labels", "labels", "The label line of each motor of a batch."),
+        ("eol_labels:labels", "labels", "The label line of each motor of a batch."),
         ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge R&R."),
     ):
         eol.command(f"bench.commands.{where}", name=name, help=words)

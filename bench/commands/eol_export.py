@@ -1,56 +1,107 @@
-"""`motorbench eol export` and `motorbench eol labels`: what is kept of a batch, for others to read."""
+"""`motorbench eol export`: a batch's records for other programs."""
 
+import os
 import sys
+import tempfile
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Literal
+from typing import IO, Annotated, Literal
 
-from bench.errors import UsageError
+from cyclopts import Parameter
+
+from bench.commands.output import print_json
+from bench.eol.record import MotorRecord
+from bench.errors import InputError, UsageError
+
+Format = Literal["csv", "parquet", "junit", "jsonl"]
 
 
 def export(
-    *,
-    format: Literal["csv", "parquet", "junit", "jsonl"],  # noqa: A002  as it is typed
-    batch: str = "",
+    *batches: str,
+    format_: Annotated[Format, Parameter(name="--format")],
+    out: Annotated[Path | None, Parameter(name=("--out", "--output"))] = None,
     records: str = "records.sqlite",
-    output: Path | None = None,
-) -> None:
-    """Write records in a form that other programs read.
+    json: bool = False,
+) -> int:
+    """Write the records of batches, of all where none is named; a file is there whole, or not at all.
 
     Parameters
     ----------
-    format
-        csv and parquet: a row for each figure; junit: a test case for each motor; jsonl: an object for each motor.
-    batch
-        One batch; all without it.
+    batches
+        The batches' names.
+    format_
+        csv (one row a figure), parquet (the same, with types), junit (one test case a parameter), jsonl (one record a line).
+    out
+        File to write; one that is there is replaced. Without it the records go to standard output.
     records
-        Where the records are kept, as for `eol run`.
-    output
-        The file to write; standard output without it, which parquet cannot do.
+        The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    json
+        Print one JSON object and nothing else.
 
     """
-    from bench.eol.exports import write
-    from bench.eol.line.keeper import own_records
+    from bench.eol.store.database import open_database
+    from bench.eol.store.records import Records
 
-    if output is None and format == "parquet":
-        raise UsageError("--format parquet: name the file by --output FILE")
-    with own_records(records) as kept:
-        write(kept.read(batch or None), format, output, sys.stdout)
+    if out is None and (json or format_ == "parquet"):
+        raise UsageError("--json and --format parquet go with --out FILE")
+    engine = open_database(records, existing=True)
+    try:
+        kept = Records(engine)
+        there = kept.batches()
+        for name in batches:
+            if name not in there:
+                raise InputError(f"there is no batch {name!r}; there are: {', '.join(there[:20]) or 'none'}")
+        found = (record for name in (dict.fromkeys(batches) or [None]) for record in kept.read(name))
+        if out is None:
+            _writer(format_)(found, sys.stdout.buffer)
+            sys.stdout.flush()
+            return 0
+        count = _whole(out, _writer(format_), found)
+    finally:
+        engine.dispose()
+    if json:
+        print_json({"file": str(out), "format": format_, "motors": count})
+    else:
+        print(f"{out}: {count} motors")
+    return 0
 
 
-def labels(*, batch: str, records: str = "records.sqlite") -> None:
-    """Print the label line of each motor of a batch, in the order in which they were done.
+def _writer(format_: Format) -> Callable[[Iterable[MotorRecord], IO[bytes]], int]:
+    match format_:
+        case "csv":
+            from bench.eol.exports.csv_file import write_csv
 
-    Parameters
-    ----------
-    batch
-        The batch's name.
-    records
-        Where the records are kept, as for `eol run`.
+            return write_csv
+        case "parquet":
+            from bench.eol.exports.parquet import write_parquet
 
-    """
-    from bench.eol.labels import label_of
-    from bench.eol.line.keeper import own_records
+            return write_parquet
+        case "junit":
+            from bench.eol.exports.junit import write_junit
 
-    with own_records(records) as kept:
-        for record in kept.read(batch):
-            sys.stdout.write(label_of(record) + "\n")
+            return write_junit
+        case "jsonl":
+            from bench.eol.exports.json_lines import write_json_lines
+
+            return write_json_lines
+
+
+def _whole(out: Path, write: Callable[[Iterable[MotorRecord], IO[bytes]], int], found: Iterable[MotorRecord]) -> int:
+    """Write beside the file, and put it in its place when it is whole."""
+    made: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile(dir=out.parent, prefix=f".{out.name}.", delete=False) as file:
+            made = Path(file.name)
+            count = write(found, file)
+            file.flush()
+            os.fsync(file.fileno())
+        umask = os.umask(0)
+        os.umask(umask)
+        made.chmod(0o666 & ~umask)
+        made.replace(out)
+    except OSError as error:
+        raise InputError(f"{out} cannot be written: {error.strerror or error}") from error
+    finally:
+        if made is not None:
+            made.unlink(missing_ok=True)
+    return count

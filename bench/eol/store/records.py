@@ -1,7 +1,7 @@
 """Records in a database: each saved whole or not at all, and never twice."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -14,6 +14,8 @@ from bench.eol.store.database import reason
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, WAVEFORM
 from bench.eol.verdict import Verdict
 
+#: Records read in one go.
+_AT_ONCE = 500
 _PLAIN = tuple(column.name for column in MOTOR.columns if column.name not in ("id", "verdict", "started", "ended"))
 
 
@@ -107,42 +109,26 @@ class Records:
             return list(connection.execute(query).scalars())
 
     def read(self, batch: str | None = None) -> Iterator[MotorRecord]:
-        """Give the records in the order in which they were kept, a few at a time."""
-        query = select(MOTOR).order_by(MOTOR.c.id)
-        if batch is not None:
-            query = query.where(MOTOR.c.batch == batch)
-        with self._engine.connect() as connection:
-            for row in connection.execution_options(yield_per=500).execute(query).mappings():
-                yield self._restored(row)
+        """Give the records in the order in which they were kept, a few at a time; what is added meanwhile may be among them."""
+        last = 0
+        while True:
+            query = select(MOTOR).where(MOTOR.c.id > last).order_by(MOTOR.c.id).limit(_AT_ONCE)
+            if batch is not None:
+                query = query.where(MOTOR.c.batch == batch)
+            with self._engine.connect() as connection:
+                rows = connection.execute(query).mappings().all()
+                found = _restored(connection, rows)
+            yield from found
+            if len(rows) < _AT_ONCE:
+                return
+            last = rows[-1]["id"]
 
     def find(self, identifier: str) -> MotorRecord | None:
         """Return one record."""
         with self._engine.connect() as connection:
-            row = connection.execute(select(MOTOR).where(MOTOR.c.identifier == identifier)).mappings().first()
-        return self._restored(row) if row is not None else None
-
-    def _restored(self, row: Mapping[Any, Any]) -> MotorRecord:
-        with self._engine.connect() as connection:
-            parts = [
-                connection.execute(select(table).where(table.c.motor == row["id"]).order_by(*keys)).mappings().all()
-                for table, keys in (
-                    (FIGURE, (FIGURE.c.parameter,)),
-                    (CHECK, (CHECK.c.procedure, CHECK.c.attempt)),
-                    (WAVEFORM, (WAVEFORM.c.path,)),
-                )
-            ]
-        return MotorRecord(
-            **{name: row[name] for name in _PLAIN},
-            started=utc(row["started"]),
-            ended=utc(row["ended"]),
-            verdict=Verdict(row["verdict"]),
-            measured=tuple(_measured(figure) for figure in parts[0]),
-            checks=tuple(
-                CheckRecord(c["procedure"], c["attempt"], Verdict(c["verdict"]), c["duration"], c["cause"])
-                for c in parts[1]
-            ),
-            waveforms={wave["path"]: wave["sha256"] for wave in parts[2]},
-        )
+            rows = connection.execute(select(MOTOR).where(MOTOR.c.identifier == identifier)).mappings().all()
+            found = _restored(connection, rows)
+        return found[0] if found else None
 
 
 def insert_record(connection: Connection, record: MotorRecord) -> bool:
@@ -182,6 +168,37 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
         if rows:
             connection.execute(insert(table), rows)
     return True
+
+
+def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[MotorRecord]:
+    """Return the records of some rows, with their figures, checks and waveforms."""
+    keys = [row["id"] for row in rows]
+    parts: list[dict[int, list[Mapping[Any, Any]]]] = []
+    for table, order in (
+        (FIGURE, (FIGURE.c.parameter,)),
+        (CHECK, (CHECK.c.procedure, CHECK.c.attempt)),
+        (WAVEFORM, (WAVEFORM.c.path,)),
+    ):
+        by_motor: dict[int, list[Mapping[Any, Any]]] = {key: [] for key in keys}
+        for part in connection.execute(select(table).where(table.c.motor.in_(keys)).order_by(*order)).mappings():
+            by_motor[part["motor"]].append(part)
+        parts.append(by_motor)
+    figures, checks, waves = parts
+    return [
+        MotorRecord(
+            **{name: row[name] for name in _PLAIN},
+            started=utc(row["started"]),
+            ended=utc(row["ended"]),
+            verdict=Verdict(row["verdict"]),
+            measured=tuple(_measured(figure) for figure in figures[row["id"]]),
+            checks=tuple(
+                CheckRecord(c["procedure"], c["attempt"], Verdict(c["verdict"]), c["duration"], c["cause"])
+                for c in checks[row["id"]]
+            ),
+            waveforms={wave["path"]: wave["sha256"] for wave in waves[row["id"]]},
+        )
+        for row in rows
+    ]
 
 
 def _key(connection: Connection, identifier: str) -> int | None:

@@ -43,6 +43,7 @@ MOTOR = Table(
     Column("run", Text, nullable=False),
     Column("journal_sha256", String(64), nullable=False),
     Index("motor_by_batch", "batch", "model", "verdict", "first_pass", "id"),
+    Index("motor_in_batch", "batch", "id"),
     Index("motor_by_serial_number", "serial_number"),
     Index("motor_by_start", "started"),
 )

@@ -12,6 +12,7 @@ def upgrade() -> None:
     not_passed = sa.text("verdict <> 'pass'")
     op.drop_index("motor_by_batch", "motor")
     op.create_index("motor_by_batch", "motor", ["batch", "model", "verdict", "first_pass", "id"])
+    op.create_index("motor_in_batch", "motor", ["batch", "id"])
     op.create_index("figure_by_value", "figure", ["parameter", "value", "motor"])
     op.create_index(
         "figure_not_passed",

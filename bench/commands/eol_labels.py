@@ -1,0 +1,22 @@
+"""`motorbench eol labels`: the label line of each motor."""
+
+import sys
+
+
+def labels(*, batch: str, records: str = "records.sqlite") -> None:
+    """Print the label line of each motor of a batch, in the order in which they were done.
+
+    Parameters
+    ----------
+    batch
+        The batch's name.
+    records
+        Where the records are kept, as for `eol run`.
+
+    """
+    from bench.eol.labels import label_of
+    from bench.eol.line.keeper import own_records
+
+    with own_records(records) as kept:
+        for record in kept.read(batch):
+            sys.stdout.write(label_of(record) + "\n")

@@ -1,0 +1,1 @@
+"""Records for other programs: one format a module, each written while it is read."""
