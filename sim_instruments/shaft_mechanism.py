@@ -1,6 +1,7 @@
 """Brake, clutch and coupling of the rotor actuator: they obey some time after they are told."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from enum import IntFlag
 
 from sim_instruments.clock import BenchClock
@@ -20,10 +21,13 @@ DELAYS = {Part.BRAKE: 0.05, Part.CLUTCH: 0.08, Part.COUPLING: 0.3}
 
 
 class Mechanism:
-    """Where the parts are; `moved(part, closed)` is asked as one arrives and says whether it could."""
+    """Where the parts are; `moved(part, closed)` is asked as one arrives and says whether it could, with `lock` held."""
 
-    def __init__(self, clock: BenchClock, moved: Callable[[Part, bool], bool]) -> None:
+    def __init__(
+        self, clock: BenchClock, lock: AbstractContextManager[object], moved: Callable[[Part, bool], bool]
+    ) -> None:
         self._clock = clock
+        self._lock = lock
         self._moved = moved
         self.commanded = Part(0)
         self.state = Part(0)
@@ -45,11 +49,15 @@ class Mechanism:
 
     def _arrival(self, part: Part, closed: bool) -> Callable[[], None]:
         def arrive() -> None:
-            self._under_way.pop(part, None)
-            before = self.state
-            self.state = self.state | part if closed else self.state & ~part
-            if not self._moved(part, closed):
-                self.state = before
-                self.commanded = self.commanded & ~part if closed else self.commanded | part
+            with self._lock:
+                self._arrive(part, closed)
 
         return arrive
+
+    def _arrive(self, part: Part, closed: bool) -> None:
+        self._under_way.pop(part, None)
+        before = self.state
+        self.state = self.state | part if closed else self.state & ~part
+        if not self._moved(part, closed):
+            self.state = before
+            self.commanded = self.commanded & ~part if closed else self.commanded | part

@@ -64,7 +64,7 @@ class Cia402Actuator:
     def __init__(self, world: "World", *, maximum_speed: float = 100.0 * math.pi) -> None:
         self._world = world
         self._power = PowerStage((PROFILE_POSITION, PROFILE_VELOCITY))
-        self._mechanism = Mechanism(world.clock, self._arrived)
+        self._mechanism = Mechanism(world.clock, world.lock, self._arrived)
         self._target_position = self._profile_speed = self._velocity = 0
         self._outputs, self._mask = 0, _ALL
         self._move: _Move | None = None
@@ -163,20 +163,19 @@ class Cia402Actuator:
 
     def _arrived(self, part: Part, closed: bool) -> bool:
         """Take note that a part has moved; return whether it could."""
-        with self._world.lock:
-            if part is Part.COUPLING:
-                try:
-                    if closed:
-                        self._world.couple_dynamometer()
-                    else:
-                        self._world.uncouple_dynamometer()
-                except RuntimeError:
-                    self._outputs ^= Part.COUPLING
-                    self._power.trip(COUPLING_REFUSED)
-                    self._apply()
-                    return False
-            self._apply()
-        return True
+        could = True
+        if part is Part.COUPLING:
+            try:
+                if closed:
+                    self._world.couple_dynamometer()
+                else:
+                    self._world.uncouple_dynamometer()
+            except RuntimeError:
+                self._outputs ^= Part.COUPLING
+                self._power.trip(COUPLING_REFUSED)
+                could = False
+        self._apply()
+        return could
 
     # motion
 
