@@ -1,6 +1,8 @@
 """A virtual motor's true values by the names of measured parameters."""
 
+import cmath
 import math
+from collections.abc import Sequence
 
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
@@ -27,12 +29,37 @@ def truth_of(motor: VirtualMotor, drive: SixStepDrive | None = None) -> dict[str
         "coulomb_friction": motor.coulomb_friction,
         "viscous_friction": motor.viscous_friction,
         "resistance_unbalance": _unbalance(_line_resistances(motor)),
-        "phase_order": 1.0,
-        "back_emf_unbalance": 0.0,
-        "back_emf_angle_deviation": 0.0,
-        "back_emf_thd": 100.0 * math.hypot(*(a for order, a, _ in motor.flux_harmonics if order % 3)),
+        "phase_order": -1.0 if motor.exchanged else 1.0,
+        "insulation_resistance": motor.insulation_resistance,
+        **_emf_shape(motor),
         **of_drive,
     }
+
+
+def _emf_shape(motor: VirtualMotor) -> dict[str, float]:
+    """Return what the three phases show against an artificial star; nothing of a delta of unlike windings, whose currents shift it."""
+    alike = len(set(motor.emf_shares)) == 1
+    if not alike and motor.connection == "delta":
+        return {}
+    fundamental = _against_star(motor, 1)
+    harmonics = [(amplitude, _against_star(motor, order)) for order, amplitude, _ in motor.flux_harmonics]
+    angles = [cmath.phase(phasor) for phasor in fundamental]
+    spacings = [(angles[k] - angles[(k + 1) % 3]) % (2.0 * math.pi) for k in range(3)]
+    distortions = [
+        math.hypot(*(amplitude * abs(phasors[k]) for amplitude, phasors in harmonics)) / abs(fundamental[k])
+        for k in range(3)
+    ]
+    return {
+        "back_emf_unbalance": _unbalance([abs(phasor) for phasor in fundamental]),
+        "back_emf_angle_deviation": max(abs(math.degrees(spacing) - 120.0) for spacing in spacings),
+        "back_emf_thd": 100.0 * max(distortions),
+    }
+
+
+def _against_star(motor: VirtualMotor, order: int) -> list[complex]:
+    """Return the phases' voltages of one harmonic against the artificial star, its amplitude in a winding being 1."""
+    phases = [share * cmath.exp(-2j * math.pi / 3.0 * order * k) for k, share in enumerate(motor.emf_shares)]
+    return [phase - sum(phases) / 3.0 for phase in phases]
 
 
 def _line_resistances(motor: VirtualMotor) -> tuple[float, float, float]:
@@ -44,7 +71,7 @@ def _line_resistances(motor: VirtualMotor) -> tuple[float, float, float]:
     return a * (b + c) / ring, b * (c + a) / ring, c * (a + b) / ring
 
 
-def _unbalance(lines: tuple[float, float, float]) -> float:
+def _unbalance(lines: Sequence[float]) -> float:
     """Return the largest deviation from the mean, in per cent of it."""
     mean = sum(lines) / 3.0
     return 100.0 * max(abs(line / mean - 1.0) for line in lines)

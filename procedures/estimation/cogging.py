@@ -14,7 +14,7 @@ _CHANCE = 0.01
 #: At most so many orders of all that the readings could show are looked at: the rest tells the noise.
 _SHARE = 0.3
 #: Points of the curve that the peaks are sought on, for each period of its highest order.
-_FINE = 16
+_FINE = 128
 #: Of a known order so many multiples are looked at, and what drifts over the part of a turn is a polynomial of this degree.
 _MULTIPLES, _BEND = 3, 3
 #: From this part of a turn on, run-out is told by its own orders, up to the second.

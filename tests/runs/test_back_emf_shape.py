@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from bench.files.motor_file import load_motor
+from bench.truth import truth_of
 from procedures.bench import ProcedureError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, ScopeErrors
@@ -61,7 +62,7 @@ def test_shape_holds_the_truth(motorbench, name):
     assert abs(thd["value"] - thd["truth"]) <= 3.0 * thd["standard_uncertainty"]
     assert thd["standard_uncertainty"] < 0.05
     for like in ("back_emf_unbalance", "back_emf_angle_deviation"):
-        assert parameters[like]["truth"] == 0.0
+        assert parameters[like]["truth"] == pytest.approx(0.0, abs=1e-9)
         assert 0.0 <= parameters[like]["value"] <= 3.0 * parameters[like]["standard_uncertainty"]
 
 
@@ -86,3 +87,22 @@ def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
     assert within(thrice, 0.0)
     assert thrice.value < 0.06
     assert thrice.standard_uncertainty < 0.03
+
+
+@pytest.mark.parametrize("shares", [(1.0, 0.9, 1.0), (0.93, 1.0, 1.05)])
+def test_a_weak_winding_is_found_in_size_and_angle(shares):
+    weak = replace(MOTOR, emf_shares=shares)
+    truth = truth_of(weak)
+    with VirtualBench(weak, seed=4, sockets=False) as bench:
+        result = measure(bench, PLATE, "back-emf-shape", "exchange=true")
+    for name in ("back_emf_unbalance", "back_emf_angle_deviation", "back_emf_thd"):
+        assert within(result.parameter(name), truth[name], 4.0), (name, truth[name])
+    assert result.parameter("back_emf_unbalance").value > 1.0
+    assert result.parameter("back_emf_angle_deviation").value > 1.0
+
+
+def test_wires_exchanged_inside_the_motor_are_found():
+    inside = replace(MOTOR, exchanged=("B", "C"))
+    with VirtualBench(inside, seed=4, sockets=False) as bench:
+        assert measure(bench, PLATE, "phase-order").parameter("phase_order").value == -1.0
+    assert truth_of(inside)["phase_order"] == -1.0

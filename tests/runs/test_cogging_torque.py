@@ -1,12 +1,13 @@
 """The slow turn on the virtual bench: its way, its end, and what it says where there is no cogging to be felt."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from bench.files.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
-from tests.runs.on_bench import measure
+from tests.runs.on_bench import measure, within
 
 FILE = load_motor("lg-400w")
 
@@ -39,3 +40,49 @@ def test_a_shaft_that_feels_none_gets_a_bound(bench):
     assert low <= 1e-5
     assert high < 2e-4
     assert found.budget[0].source == "cogging that the scatter may hide"
+
+
+@pytest.fixture
+def feeling():
+    """Benches whose dynamometer feels the motor's cogging."""
+
+    def make(motor):
+        return VirtualBench(motor, seed=3, sockets=False, fixture=True)
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"), [("lg-400w", ()), ("lg-400w", ("order=24",)), ("outrunner-delta", ("order=84",))]
+)
+def test_it_holds_the_truth(feeling, name, settings):
+    file = load_motor(name)
+    motor = file.virtual_motor()
+    with feeling(motor) as bench:
+        result = measure(bench, file.nameplate, "cogging-torque", *settings)
+    found = result.parameter("cogging_torque")
+    assert within(found, 2.0 * motor.cogging_torque)
+    assert found.standard_uncertainty < 0.03 * found.value
+    assert result.findings["orders"] == [motor.cogging_order]
+
+
+def test_more_cogging_than_the_type_has_is_found(feeling):
+    with feeling(replace(FILE.virtual_motor(), cogging_torque=0.009)) as bench:
+        found = measure(bench, FILE.nameplate, "cogging-torque", "order=24").parameter("cogging_torque")
+    assert within(found, 0.018)
+
+
+def test_an_order_too_high_for_a_whole_turn_is_no_small_cogging(feeling):
+    file = load_motor("outrunner-delta")
+    motor = file.virtual_motor()
+    with feeling(motor) as bench:
+        low, high = measure(bench, file.nameplate, "cogging-torque").parameter("cogging_torque").coverage_interval
+    assert low <= 2.0 * motor.cogging_torque <= high
+
+
+def test_averaging_that_blurs_is_said(feeling):
+    file = load_motor("gimbal")
+    with feeling(file.virtual_motor()) as bench:
+        result = measure(bench, file.nameplate, "cogging-torque", "order=264")
+    assert [notice.identifier for notice in result.warnings] == ["blurred"]
+    assert within(result.parameter("cogging_torque"), 2.0 * file.virtual_motor().cogging_torque)

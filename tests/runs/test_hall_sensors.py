@@ -1,0 +1,82 @@
+"""The Hall sensors of virtual motors: sound ones, and every fault that a sensor or its leads can have."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from bench.files.motor_file import load_motor
+from sim_instruments.bench import VirtualBench
+from sim_instruments.physics.hall import HallSensors
+from tests.runs.on_bench import measure, within
+
+FILE = load_motor("lg-400w")
+PLATE = replace(FILE.nameplate, pole_pairs=4)
+
+
+def checked(halls, plate=PLATE, *settings):
+    with VirtualBench(replace(FILE.virtual_motor(), halls=halls), seed=3, sockets=False) as bench:
+        result = measure(bench, plate, "hall-sensors", *settings)
+        bench.clock.sleep(60.0)
+        assert abs(bench.world.truth()["shaft_speed"]) < 0.1
+    return result, {parameter.name: parameter for parameter in result.parameters}
+
+
+def test_sound_sensors_are_where_block_commutation_wants_them():
+    result, found = checked(HallSensors())
+    assert found["hall_faults"].value == 0.0
+    for name in ("hall_offset", "hall_spacing_deviation", "hall_duty_deviation"):
+        assert within(found[name], 0.0), name
+        assert found[name].standard_uncertainty < 0.3
+    assert result.warnings == ()
+
+
+@pytest.mark.parametrize("offset", [-20.0, 12.0, 60.0])
+def test_an_offset_is_measured_in_electrical_degrees(offset):
+    _, found = checked(HallSensors(offset=math.radians(offset)))
+    assert found["hall_faults"].value == 0.0
+    assert within(found["hall_offset"], offset)
+
+
+def test_a_sensor_glued_in_the_wrong_place():
+    _, found = checked(HallSensors(placements=(0.0, math.radians(9.0), 0.0)))
+    assert within(found["hall_spacing_deviation"], 9.0)
+    assert within(found["hall_offset"], 3.0)
+
+
+@pytest.mark.parametrize(
+    ("halls", "faults"),
+    [
+        (HallSensors(order=(2, 1, 3)), ["H1: swapped", "H2: swapped"]),
+        (HallSensors(order=(1, 3, 2)), ["H2: swapped", "H3: swapped"]),
+        (HallSensors(inverted=(2,)), ["H2: inverted"]),
+        (HallSensors(stuck=((3, "high"),)), ["H3: dead"]),
+        (HallSensors(stuck=((1, "low"),), inverted=(2,)), ["H1: dead", "H2: inverted"]),
+        (HallSensors(order=(3, 2, 1), inverted=(1,)), ["H1: swapped", "H3: swapped", "H3: inverted"]),
+    ],
+)
+def test_each_fault_is_counted_and_named(halls, faults):
+    result, found = checked(halls)
+    assert result.findings["faults"] == faults
+    assert found["hall_faults"].value == len({fault[:2] for fault in faults})
+    said = " ".join(str(notice.message) for notice in result.warnings)
+    for fault in faults:
+        assert fault[:2] in said
+
+
+def test_three_dead_ones_leave_nothing_else_to_measure():
+    result, found = checked(HallSensors(stuck=((1, "low"), (2, "low"), (3, "high"))))
+    assert set(found) == {"hall_faults"}
+    assert found["hall_faults"].value == 3.0
+    assert len(result.warnings) == 3
+
+
+def test_a_motor_made_for_another_offset_is_held_against_that():
+    _, found = checked(HallSensors(offset=math.radians(30.0)), PLATE, "offset=30")
+    assert within(found["hall_offset"], 0.0)
+
+
+def test_without_pole_pairs_it_is_only_less_certain():
+    _, found = checked(HallSensors(offset=math.radians(5.0)), FILE.nameplate)
+    assert within(found["hall_offset"], 5.0)
+    assert found["hall_faults"].value == 0.0
