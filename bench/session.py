@@ -17,7 +17,7 @@ from bench.language import translator
 from bench.plan import Catalogue, Planned, check_roles, make_plan, possible
 from bench.progress import Progress
 from bench.record.disk import Reserve
-from bench.record.journal import Journal, Listener
+from bench.record.journal import DURABLE, Journal, Listener
 from bench.record.journal_file import JournalFile
 from bench.record.recording import WaveformSink
 from bench.record.run_folder import RunFolder, new_run_folder
@@ -70,7 +70,8 @@ class How:
     """What a line does otherwise than a single run.
 
     `folder` is made already; `versions` are known already; `waveforms` gives where samples go, for their folder; `lifelines` are
-    file descriptors that a guardian keeps open for as long as it lives; `about` is told at the
+    file descriptors that a guardian keeps open for as long as it lives; `durable` are the kinds of events that
+    must have reached the disk before what follows them; without `reserve` no room is kept for a run's end. `about` is told at the
     run's beginning besides; `concluded` writes and gives the result.
     """
 
@@ -81,6 +82,7 @@ class How:
     versions: Mapping[str, str] = field(default_factory=dict)
     waveforms: Callable[[Path], WaveformSink] = WaveformFolder
     lifelines: Sequence[int] = ()
+    durable: frozenset[str] = DURABLE
     reserve: bool = True
     about: Mapping[str, Any] = field(default_factory=dict)
     concluded: Callable[[RunFolder, RunView, Translate], dict[str, Any]] = conclude
@@ -170,7 +172,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             )
         )
         reserve = Reserve(folder.reserve) if how.reserve else None
-        journal = Journal(folder.journal, where.clock.now, previous=previous, reserve=reserve)
+        journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
         journal.listen(view.apply)
         journal.listen(guard.hear)
         journal.listen(interrupts.hear)

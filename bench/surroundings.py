@@ -123,7 +123,7 @@ def place_at(
     """Give the surroundings for a run at a station that was read; otherwise as `place`."""
     if operator == "fixture" and read.control:
         with _served(read, seed, faults) as made:
-            yield _with_fixture(made, lambda: float(made.really()["winding_temperature"]))
+            yield with_fixture(made, lambda: float(made.really()["winding_temperature"]))
         return
     if operator == "virtual" or (read.control and not operator):
         if not read.control:
@@ -144,7 +144,7 @@ def place_at(
         yield _replayed(read, answers)
         return
     by_hand = _by_hand(read, motor, console, language)
-    yield _with_fixture(by_hand, lambda: read.fixture.winding_temperature) if operator == "fixture" else by_hand
+    yield with_fixture(by_hand, lambda: read.fixture.winding_temperature) if operator == "fixture" else by_hand
 
 
 def _refuse_faults(station: Station, faults: "Sequence[GivenFault]") -> None:
@@ -155,7 +155,7 @@ def _refuse_faults(station: Station, faults: "Sequence[GivenFault]") -> None:
         )
 
 
-def _with_fixture(made: Place, thermometer: Callable[[], float | None]) -> Place:
+def with_fixture(made: Place, thermometer: Callable[[], float | None]) -> Place:
     """Return the same place with the station's own fixture in place of hands. Raises UsageError where it has none."""
     from bench.operators.fixture import ROLES, FixtureOperator
 

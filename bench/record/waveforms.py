@@ -87,11 +87,25 @@ class WaveformFolder:
         return StoredRecord(f"{self.path.name}/{path.name}", hashlib.sha256(content).hexdigest(), len(content))
 
 
-class NoWaveforms:
-    """Keeps none: the journal tells of them, and nothing lies on the disk."""
+class LateWaveforms:
+    """Keeps records in memory until it is known whether they are wanted; the journal tells of them without a hash."""
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self._folder = WaveformFolder(path)
+        self._held: list[tuple[str, Mapping[str, WaveformLike]]] = []
+
+    def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:
+        """Hold the waveforms of one record."""
+        self._held.append((name, waveforms))
+        return StoredRecord(f"{self._folder.path.name}/{len(self._held):04d}-{name}.h5", "", 0)
+
+    def write(self) -> list[StoredRecord]:
+        """Have them on the disk, under the names that the journal told. Raises RecordError."""
+        return [self._folder.store(name, waveforms) for name, waveforms in self._held]
+
+
+class NoWaveforms:
+    """Keeps none: the journal tells that there were some, and nothing lies on the disk."""
 
     def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:
         """Keep nothing."""

@@ -1,34 +1,33 @@
 """A socket: one motor's passage after the other, each a run with its journal, judged by the plan."""
 
-import shutil
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bench.clock import wall_date
 from bench.commands.output import console_on
 from bench.eol.line.channel import Channel
-from bench.eol.line.judging import MotorJudge, described
+from bench.eol.line.judging import MotorJudge
+from bench.eol.line.kept_waveforms import KeptWaveforms
 from bench.eol.line.leases import Leases
 from bench.eol.line.line_file import station_of
 from bench.eol.line.messages import Passed, Setup, Task
-from bench.eol.line.passage_names import identifier, new_folder
+from bench.eol.line.motor_record import Passage, record_of
+from bench.eol.line.passage_names import new_folder
 from bench.eol.line.preparation import planned_of
 from bench.eol.line.times import Times
 from bench.eol.line.virtual_motors import drawn_motor, seed_of
-from bench.eol.record import Measured, MotorRecord
-from bench.eol.verdict import Verdict
+from bench.eol.record import MotorRecord
 from bench.errors import InputError
 from bench.files.station import Station
 from bench.plan import Planned, check_roles
-from bench.record.run_folder import RunFolder
-from bench.record.waveforms import NoWaveforms, WaveformFolder
+from bench.record.journal import DURABLE
 from bench.safety.interrupts import Interrupts
-from bench.session import Finished, How, Wishes, carry_out, quieten_libraries
+from bench.session import How, Wishes, carry_out, quieten_libraries
 from bench.sharing import Alone, Sharing
 from bench.software import software
 from bench.surroundings import Place, place_at
@@ -68,43 +67,49 @@ class Socket:
             self._interrupts.request(self._stopped)
         batch = self._batch
         judge = MotorJudge(task.checks, batch.limits, batch.plan.guard, batch.plan.minimum_ratio)
-        passage = _Passage(task, judge, Path(batch.folder), datetime.now(UTC))
+        passage = Passage(task, judge, KeptWaveforms(batch.plan.keep_waveforms), datetime.now(UTC))
         try:
-            planned = self._planned(task)
-            passage.planned = len(planned)
-            motor = replace(batch.motor, nameplate=replace(batch.motor.nameplate, serial_number=task.serial_number))
-            wishes = Wishes(
-                procedures=[each.name for each in planned],
-                motor=motor,
-                station=self._place.source,
-                language=batch.language,
-                runs=Path(batch.folder),
-                operator=batch.operator,
-                person=batch.person,
-                seed=seed_of(batch.seed, task.serial_number, task.number),
-            )
-            with self._where(task, wishes) as where:
-                check_roles(planned, where.station)
-                used = {role for each in planned for role in each.procedure.roles}
-                folder = passage.make_folder()
-                how = How(
-                    after=judge.after,
-                    warnings=where.station.check_calibrations(wall_date(), used),
-                    listeners=(passage.hear,),
-                    folder=folder,
-                    versions=self._versions,
-                    lifelines=(self._place.lifeline,),
-                    waveforms=NoWaveforms if batch.plan.keep_waveforms == "none" else WaveformFolder,
-                    about={"batch": batch.name, "number": task.number, "keep_waveforms": batch.plan.keep_waveforms},
-                )
-                passage.done = carry_out(wishes, planned, where, self._interrupts, how)
+            self._run(passage)
         except (InputError, OSError) as error:
             passage.cause = str(error)
         except Exception as error:  # noqa: BLE001  one motor's trouble must not end the line
             passage.cause = f"{type(error).__name__}: {error}"
-        record = self._record(passage)
-        self._tidy(record, passage)
+        record = record_of(passage, batch, self._place.name)
         return record, task.at + record.bench_time
+
+    def _run(self, passage: Passage) -> None:
+        batch, task = self._batch, passage.task
+        planned = self._planned(task)
+        motor = replace(batch.motor, nameplate=replace(batch.motor.nameplate, serial_number=task.serial_number))
+        wishes = Wishes(
+            procedures=[each.name for each in planned],
+            motor=motor,
+            station=self._place.source,
+            language=batch.language,
+            runs=Path(batch.folder),
+            operator=batch.operator,
+            person=batch.person,
+            seed=seed_of(batch.seed, task.serial_number, task.number),
+        )
+        with self._where(task, wishes) as where:
+            check_roles(planned, where.station)
+            used = {role for each in planned for role in each.procedure.roles} | where.operators_roles
+            passage.folder = new_folder(Path(batch.folder), task)
+            how = How(
+                after=passage.judge.after,
+                warnings=where.station.check_calibrations(wall_date(), used),
+                listeners=(passage.waveforms.hear,),
+                folder=passage.folder,
+                versions=self._versions,
+                waveforms=passage.waveforms.sink,
+                lifelines=() if self._station is None else (self._place.lifeline,),
+                # What is virtual is not left on by a power cut, and a virtual motor is measured again.
+                durable=DURABLE if self._station else frozenset({"run_finished"}),
+                reserve=self._station is not None,
+                about={"batch": batch.name, "number": task.number, "socket": self._place.name},
+                concluded=lambda _folder, _view, _translate: {},
+            )
+            passage.done = carry_out(wishes, planned, where, self._interrupts, how)
 
     def _planned(self, task: Task) -> list[Planned]:
         names = tuple(check.name for check in task.checks)
@@ -133,6 +138,7 @@ class Socket:
             wishes.seed,
             lambda now: self._reach(task.at + now),
             sharing,
+            fixture=batch.operator != "virtual",
         )
 
     @contextmanager
@@ -162,81 +168,3 @@ class Socket:
         if awaited and now > awaited != self._told:
             self._told = awaited
             self.channel.send(Passed(now))
-
-    def _record(self, passage: "_Passage") -> MotorRecord:
-        batch, task, judge, done = self._batch, passage.task, passage.judge, passage.done
-        figures: tuple[Measured, ...] = ()
-        bench_time, cause, aborted = 0.0, passage.cause, False
-        if done is not None:
-            figures = tuple(judge.measured(p) for p in done.view.parameters().parameters.values())
-            bench_time, aborted = done.view.bench_time, done.view.status == "aborted"
-            cause = cause or done.view.cause
-        verdict = judge.verdict(figures, aborted=aborted, planned=passage.planned)
-        if passage.cause and verdict is Verdict.PASS:
-            verdict = Verdict.ERROR
-        return MotorRecord(
-            identifier=identifier(batch.uid, task.number),
-            batch=batch.name,
-            number=task.number,
-            plan=batch.plan.name,
-            plan_sha256=batch.plan.sha256,
-            station=batch.line,
-            socket=self._place.name,
-            person=batch.person,
-            model=batch.motor.nameplate.name,
-            serial_number=task.serial_number,
-            started=passage.started,
-            ended=datetime.now(UTC),
-            verdict=verdict,
-            first_pass=judge.first_pass(verdict),
-            bench_time=bench_time,
-            measured=figures,
-            checks=judge.attempts,
-            cause="" if verdict is Verdict.PASS else _cause(judge, figures, cause),
-            run=str(passage.folder.path) if passage.folder else "",
-            journal_sha256=done.journal_sha256 if done else "",
-            waveforms=passage.waveforms if self._keeps(verdict) else {},
-        )
-
-    def _keeps(self, verdict: Verdict) -> bool:
-        return self._batch.plan.keep_waveforms == "all" or (
-            self._batch.plan.keep_waveforms == "failed" and verdict is not Verdict.PASS
-        )
-
-    def _tidy(self, record: MotorRecord, passage: "_Passage") -> None:
-        if passage.folder is not None and not self._keeps(record.verdict):
-            shutil.rmtree(passage.folder.waveforms, ignore_errors=True)
-
-
-@dataclass
-class _Passage:
-    """What is known of one motor's passage so far; `hear` takes the journal's events."""
-
-    task: Task
-    judge: MotorJudge
-    runs: Path
-    started: datetime
-    planned: int = 0
-    folder: RunFolder | None = None
-    done: Finished | None = None
-    cause: str = ""
-    waveforms: dict[str, str] = field(default_factory=dict)
-
-    def make_folder(self) -> RunFolder:
-        """Make the run's folder. Raises OSError."""
-        self.folder = new_folder(self.runs, self.task)
-        return self.folder
-
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
-        """Note the waveforms' files."""
-        if kind == "waveforms" and data["file"]["path"]:
-            self.waveforms[data["file"]["path"]] = data["file"]["sha256"]
-
-
-def _cause(judge: MotorJudge, figures: Sequence[Measured], cause: str) -> str:
-    """Return why a motor did not pass: what its last attempts said, then its figures, then what ended the run."""
-    last = {attempt.procedure: attempt.cause for attempt in judge.attempts}
-    said = [f"{procedure}: {words}" for procedure, words in last.items() if words]
-    if not said:
-        said = [described(figure) for figure in figures if figure.verdict is not Verdict.PASS]
-    return "; ".join(said) or cause

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.operators.virtual import VirtualOperator
 from bench.sharing import Sharing
-from bench.surroundings import Place
+from bench.surroundings import Place, with_fixture
 from bench.truth import truth_of
 from bench.virtual_station import virtual_station
 from procedures.bench import Role
@@ -38,9 +38,14 @@ def virtual_place(
     seed: int,
     advanced: Callable[[float], None],
     sharing: Callable[[VirtualBench], Sharing],
+    *,
+    fixture: bool,
 ) -> Iterator[Place]:
-    """Give the surroundings for one motor; `advanced` hears the bench's time (s) as it goes on."""
-    with VirtualBench(truth, seed=seed, errors=errors, six_step=six_step, sockets=False) as bench:
+    """Give the surroundings for one motor; `advanced` hears the bench's time (s) as it goes on.
+
+    With `fixture`, relays and an actuator work in place of virtual hands.
+    """
+    with VirtualBench(truth, seed=seed, errors=errors, six_step=six_step, sockets=False, fixture=fixture) as bench:
         hands = VirtualOperator(bench.world, seed)
         bench.clock.on_advance(advanced)
 
@@ -49,7 +54,7 @@ def virtual_place(
 
             return ResourceManager(bench.visa_library)
 
-        yield Place(
+        made = Place(
             virtual_station(bench.addresses()),
             bench.clock,
             hands,
@@ -63,3 +68,4 @@ def virtual_place(
             really=bench.world.truth,
             sharing=sharing(bench),
         )
+        yield with_fixture(made, lambda: float(bench.world.truth()["winding_temperature"])) if fixture else made

@@ -38,7 +38,7 @@ def test_the_same_seed_gives_the_same_records_however_the_sockets_are_scheduled(
     resistances = {m.value for record in first for m in record.measured if m.parameter == "stator_resistance"}
     assert len(resistances) == 4
     for record in first:
-        assert verify(RunFolder(one.folder / record.run)).verdict is Untouched.UNTOUCHED
+        assert verify(RunFolder(one.folder / record.run), noted=record.journal_sha256).verdict is Untouched.UNTOUCHED
 
 
 def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) -> None:
