@@ -50,7 +50,8 @@ def run(
     batch
         The batch's name, the plan's where none is given; one that exists already goes on.
     serials
-        A file of serial numbers, one a line, or `-`: as they are scanned or typed, which is usual.
+        A file of serial numbers, one a line; `-`: as they are scanned or typed, which is usual; or `panel`: at the
+        panel of motorbench serve.
     motors
         The size of a batch of virtual motors whose serial numbers are made up.
     records

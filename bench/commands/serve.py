@@ -16,6 +16,8 @@ def serve(
     people: Path | None = None,
     runs: Path = Path("runs"),
     motors: Path = Path("motors"),
+    plans: Path = Path("plans"),
+    records: str = "",
 ) -> int:
     """Serve the panel until Ctrl-C; runs that go on then go on, and are found again at the next start.
 
@@ -35,6 +37,10 @@ def serve(
         Folder of the runs.
     motors
         Folder of the motor files to choose from.
+    plans
+        Folder of the end of line's plans to choose from.
+    records
+        Where the end of line's records are kept, as motorbench eol run has it.
 
     """
     if virtual == bool(station):
@@ -52,7 +58,7 @@ def serve(
     from bench.panel.app import build
     from bench.panel.panel import Panel
 
-    build(Panel(runs, station or "virtual", motors), Access(people) if people else None)
+    build(Panel(runs, station or "virtual", motors, plans, records), Access(people) if people else None)
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
     ui.run(
         host=host,

@@ -39,11 +39,11 @@ class OperatorLine:
         self._thread.start()
         self._announced: Path | None = None
 
-    def announce(self, folder: Path) -> None:
-        """Write into a run's folder where its line is; raises OSError."""
-        path = folder / FILE
+    def announce(self, folder: Path, name: str = FILE) -> None:
+        """Write into a folder where the line is; raises OSError."""
+        path = folder / name
         told = {"pid": os.getpid(), "port": self._server.server_address[1], "token": self._token}
-        part = folder / f".{FILE}.part"
+        part = folder / f".{name}.part"
         descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         with os.fdopen(descriptor, "w", encoding="utf-8") as file:
             json.dump(told, file)

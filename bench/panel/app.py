@@ -10,6 +10,7 @@ from starlette.responses import RedirectResponse, Response
 from bench.errors import InputError
 from bench.panel.access import Access
 from bench.panel.pages.history import compare_page, history_page
+from bench.panel.pages.line import line_page
 from bench.panel.pages.login import login_page
 from bench.panel.pages.motor_form import motor_page
 from bench.panel.pages.run import run_page
@@ -58,6 +59,10 @@ def build(panel: Panel, access: Access | None) -> None:
             ui.label(str(error)).classes("text-xl p-8")
             return
         run_page(panel, _session(request), live)
+
+    @ui.page("/line")
+    async def line(request: Request) -> None:
+        line_page(panel, _session(request))
 
     @ui.page("/history")
     async def history(request: Request) -> None:

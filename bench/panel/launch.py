@@ -14,6 +14,9 @@ from pathlib import Path
 from bench.errors import InputError
 from bench.operators.line import FILE
 
+#: A batch's announcement, as `bench.eol.line.desk` writes it.
+LINE = "line.json"
+
 #: How long (s) a run may take until it is reachable, instruments not included.
 _START_TIME = 30.0
 _LOOK = 0.03
@@ -43,6 +46,27 @@ class Order:
         return said + ([f"--seed={self.seed}"] if self.seed is not None else [])
 
 
+@dataclass(frozen=True)
+class BatchOrder:
+    """A batch as the line's page orders it; `sockets` only for virtual benches."""
+
+    plan: str
+    station: str
+    batch: str
+    person: str
+    records: str = ""
+    language: str = "en"
+    sockets: int | None = None
+
+    def arguments(self, runs: Path) -> list[str]:
+        """Return the command line that says the same."""
+        said = ["eol", "run", self.plan, "--station", self.station, "--serials", "panel", f"--person={self.person}"]
+        said += ["--language", self.language, "--runs", str(runs)]
+        said += [f"--batch={self.batch}"] if self.batch else []
+        said += [f"--records={self.records}"] if self.records else []
+        return said + ([f"--sockets={self.sockets}"] if self.sockets is not None else [])
+
+
 class Launcher:
     """Starts runs into one folder of runs, and reaps those that end."""
 
@@ -60,7 +84,11 @@ class Launcher:
         said += [f"--repeat={name}" for name in repeat]
         return await self._launch(said)
 
-    async def _launch(self, arguments: Sequence[str]) -> Path:
+    async def start_batch(self, order: "BatchOrder") -> Path:
+        """Start a batch and return its folder once it can be talked to. Raises InputError with what it said instead."""
+        return await self._launch(order.arguments(self._runs), LINE)
+
+    async def _launch(self, arguments: Sequence[str], announced: str = FILE) -> Path:
         self._reap()
         with tempfile.TemporaryFile() as said:
             pid = _spawn([sys.executable, "-m", "bench", *arguments], said.fileno())
@@ -68,7 +96,7 @@ class Launcher:
             try:
                 async with asyncio.timeout(_START_TIME):
                     while pid in self._children:
-                        folder = self._announced(pid)
+                        folder = self._announced(pid, announced)
                         if folder is not None:
                             return folder
                         await asyncio.sleep(_LOOK)
@@ -86,8 +114,8 @@ class Launcher:
             if os.waitpid(pid, os.WNOHANG)[0] == pid:
                 self._children.discard(pid)
 
-    def _announced(self, pid: int) -> Path | None:
-        for path in self._runs.glob(f"*/{FILE}"):
+    def _announced(self, pid: int, name: str) -> Path | None:
+        for path in self._runs.glob(f"*/{name}"):
             with suppress(OSError, ValueError):
                 if json.loads(path.read_text(encoding="utf-8")).get("pid") == pid:
                     return path.parent

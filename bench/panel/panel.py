@@ -9,7 +9,8 @@ from bench.errors import InputError
 from bench.operators.line import FILE
 from bench.panel.archive import Archive
 from bench.panel.control import Control
-from bench.panel.launch import Launcher, Order
+from bench.panel.launch import BatchOrder, Launcher, Order
+from bench.panel.live_line import LiveLine
 from bench.panel.live_run import LiveRun
 from bench.panel.offer import Offer
 from bench.panel.sessions import Sessions
@@ -18,9 +19,11 @@ from bench.record.run_folder import existing_run_folder
 
 
 class Panel:
-    """Everything that outlives a page; `station` is a file or `virtual`, `motors` the folder of motor files made here."""
+    """Everything that outlives a page; `station` is a file or `virtual`, `motors` the folder of motor files made here,
+    `plans` that of the end of line's plans, `records` where its records are kept.
+    """
 
-    def __init__(self, runs: Path, station: str, motors: Path) -> None:
+    def __init__(self, runs: Path, station: str, motors: Path, plans: Path | None = None, records: str = "") -> None:
         self.runs = runs
         self.station = station
         self.motors = motors
@@ -29,6 +32,9 @@ class Panel:
         self.launcher = Launcher(runs)
         self.offer = Offer()
         self.archive = Archive(runs)
+        self.line = LiveLine(runs)
+        self.plans = plans or Path("plans")
+        self.records = records
         self._live: dict[str, LiveRun] = {}
         self._opening = asyncio.Lock()
 
@@ -36,11 +42,13 @@ class Panel:
         """Find the runs that are going on, whoever started them."""
         for announced in self.runs.glob(f"*/{FILE}"):
             await self.follow(announced.parent.name)
+        await self.line.open()
 
     async def close(self) -> None:
         """Stop following; runs go on."""
         for run in self._live.values():
             await run.close()
+        await self.line.close()
 
     async def follow(self, name: str) -> LiveRun:
         """Return a run by its name, followed from now on. Raises InputError where there is none."""
@@ -60,6 +68,10 @@ class Panel:
     async def start(self, order: Order) -> LiveRun:
         """Start a run. Raises InputError with what it said where it could not begin."""
         return await self._followed(await self.launcher.start(order))
+
+    async def start_batch(self, order: BatchOrder) -> None:
+        """Start a batch, which `line` follows from then on. Raises InputError with what it said where it could not begin."""
+        await self.line.follow(await self.launcher.start_batch(order))
 
     async def resume(self, name: str, person: str, repeat: Sequence[str] = ()) -> LiveRun:
         """Have an ended run go on, or a procedure of it again. Raises InputError with what it said where it could not."""

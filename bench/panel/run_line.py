@@ -20,6 +20,9 @@ class RunLine:
     `question` is what it waits for now, or None. `alive` is false once the run has ended or was never reached.
     """
 
+    #: The announcement's file in the run's folder.
+    announced = FILE
+
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.question: Mapping[str, Any] | None = None
@@ -35,7 +38,7 @@ class RunLine:
     async def connect(self) -> bool:
         """Connect where the run's folder says, and return whether somebody is there."""
         try:
-            where = json.loads((self.folder / FILE).read_text(encoding="utf-8"))
+            where = json.loads((self.folder / self.announced).read_text(encoding="utf-8"))
             reader, self._writer = await asyncio.open_connection("127.0.0.1", where["port"])
         except (OSError, ValueError, KeyError):
             # A run that was killed leaves its announcement behind; nobody answers there.
@@ -47,11 +50,11 @@ class RunLine:
 
     async def answer(self, number: int, value: object) -> str:
         """Answer a question; return why it was refused, or nothing."""
-        return await self._say({"id": number, "answer": value})
+        return await self.say({"id": number, "answer": value})
 
     async def abort(self, person: str) -> str:
         """Have the run take the way down; return why not, or nothing."""
-        return await self._say({"abort": person})
+        return await self.say({"abort": person})
 
     async def close(self) -> None:
         """Hang up; the run goes on, and ends itself where nobody else watches."""
@@ -62,7 +65,16 @@ class RunLine:
             with suppress(OSError):
                 await self._writer.wait_closed()
 
-    async def _say(self, message: Mapping[str, Any]) -> str:
+    def take(self, message: Mapping[str, Any]) -> bool:
+        """Take in what the run says of itself; tell whether it did."""
+        if "question" not in message:
+            return False
+        self.question = message["question"]
+        self.changes += 1
+        return True
+
+    async def say(self, message: Mapping[str, Any]) -> str:
+        """Say something that is answered; return why it was refused, or nothing."""
         if not self.alive:
             return "the run has ended"
         async with self._speaking:
@@ -84,10 +96,7 @@ class RunLine:
         try:
             while line := await reader.readline():
                 message = json.loads(line)
-                if "question" in message:
-                    self.question = message["question"]
-                    self.changes += 1
-                elif message.get("heard", "") != "watching":
+                if not self.take(message) and message.get("heard", "") != "watching":
                     self._replies.put_nowait(message)
         except (OSError, ValueError):
             return

@@ -2,7 +2,8 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
@@ -10,19 +11,23 @@ from typing import IO
 from bench.eol.limits import Limits
 from bench.eol.line.admission import Admission, Refused
 from bench.eol.line.coordinator import Coordinator, Hears
+from bench.eol.line.desk import Desk
 from bench.eol.line.keeper import Keeper, open_keeper
 from bench.eol.line.ledger import Begun, Ledger
 from bench.eol.line.line_file import Line, digest, load_line
 from bench.eol.line.messages import Batch
 from bench.eol.line.order import by_time_over_failures
 from bench.eol.line.preparation import check_parameters, check_station, planned_of
-from bench.eol.line.serials import FromFile, FromStream, MadeUp, Serials
+from bench.eol.line.serials import FromFile, FromStream, Given, MadeUp, Serials
 from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
 from bench.errors import UsageError
 from bench.files.motor_file import MotorFile, load_motor
 from procedures.catalogue import catalogue
 
+#: Serial numbers that come from a panel, as `--serials` says it.
+PANEL = "panel"
+Stops = Callable[[str], None]
 _BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
 
 
@@ -135,7 +140,10 @@ def run_batch(wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts
                 again=wishes.again,
             )
             checks = _ordered(plan, keeper)
-            stopped = Coordinator(line, batch, checks, admission, keeper, ledger, _Counting(counts, ears)).run()
+            with _heard(serials, batch, line, ears) as (hearing, opened):
+                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, _Counting(counts, hearing))
+                opened(coordinator.stop)
+                stopped = coordinator.run()
             serials.close()
         finally:
             ledger.close()
@@ -143,6 +151,16 @@ def run_batch(wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts
         keeper.close()
         counts.waiting, counts.fault = keeper.left
     return counts, stopped
+
+
+@contextmanager
+def _heard(serials: Serials, batch: Batch, line: Line, ears: Hears) -> Iterator[tuple[Hears, Callable[[Stops], None]]]:
+    """Give who hears the line, and what to hand its brake to: with `--serials panel` a desk that panels reach."""
+    if not isinstance(serials, Given) or isinstance(serials, FromStream):
+        yield ears, lambda _: None
+        return
+    with closing(Desk(batch.name, batch.plan.name, [s.name for s in line.sockets], serials, ears)) as desk:
+        yield desk, lambda stop: desk.open(Path(batch.folder), stop)
 
 
 def _check_operator(wishes: BatchWishes, line: Line) -> None:
@@ -169,6 +187,8 @@ def _serials(wishes: BatchWishes, plan: Plan, line: Line, last: int, stream: IO[
         return MadeUp(plan.spread.serial, last + 1, wishes.motors)
     if not wishes.serials or wishes.serials == "-":
         return FromStream(stream)
+    if wishes.serials == PANEL:
+        return Given()
     return FromFile(Path(wishes.serials))
 
 

@@ -91,28 +91,42 @@ class FromFile:
                 yield given
 
 
-class FromStream:
-    """The lines of a scanner or a keyboard, as they come."""
+class Given:
+    """Serial numbers as they are given, from any thread."""
 
-    def __init__(self, stream: IO[str]) -> None:
+    def __init__(self) -> None:
         self._lines: queue.Queue[str] = queue.Queue(_AHEAD)
         self._over = False
         self._reading, self._writing = os.pipe()
         os.set_blocking(self._reading, False)
-        threading.Thread(target=self._read, args=(stream,), name="serial numbers", daemon=True).start()
 
     @property
     def descriptor(self) -> int | None:
-        """What becomes readable with each line."""
+        """What becomes readable with each one."""
         return self._reading
 
     @property
+    def waiting(self) -> int:
+        """How many were given and not taken."""
+        return self._lines.qsize()
+
+    @property
     def ended(self) -> bool:
-        """Whether the stream has ended and all was given."""
+        """Whether there will be no more and all were taken."""
         return self._over and self._lines.empty()
 
+    def give(self, serial: str) -> None:
+        """Hand one in; waits while very many have not been taken."""
+        self._lines.put(serial)
+        self._tell()
+
+    def end(self) -> None:
+        """Say that there will be no more."""
+        self._over = True
+        self._tell()
+
     def take(self) -> str | None:
-        """Return the next line that has come."""
+        """Return the next that has come."""
         try:
             os.read(self._reading, 1)
         except BlockingIOError:
@@ -126,17 +140,23 @@ class FromStream:
         """Stop listening; what was given and not taken is lost."""
         os.close(self._reading)
 
-    def _read(self, stream: IO[str]) -> None:
-        while line := stream.readline(_LONGEST):
-            if given := line.strip(" \r\n"):
-                self._lines.put(given)
-                self._tell()
-        self._over = True
-        self._tell()
-
     def _tell(self) -> None:
         try:
             os.write(self._writing, b"\n")
         except OSError:
             # Nobody listens any more.
             return
+
+
+class FromStream(Given):
+    """The lines of a scanner or a keyboard, as they come."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        super().__init__()
+        threading.Thread(target=self._read, args=(stream,), name="serial numbers", daemon=True).start()
+
+    def _read(self, stream: IO[str]) -> None:
+        while line := stream.readline(_LONGEST):
+            if given := line.strip(" \r\n"):
+                self.give(given)
+        self.end()

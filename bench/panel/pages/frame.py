@@ -67,7 +67,7 @@ def frame(panel: Panel, session: Session, heading: Text) -> Iterator[Reader]:
     with ui.header(elevated=False).classes("items-center gap-4 px-4 py-2").style("background:#17202a;color:#fff"):
         with ui.element("nav").classes("flex items-center gap-4").props(f'aria-label="{say(text("Pages"))}"'):
             ui.label("motorbench").classes("text-lg font-bold")
-            for target, words in (("/", text("Measure")), ("/history", text("Runs"))):
+            for target, words in (("/", text("Measure")), ("/line", text("Line")), ("/history", text("Runs"))):
                 ui.link(say(words), target).classes("text-white no-underline hover:underline text-base")
         ui.space()
         _who(panel, reader)

@@ -1,0 +1,288 @@
+"""The end of line on one page: scan to start, a tile for each socket, the counters of the shift."""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from nicegui import events, ui
+
+from bench.errors import InputError
+from bench.panel.launch import BatchOrder
+from bench.panel.pages.frame import Reader, frame
+from bench.panel.panel import Panel
+from bench.panel.sessions import Session
+from bench.virtual_station import VIRTUAL
+from procedures.text import Text, text
+
+#: How often (s) a page looks whether the line has changed.
+_LOOK = 0.05
+_SOCKETS = 4
+_STYLE = """
+<style>
+  .mb-tile { border-radius: 12px; padding: 1rem 1.25rem; min-height: 15rem; border: 4px solid var(--line); background: var(--card); }
+  .mb-tile .verdict { font-size: 4.5rem; line-height: 1.05; font-weight: 800; }
+  .mb-tile[data-state=pass] { background: #0b6b3a; border-color: #0b6b3a; color: #fff; }
+  .mb-tile[data-state=fail] { background: #b3261e; border-color: #b3261e; color: #fff; }
+  .mb-tile[data-state=error], .mb-tile[data-state=aborted] { background: #fff; border: 8px dashed #b3261e; color: #7a130d; }
+  .mb-tile[data-state=measuring] { border-color: #1565c0; }
+  .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
+  .mb-scan input { font-size: 2rem; }
+</style>
+"""
+#: What a tile says in large type: a mark beside the colour, for those who do not tell the colours apart.
+_VERDICTS: Mapping[str, tuple[str, Text]] = {
+    "pass": ("✓", text("PASS")),
+    "fail": ("✗", text("FAIL")),
+    "error": ("!", text("ERROR")),
+    "aborted": ("■", text("ABORTED")),
+}
+
+
+def line_page(panel: Panel, session: Session) -> None:
+    """Build the page."""
+    with frame(panel, session, text("Line")) as reader:
+        ui.add_head_html(_STYLE)
+        page = _LinePage(panel, session, reader)
+        page.build()
+        ui.timer(_LOOK, page.look)
+
+
+class _LinePage:
+    def __init__(self, panel: Panel, session: Session, reader: Reader) -> None:
+        self._panel, self._session, self._reader = panel, session, reader
+        self._seen: tuple[int, bool] | None = None
+        self._tiles: dict[str, _Tile] = {}
+
+    def build(self) -> None:
+        say = self._reader.say
+        self._start = ui.element("section").classes("mb-card max-w-3xl")
+        with self._start:
+            self._build_start()
+        self._work = ui.element("div").classes("w-full flex flex-col gap-4")
+        with self._work:
+            with ui.row().classes("w-full items-center gap-4 no-wrap"):
+                self._scan = ui.input(say(text("Scan a serial number"))).props("outlined autofocus autocomplete=off")
+                self._scan.classes("grow mb-scan").on("keydown.enter", self._scanned)
+                finish = ui.button(say(text("Finish the batch")), on_click=self._finish).props("outline no-caps")
+                finish.classes("text-lg")
+                stop = ui.button(say(text("ABORT")), on_click=self._stop, color=None).classes("mb-abort text-xl px-8")
+                stop.props(f'aria-label="{say(text("Abort the batch: everything off"))}"')
+                ui.tooltip(say(text("Every socket takes its way down. Key: Ctrl+Esc. Finish: Ctrl+End")))
+            self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
+            self._counters = ui.row().classes("w-full gap-8 items-baseline")
+            self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md:grid-cols-2 xl:grid-cols-4 w-full")
+        ui.keyboard(on_key=self._key, repeating=False, ignore=[])
+        # A scanner types wherever the cursor is: it comes back to the field by itself.
+        ui.add_body_html(
+            "<script>document.addEventListener('keydown', e => {"
+            "const field = document.querySelector('.mb-scan input');"
+            "if (field && field.offsetParent && e.key.length === 1 && !e.ctrlKey && document.activeElement.tagName !== 'INPUT')"
+            "field.focus();});</script>"
+        )
+        self.look()
+
+    def look(self) -> None:
+        """Show what has changed since the last look."""
+        line = self._panel.line
+        seen = (line.changes, line.running)
+        if seen == self._seen:
+            for tile in self._tiles.values():
+                tile.tick()
+            return
+        self._seen = seen
+        self._start.set_visibility(not line.running and self._session.may_lead)
+        self._work.set_visibility(line.state is not None)
+        if line.state is not None:
+            self._show(line.state, running=line.running)
+
+    def _show(self, state: Mapping[str, Any], *, running: bool) -> None:
+        say = self._reader.say
+        self._scan.set_enabled(running and self._session.may_lead and not state["ending"])
+        if [socket["name"] for socket in state["sockets"]] != list(self._tiles):
+            self._grid.clear()
+            with self._grid:
+                self._tiles = {socket["name"]: _Tile(self._reader, socket["name"]) for socket in state["sockets"]}
+        for socket in state["sockets"]:
+            self._tiles[socket["name"]].show(socket)
+        self._show_message(state, running=running)
+        self._counters.clear()
+        counts = state["counts"]
+        motors = sum(counts["verdicts"].values())
+        with self._counters:
+            self._count(text("Motors"), str(motors))
+            for verdict, (mark, words) in _VERDICTS.items():
+                self._count(words, f"{mark} {counts['verdicts'][verdict]}")
+            if motors:
+                self._count(text("First-pass yield"), f"{100.0 * counts['first_pass'] / motors:.1f} %")
+            self._count(text("Waiting"), str(state["waiting"]))
+            ui.label(
+                say(
+                    text(
+                        "batch {batch}, plan {plan}, since {time}",
+                        batch=state["batch"],
+                        plan=state["plan"],
+                        time=_local(counts["since"]),
+                    )
+                )
+            ).classes("text-base")
+
+    def _count(self, what: Text, number: str) -> None:
+        with ui.element("div").props(f'data-count="{what.template}"'):
+            ui.label(self._reader.say(what)).classes("text-sm")
+            ui.label(number).classes("mb-count")
+
+    def _show_message(self, state: Mapping[str, Any], *, running: bool) -> None:
+        say, message = self._reader.say, state["message"]
+        wrong = False
+        if not running:
+            words = say(text("The batch has ended."))
+        elif state["ending"]:
+            words = say(text("The batch ends: {how}", how=state["ending"]))
+        elif message is None:
+            words = say(text("Scan the first motor."))
+        elif message["kind"] == "begun":
+            words = say(text("{serial} → socket {socket}", serial=message["words"], socket=message["socket"]))
+        else:
+            words, wrong = f"✗ {message['words']}", True
+        self._say(words, wrong=wrong)
+
+    def _say(self, words: str, *, wrong: bool) -> None:
+        self._message.set_text(words)
+        self._message.style("background:#fdecea;color:#7a130d" if wrong else "background:#e7f4ec;color:#0b4a28")
+
+    async def _scanned(self) -> None:
+        serial = str(self._scan.value or "").strip()
+        self._scan.set_value("")
+        if not serial:
+            return
+        if not self._leads():
+            return
+        fault = await self._panel.line.say({"serial": serial})
+        if fault:
+            self._say(f"✗ {fault}", wrong=True)
+
+    def _leads(self) -> bool:
+        session = self._session
+        if session.may_lead and self._panel.control.take_if_free(session.token, self._person()):
+            return True
+        self._say(self._reader.say(text("Another has the control: take it first.")), wrong=True)
+        return False
+
+    def _person(self) -> str:
+        return self._session.person or self._reader.say(text("this browser"))
+
+    async def _finish(self) -> None:
+        if self._leads():
+            await self._panel.line.say({"finish": self._person()})
+
+    async def _stop(self) -> None:
+        fault = await self._panel.line.say({"stop": self._person()})
+        if fault:
+            self._say(f"✗ {fault}", wrong=True)
+
+    async def _key(self, event: events.KeyEventArguments) -> None:
+        key: Any = event.key
+        if not event.action.keydown or not event.modifiers.ctrl or not self._panel.line.running:
+            return
+        if key.escape:
+            await self._stop()
+        elif key.end:
+            await self._finish()
+
+    # before a batch
+
+    def _build_start(self) -> None:
+        say = self._reader.say
+        ui.label(say(text("Begin a batch"))).classes("text-xl font-bold mb-2")
+        plans = {str(path): path.stem for path in sorted(self._panel.plans.glob("*.toml"))}
+        self._plan = ui.select(plans, label=say(text("Plan"))).props("outlined").classes("w-full")
+        if len(plans) == 1:
+            self._plan.set_value(next(iter(plans)))
+        if not plans:
+            ui.label(say(text("No plan in {folder}; see --plans.", folder=str(self._panel.plans)))).classes("text-base")
+        self._batch = ui.input(say(text("Batch (the plan's name where empty)"))).props("outlined").classes("w-full")
+        self._name = ui.input(say(text("Operator's name")), value=self._session.person).props("outlined")
+        self._name.classes("w-full")
+        self._sockets: ui.number | None = None
+        if self._panel.station == VIRTUAL:
+            self._sockets = ui.number(say(text("Virtual sockets")), value=_SOCKETS, min=1, max=16, precision=0)
+            self._sockets.props("outlined").classes("w-full")
+        for field in (self._batch, self._name):
+            field.on("keydown.enter", self._begin)
+        ui.button(say(text("Begin")), on_click=self._begin, color=None).classes("mb-go text-2xl px-12 py-4 mt-2")
+        self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line").style("color:#7a130d")
+
+    async def _begin(self) -> None:
+        say = self._reader.say
+        if not self._plan.value:
+            self._fault.set_text(say(text("Choose a plan.")))
+            return
+        self._session.person = str(self._name.value or "").strip() or self._session.person
+        self._fault.set_text(say(text("Starting …")))
+        order = BatchOrder(
+            str(Path(self._plan.value)),
+            self._panel.station,
+            str(self._batch.value or "").strip(),
+            self._session.person,
+            self._panel.records,
+            self._session.language,
+            int(self._sockets.value or _SOCKETS) if self._sockets is not None else None,
+        )
+        try:
+            await self._panel.start_batch(order)
+        except (InputError, TimeoutError) as error:
+            self._fault.set_text(str(error))
+            return
+        self._fault.set_text("")
+        self._panel.control.take(self._session.token, self._person())
+        ui.run_javascript("document.querySelector('.mb-scan input').focus()")
+
+
+class _Tile:
+    """One socket: the motor in it, or the last one's verdict in large type."""
+
+    def __init__(self, reader: Reader, name: str) -> None:
+        self._reader = reader
+        self._since = ""
+        say = reader.say
+        with ui.element("section").classes("mb-tile") as self._box:
+            ui.label(say(text("Socket {name}", name=name))).classes("text-lg font-semibold")
+            self._verdict = ui.label().classes("verdict")
+            self._serial = ui.label().classes("text-2xl font-semibold break-all")
+            self._detail = ui.label().classes("text-base whitespace-pre-line")
+        self._box.props(f'aria-label="{say(text("Socket {name}", name=name))}" aria-live=polite')
+
+    def show(self, socket: Mapping[str, Any]) -> None:
+        """Show a socket as the batch tells it."""
+        say = self._reader.say
+        last = socket["last"]
+        self._since = socket["since"]
+        if socket["serial_number"]:
+            self._set("measuring", "…", socket["serial_number"])
+            self.tick()
+        elif last is not None:
+            mark, words = _VERDICTS[last["verdict"]]
+            self._set(last["verdict"], f"{mark} {say(words)}", last["serial_number"])
+            outside = [say(Text(name)) for name in last["outside"]]
+            self._detail.set_text(last["cause"] or "\n".join(outside))
+        else:
+            self._set("empty", "–", say(text("free")))
+            self._detail.set_text("")
+
+    def tick(self) -> None:
+        """Count the seconds of the motor that is measured."""
+        if self._since:
+            passed = (datetime.now(UTC) - datetime.fromisoformat(self._since)).total_seconds()
+            self._detail.set_text(
+                self._reader.say(text("measuring for {seconds:.0f} s", seconds=max(0.0, round(passed))))
+            )
+
+    def _set(self, state: str, verdict: str, serial: str) -> None:
+        self._box.props(f"data-state={state}")
+        self._verdict.set_text(verdict)
+        self._serial.set_text(serial)
+
+
+def _local(told: str) -> str:
+    return datetime.fromisoformat(told).astimezone().strftime("%H:%M")
