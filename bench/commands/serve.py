@@ -17,7 +17,7 @@ def serve(
     runs: Path = Path("runs"),
     motors: Path = Path("motors"),
     plans: Path = Path("plans"),
-    records: str = "",
+    records: str = "records.sqlite",
 ) -> int:
     """Serve the panel until Ctrl-C; runs that go on then go on, and are found again at the next start.
 

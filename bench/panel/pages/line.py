@@ -1,5 +1,6 @@
 """The end of line on one page: scan to start, a tile for each socket, the counters of the shift."""
 
+import re
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,6 +15,7 @@ from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.virtual_station import VIRTUAL
 from procedures.text import Text, text
+from reports.names import parameter_name
 
 #: How often (s) a page looks whether the line has changed.
 _LOOK = 0.05
@@ -56,7 +58,7 @@ class _LinePage:
 
     def build(self) -> None:
         say = self._reader.say
-        self._start = ui.element("section").classes("mb-card max-w-3xl")
+        self._start = ui.element("section").classes("mb-card max-w-3xl flex flex-col gap-3")
         with self._start:
             self._build_start()
         self._work = ui.element("div").classes("w-full flex flex-col gap-4")
@@ -195,7 +197,7 @@ class _LinePage:
     def _build_start(self) -> None:
         say = self._reader.say
         ui.label(say(text("Begin a batch"))).classes("text-xl font-bold mb-2")
-        plans = {str(path): path.stem for path in sorted(self._panel.plans.glob("*.toml"))}
+        plans = {str(path): path.stem for path in sorted(self._panel.plans.glob("*.toml")) if _is_plan(path)}
         self._plan = ui.select(plans, label=say(text("Plan"))).props("outlined").classes("w-full")
         if len(plans) == 1:
             self._plan.set_value(next(iter(plans)))
@@ -264,7 +266,7 @@ class _Tile:
         elif last is not None:
             mark, words = _VERDICTS[last["verdict"]]
             self._set(last["verdict"], f"{mark} {say(words)}", last["serial_number"])
-            outside = [say(Text(name)) for name in last["outside"]]
+            outside = [say(parameter_name(name)) for name in last["outside"]]
             self._detail.set_text(last["cause"] or "\n".join(outside))
         else:
             self._set("empty", "–", say(text("free")))
@@ -282,6 +284,11 @@ class _Tile:
         self._box.props(f"data-state={state}")
         self._verdict.set_text(verdict)
         self._serial.set_text(serial)
+
+
+def _is_plan(path: Path) -> bool:
+    """Whether a file is meant as a plan; what is wrong in it is said when the batch is begun."""
+    return re.search(r"^\[plan\]", path.read_text(encoding="utf-8", errors="replace"), re.MULTILINE) is not None
 
 
 def _local(told: str) -> str:

@@ -1,0 +1,110 @@
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+from bench.panel.launch import LINE
+from tests.bench.panel.conftest import Server
+
+Serve = Callable[..., Server]
+NewPage = Callable[[], Page]
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "eol"
+QUICK = """
+[plan]
+name = "quick"
+motor = "{motor}"
+guard = "shared"
+keep_waveforms = "none"
+
+[[procedure]]
+name = "stator-resistance"
+settings = {{ winding_temperature = 25.0, short_correction = false }}
+
+[[limit]]
+parameter = "stator_resistance"
+low = {low}
+high = 10.0
+"""
+
+
+def plans(folder: Path, low: float = 0.0) -> str:
+    made = folder / "plans"
+    made.mkdir()
+    (made / "quick.toml").write_text(QUICK.format(motor=EXAMPLE / "motor.toml", low=low))
+    return str(made)
+
+
+def open_line(page: Page, server: Server, *, sockets: int = 2) -> None:
+    page.goto(f"{server.url}/line")
+    page.get_by_label("Operator's name").fill("J. Doe")
+    page.get_by_label("Virtual sockets").fill(str(sockets))
+    page.get_by_label("Virtual sockets").blur()
+    page.get_by_role("button", name="Begin", exact=True).click()
+    expect(page.get_by_text("Scan the first motor.")).to_be_visible()
+
+
+def scan(page: Page, serial: str) -> None:
+    """As a scanner does: keys, wherever the cursor is, and Enter."""
+    page.keyboard.type(serial)
+    page.keyboard.press("Enter")
+
+
+def tiles(page: Page, state: str) -> int:
+    return page.locator(f".mb-tile[data-state={state}]").count()
+
+
+def count(page: Page, what: str) -> "Page":
+    return page.locator(f'[data-count="{what}"] .mb-count')  # type: ignore[return-value]
+
+
+def test_motors_scanned_one_after_the_other(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    server, page = serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)), new_page()
+    open_line(page, server)
+    for serial in ("SN-1", "SN-2", "SN-3"):
+        scan(page, serial)
+    expect(count(page, "PASS")).to_have_text("✓ 3")
+    assert tiles(page, "pass") == 2
+    scan(page, "SN-2")
+    expect(page.get_by_text("serial number SN-2 was measured already")).to_be_visible()
+    expect(count(page, "Motors")).to_have_text("3")
+
+    page.reload()
+    expect(count(page, "PASS")).to_have_text("✓ 3")
+    page.get_by_role("button", name="中文").click()
+    expect(page.get_by_label("工位 1").get_by_text("✓ 合格")).to_be_visible()
+    page.keyboard.press("Control+End")
+    expect(page.get_by_text("批次已结束。")).to_be_visible()
+    assert not list(server.runs.glob(f"*/{LINE}"))
+
+
+def test_a_motor_outside_its_limits(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    server, page = serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path, low=5.0)), new_page()
+    open_line(page, server, sockets=1)
+    scan(page, "SN-1")
+    tile = page.get_by_label("Socket 1")
+    expect(tile.get_by_text("✗ FAIL")).to_be_visible()
+    expect(tile.get_by_text(re.compile("resistance"))).to_be_visible()
+    page.get_by_role("button", name="Abort the batch").click()
+    expect(page.get_by_text("The batch has ended.")).to_be_visible()
+
+
+def test_another_browser_and_a_new_server_show_the_same_line(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    server, page, other = serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)), new_page(), new_page()
+    open_line(page, server)
+    scan(page, "SN-1")
+    expect(count(page, "PASS")).to_have_text("✓ 1")
+    other.goto(f"{server.url}/line")
+    expect(count(other, "PASS")).to_have_text("✓ 1")
+    other.get_by_label("Scan a serial number").click()
+    scan(other, "SN-2")
+    expect(other.get_by_text("Another has the control: take it first.")).to_be_visible()
+
+    server.stop()
+    server.start()
+    page.goto(f"{server.url}/line")
+    expect(count(page, "PASS")).to_have_text("✓ 1")
+    scan(page, "SN-2")
+    expect(count(page, "PASS")).to_have_text("✓ 2")
+    page.keyboard.press("Control+Escape")
+    expect(page.get_by_text("The batch has ended.")).to_be_visible()
