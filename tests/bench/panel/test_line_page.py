@@ -59,7 +59,10 @@ def count(page: Page, what: str) -> "Page":
 
 
 def test_motors_scanned_one_after_the_other(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    server, page = serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)), new_page()
+    server, page = (
+        serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)),
+        new_page(),
+    )
     open_line(page, server)
     for serial in ("SN-1", "SN-2", "SN-3"):
         scan(page, serial)
@@ -79,7 +82,10 @@ def test_motors_scanned_one_after_the_other(serve: Serve, new_page: NewPage, tmp
 
 
 def test_a_motor_outside_its_limits(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    server, page = serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path, low=5.0)), new_page()
+    server, page = (
+        serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path, low=5.0)),
+        new_page(),
+    )
     open_line(page, server, sockets=1)
     scan(page, "SN-1")
     tile = page.get_by_label("Socket 1")
@@ -90,7 +96,11 @@ def test_a_motor_outside_its_limits(serve: Serve, new_page: NewPage, tmp_path: P
 
 
 def test_another_browser_and_a_new_server_show_the_same_line(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    server, page, other = serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)), new_page(), new_page()
+    server, page, other = (
+        serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)),
+        new_page(),
+        new_page(),
+    )
     open_line(page, server)
     scan(page, "SN-1")
     expect(count(page, "PASS")).to_have_text("✓ 1")
