@@ -15,6 +15,7 @@ from procedures.inertia import Inertia
 from procedures.insulation_resistance import InsulationResistance
 from procedures.nameplate_data import NameplateData
 from procedures.no_load_current import NoLoadCurrent
+from procedures.no_load_current_six_step import NoLoadCurrentSixStep
 from procedures.phase_order import PhaseOrder
 from procedures.pole_pairs_back_emf import PolePairsBackEmf
 from procedures.pole_pairs_inverter import PolePairsInverter
@@ -43,6 +44,7 @@ _ORDER: tuple[type[Procedure[Any]], ...] = (
     PhaseOrder,
     BackEmfShape,
     NoLoadCurrent,
+    NoLoadCurrentSixStep,
     CoggingTorque,
     HallSensors,
     InsulationResistance,

@@ -33,6 +33,7 @@ PARAMETER_NAMES: Mapping[str, Text] = {
     "back_emf_thd": text("Total harmonic distortion of the back-EMF"),
     "insulation_resistance": text("Insulation resistance"),
     "no_load_current": text("No-load current"),
+    "no_load_bus_current": text("No-load current from the DC source"),
     "cogging_torque": text("Cogging torque, peak to peak"),
     "hall_faults": text("Faults of the Hall sensors' leads"),
     "hall_offset": text("Offset of the Hall sensors"),

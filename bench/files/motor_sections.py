@@ -115,6 +115,7 @@ class ExpectedSection(Section):
     back_emf_angle_deviation: float | None = number("deg", None, at_least=0.0, up_to=180.0, description="electrical")
     insulation_resistance: float | None = number("ohm", None, above=0.0, description="winding to frame")
     no_load_current: float | None = number("A", None, at_least=0.0, description="phase, peak")
+    no_load_bus_current: float | None = number("A", None, at_least=0.0, description="from the DC source")
     cogging_torque: float | None = number("N·m", None, at_least=0.0, description="peak to peak")
     hall_faults: float | None = number("", None, at_least=0.0, up_to=3.0)
     hall_offset: float | None = number("deg", None, at_least=-180.0, up_to=180.0, description="electrical")
