@@ -1,13 +1,16 @@
 """Insulation resistance between winding and frame."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from pydantic import Field
 
 from drivers.interfaces import InsulationReading
 from procedures.actions import ALL_OPEN, Connect, ConnectProbes, LockRotor, Socket, Terminal
-from procedures.bench import ProcedureError, Role
+from procedures.bench import Bench, ProcedureError, Role
+from procedures.nameplate import Nameplate
 from procedures.procedure import Procedure
+from procedures.result import Notice
 from procedures.settings import Settings
 from procedures.steps import step
 from procedures.text import Text, text
@@ -44,6 +47,16 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
     gives: ClassVar[tuple[str, ...]] = ("insulation_resistance",)
     end_of_line: ClassVar[bool] = True
 
+    @classmethod
+    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: InsulationResistanceSettings) -> Sequence[Notice]:
+        """Say before anything runs that no test voltage is known, or that the tester does not reach it."""
+        refused = _refused(bench, nameplate, settings)
+        return (
+            ()
+            if refused is None
+            else (Notice("cannot-support", Text("{name}: {why}", {"name": cls.name, "why": refused})),)
+        )
+
     def measure(self) -> None:
         """Choose the voltage before anything is connected, connect, test, and part again."""
         voltage = self.choose_voltage()
@@ -56,34 +69,10 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
     @step("EOL7/1", "The test voltage is that of the motor's data sheet")
     def choose_voltage(self) -> float:
         """Return the voltage (V); raises ProcedureError where none is known, or the tester does not reach it."""
-        allowed = self.nameplate.insulation_test_voltage
-        voltage = self.settings.test_voltage or allowed
-        if allowed is None or voltage is None:
-            raise ProcedureError(
-                text(
-                    "the motor file gives no insulation_test_voltage, and without it no insulation is tested; add it under "
-                    "[nameplate] from the data sheet{usual}",
-                    usual=self._usual(),
-                )
-            )
-        if voltage > allowed:
-            raise ProcedureError(
-                text(
-                    "test_voltage = {voltage:g} V is above the motor's {allowed:g} V (nameplate.insulation_test_voltage)",
-                    voltage=voltage,
-                    allowed=allowed,
-                )
-            )
-        largest = self.bench.insulation_tester.maximum_voltage
-        if voltage > largest:
-            raise ProcedureError(
-                text(
-                    "the insulation tester gives up to {largest:g} V, {voltage:g} V are asked for; lower test_voltage",
-                    largest=largest,
-                    voltage=voltage,
-                )
-            )
-        return voltage
+        refused = _refused(self.bench, self.nameplate, self.settings)
+        if refused is not None:
+            raise ProcedureError(refused)
+        return _wanted(self.nameplate, self.settings)
 
     @step(
         "EOL7/2",
@@ -136,12 +125,41 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
             convention="winding to frame, terminals joined, at the winding's temperature",
         )
 
-    def _usual(self) -> Text:
-        rated = self.nameplate.rated_voltage
-        if rated is None or rated >= _LOW_VOLTAGE:
-            return text("")
+
+def _wanted(nameplate: Nameplate, settings: InsulationResistanceSettings) -> float:
+    return settings.test_voltage or nameplate.insulation_test_voltage or 0.0
+
+
+def _refused(bench: Bench, nameplate: Nameplate, settings: InsulationResistanceSettings) -> Text | None:
+    """Return why the insulation is not tested, or None."""
+    allowed, voltage = nameplate.insulation_test_voltage, _wanted(nameplate, settings)
+    if allowed is None:
         return text(
-            "; for windings rated below {rated:g} V IEEE 43 has {voltage:g} V",
-            rated=_LOW_VOLTAGE,
-            voltage=_LOW_VOLTAGE_TEST,
+            "the motor file gives no insulation_test_voltage, and without it no insulation is tested; add it under "
+            "[nameplate] from the data sheet{usual}",
+            usual=_usual(nameplate.rated_voltage),
         )
+    if voltage > allowed:
+        return text(
+            "test_voltage = {voltage:g} V is above the motor's {allowed:g} V (nameplate.insulation_test_voltage)",
+            voltage=voltage,
+            allowed=allowed,
+        )
+    largest = bench.insulation_tester.maximum_voltage
+    if voltage > largest:
+        return text(
+            "the insulation tester gives up to {largest:g} V, {voltage:g} V are asked for; lower test_voltage",
+            largest=largest,
+            voltage=voltage,
+        )
+    return None
+
+
+def _usual(rated: float | None) -> Text:
+    if rated is None or rated >= _LOW_VOLTAGE:
+        return text("")
+    return text(
+        "; for windings rated below {rated:g} V IEEE 43 has {voltage:g} V",
+        rated=_LOW_VOLTAGE,
+        voltage=_LOW_VOLTAGE_TEST,
+    )

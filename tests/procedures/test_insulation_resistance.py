@@ -104,6 +104,16 @@ def test_refused_before_anything_is_connected(changed, settings, said):
     assert tester.done == []
 
 
+def test_what_will_be_refused_is_known_before_anything_runs():
+    tester = Megohmmeter(1e9, [])
+    bench = Bench({Role.INSULATION_TESTER: tester}, Hands(tester.done), VirtualClock(), NoRecord())
+    settings = InsulationResistanceSettings()
+    (told,) = InsulationResistance.foresee(bench, plate(insulation_test_voltage=None), settings)
+    assert told.identifier == "cannot-support"
+    assert "insulation-resistance: the motor file gives no insulation_test_voltage" in str(told.message)
+    assert InsulationResistance.foresee(bench, plate(), settings) == ()
+
+
 def test_no_advice_where_the_standard_gives_a_range():
     with pytest.raises(ProcedureError) as refused:
         run(Megohmmeter(1e9, []), plate(insulation_test_voltage=None, rated_voltage=3300.0))
