@@ -18,6 +18,9 @@ from bench.panel.sessions import Session
 from bench.virtual_station import VIRTUAL
 from procedures.text import Text, text
 
+#: Roles that the virtual bench in process does without: its hands do what a fixture would.
+_NOT_VIRTUAL = frozenset({"switch_matrix", "rotor_actuator", "insulation_tester"})
+
 
 def start_page(panel: Panel, session: Session, motor: str = "") -> None:
     """Build the page; `motor` is the name of the motor file that is chosen already."""
@@ -124,7 +127,7 @@ class _StartPage:
                 self._boxes[name] = box
 
     def _motor_chosen(self) -> None:
-        """On the virtual bench the six-step drive is that of the motor's file."""
+        """On the virtual bench the six-step drive is that of the motor's file, and hands stand in for a fixture."""
         if self._panel.station != VIRTUAL or not self._motor.value or not self._offered:
             return
         from bench.files.motor_file import load_motor
@@ -135,7 +138,7 @@ class _StartPage:
             self._fault.set_text(str(error))
             return
         roles = {role for procedure in self._offered.values() for role in procedure.roles}
-        self._roles = frozenset(roles if drive else roles - {"drive"})
+        self._roles = frozenset((roles if drive else roles - {"drive"}) - _NOT_VIRTUAL)
         self._show_procedures(self._offered)
 
     def _mark(self, value: bool) -> None:
