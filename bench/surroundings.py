@@ -88,9 +88,10 @@ def place(
     if (answers is not None) != (operator == "answers"):
         raise UsageError("--operator answers and --answers FILE go together")
     if station == VIRTUAL:
-        if operator not in ("", "virtual", "panel"):
-            raise UsageError(f"--operator {operator}: on the virtual bench only the virtual operator has hands")
-        with _virtual(motor, seed, faults) as made, _watched(made, operator, interrupts) as watched:
+        if operator not in ("", "virtual", "panel", "fixture"):
+            raise UsageError(f"--operator {operator}: the virtual bench has the virtual operator's hands or a fixture")
+        by_fixture = operator == "fixture"
+        with _virtual(motor, seed, faults, fixture=by_fixture) as made, _watched(made, operator, interrupts) as watched:
             yield watched
         return
     with place_at(
@@ -121,17 +122,13 @@ def place_at(
     faults: "Sequence[GivenFault]" = (),
 ) -> Iterator[Place]:
     """Give the surroundings for a run at a station that was read; otherwise as `place`."""
-    if operator == "fixture" and read.control:
-        with _served(read, seed, faults) as made:
-            yield with_fixture(made, lambda: float(made.really()["winding_temperature"]))
-        return
-    if operator == "virtual" or (read.control and not operator):
+    if operator == "virtual" or (read.control and operator in ("", "fixture")):
         if not read.control:
             raise UsageError(
                 "--operator virtual works on a virtual bench only: --station virtual, "
                 "or a station file with [station] control, as motorbench sim serve writes it"
             )
-        with _served(read, seed, faults) as made:
+        with _served(read, seed, faults, fixture=operator == "fixture") as made:
             yield made
         return
     if not (read.control and operator == "panel"):
@@ -243,7 +240,7 @@ def _replayed(station: Station, answers: Path) -> Place:
 
 
 @contextmanager
-def _served(station: Station, seed: int, faults: "Sequence[GivenFault]") -> Iterator[Place]:
+def _served(station: Station, seed: int, faults: "Sequence[GivenFault]", *, fixture: bool = False) -> Iterator[Place]:
     from bench.files.fault_file import inject
     from bench.operators.virtual import VirtualOperator
     from bench.served_world import ServedWorld
@@ -251,7 +248,7 @@ def _served(station: Station, seed: int, faults: "Sequence[GivenFault]") -> Iter
     with ServedWorld(station.control) as world:
         hands = VirtualOperator(world, seed)
         inject(faults, lambda described: world.inject(described.told()))
-        yield Place(
+        made = Place(
             station,
             world.clock,
             hands,
@@ -262,10 +259,11 @@ def _served(station: Station, seed: int, faults: "Sequence[GivenFault]") -> Iter
             step_started=world.step_started,
             really=world.truth,
         )
+        yield with_fixture(made, hands.thermometer) if fixture else made
 
 
 @contextmanager
-def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]") -> Iterator[Place]:
+def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]", *, fixture: bool) -> Iterator[Place]:
     from pyvisa import ResourceManager
 
     from bench.files.fault_file import inject
@@ -274,10 +272,10 @@ def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]") -> Ite
     from sim_instruments.bench import VirtualBench
 
     truth = motor.virtual_motor()
-    with VirtualBench(truth, seed=seed, six_step=motor.six_step, sockets=False) as bench:
+    with VirtualBench(truth, seed=seed, six_step=motor.six_step, sockets=False, fixture=fixture) as bench:
         hands = VirtualOperator(bench.world, seed)
         inject(faults, bench.injector.add)
-        yield Place(
+        made = Place(
             virtual_station(bench.addresses()),
             bench.clock,
             hands,
@@ -290,3 +288,4 @@ def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]") -> Ite
             listen_to_faults=bench.injector.listen,
             really=bench.world.truth,
         )
+        yield with_fixture(made, hands.thermometer) if fixture else made

@@ -68,7 +68,7 @@ def _fixture() -> dict[str, dict[str, Any]]:
 
     return {
         "switch_matrix": {"driver": "keysight-34970a", "fixed": ["A:channel4~"], "crosspoints": crosspoints()},
-        "rotor_actuator": {"driver": "cia402-rotor-actuator", "maximum_speed": 60.0},
+        "rotor_actuator": {"driver": "cia402-rotor-actuator", "maximum_speed": 60.0, "poll_interval": 0.02},
         "insulation_tester": {"driver": "gwinstek-gpt9800"},
     }
 

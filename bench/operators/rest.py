@@ -9,16 +9,18 @@ from procedures.text import text
 #: A shaft stands that has moved less than this (rad) from look to look.
 _STILL = 5.0e-4
 #: Times between looks (s): uneven, so that no swing looks the same each time.
-_LOOKS = (0.07, 0.11, 0.13)
+_LOOKS = (0.17, 0.23, 0.29)
 #: A shaft that still turns after this time (s) does not come to rest by itself.
 _PATIENCE = 600.0
 #: How far (rad) a shaft is turned to get it off an angle that it keeps by friction alone.
 _NUDGE = math.radians(10.0)
 #: The first distance (rad) tried in the search for the next rest, and how it grows. Half the distance of two rests is what
 #: takes the shaft over: what is tried next lands before the next rest, and never near the one after that.
-_FIRST, _GROWTH = math.radians(2.5), 1.6
-#: The share of the distance of two rests that is gone once that is known.
-_SHARE = 0.7
+_FIRST, _GROWTH = math.radians(3.5), 1.8
+#: The share of the distance of two rests that is gone once that is known: a shaft let go of near its rest swings less long.
+_SHARE = 0.85
+#: How much farther it is turned where it then went back.
+_REPEAT = 1.15
 #: No motor has more rests than this in the turns that are asked for.
 _MOST = 500
 
@@ -68,14 +70,14 @@ class RestFinder:
 
     def _next(self, rest: float, pitch: float, farthest: float) -> float:
         """Return the angle of the rest after this one; `pitch` is the distance of the last two, 0 where nobody knows it."""
-        distance = _SHARE * pitch or _FIRST
+        distance, growth = (_SHARE * pitch, _REPEAT) if pitch else (_FIRST, _GROWTH)
         here = rest
         while distance < 1.1 * farthest:
             here = self._release_at(rest + distance - here)
-            # What stayed where it was let go of, or went back, has found no rest.
-            if here - rest > 1.05 * distance:
+            # What went back has found no rest, nor, with nothing known of them, what stayed where it was let go of.
+            if here - rest > (0.5 * pitch or 1.05 * distance):
                 return here
-            distance *= _GROWTH if not pitch else 1.15
+            distance *= growth
         raise ProcedureError(
             text("the shaft snaps in nowhere else: does the holding current flow, and is the clutch open?")
         )

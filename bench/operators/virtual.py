@@ -119,6 +119,10 @@ class VirtualOperator:
         # When turning began (s), at which angle (rad), how fast (rad/s).
         self._turning: tuple[float, float, float] | None = None
 
+    def thermometer(self) -> float:
+        """Return the winding's temperature (°C) as this operator's thermometer shows it."""
+        return float(self._world.truth()["winding_temperature"] + self._thermometer_error)
+
     def perform(self, action: Action) -> object:
         """Do it; ProcedureError where the world does not let it be done."""
         start = self._world.clock.now()
@@ -257,7 +261,7 @@ class VirtualOperator:
     def _read(self, action: EnterReading) -> float:
         self._take(_READING)
         if action.key == "winding_temperature":
-            return float(self._world.truth()["winding_temperature"] + self._thermometer_error)
+            return self.thermometer()
         raise ProcedureError(
             text(
                 "the virtual operator has nothing to read {key} from; put it into the motor file's [nameplate]",

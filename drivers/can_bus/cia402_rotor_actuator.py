@@ -27,6 +27,7 @@ ENCODER_RESOLUTION, INPUTS, OUTPUTS = 0x608F, 0x60FD, 0x60FE
 PROFILE_POSITION, PROFILE_VELOCITY = 1, 3
 #: Bits of the digital outputs, which the inputs repeat once the mechanism has moved.
 BRAKE, CLUTCH, COUPLING = 1 << 16, 1 << 17, 1 << 18
+_ALL = BRAKE | CLUTCH | COUPLING
 #: Subindices of the digital outputs: the outputs, and which of them the bus switches.
 OUTPUT_STATES, OUTPUT_MASK = 1, 2
 #: Controlword: a new set point is there. Statusword: it was taken; the target is reached.
@@ -73,7 +74,10 @@ class Cia402RotorActuator:
         if guarding:
             return
         self._increments = self._increments or self._encoder()
-        self._objects.write(OUTPUTS, OUTPUT_MASK, BRAKE | CLUTCH | COUPLING, 4)
+        mask = self._objects.read_optional(OUTPUTS, OUTPUT_MASK, 4)
+        # CiA 402 leaves the mask to the maker; without one every output is the bus' to switch.
+        if mask is not None and mask & _ALL != _ALL:
+            self._objects.write(OUTPUTS, OUTPUT_MASK, mask | _ALL, 4)
         self._node.watch()
 
     @property
@@ -120,7 +124,7 @@ class Cia402RotorActuator:
 
     def stop(self) -> None:
         """End turning and let the shaft go; returns when the drive stands."""
-        with always(self._let_go):
+        with always(self._release_hold):
             self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
             self._await(
                 lambda: abs(self._speed()) <= STANDING,
@@ -135,7 +139,7 @@ class Cia402RotorActuator:
         """
         farthest = (_WRAP / 2 - 1) / self._increments * 2.0 * math.pi
         check_setpoint(self._name, "angle", angle, "rad", -farthest, farthest, "0x607A")
-        with always(self._let_go):
+        with always(self._release_hold):
             self._take_hold(PROFILE_POSITION, None)
             target = _wrapped(self._position() + self._as_counts(angle))
             self._objects.write(PROFILE_SPEED, 0, self._as_counts(self._options.maximum_speed), 4)
@@ -143,12 +147,12 @@ class Cia402RotorActuator:
             self._objects.write(CONTROLWORD, 0, ENABLE_OPERATION | NEW_SET_POINT, 2)
             self._await(lambda: bool(self._status() & TAKEN), lambda: "a new target position was not taken")
             self._objects.write(CONTROLWORD, 0, ENABLE_OPERATION, 2)
-            duration = abs(angle) / self._options.maximum_speed
+            # It cannot be there sooner.
+            self._clock.sleep(abs(angle) / self._options.maximum_speed)
             tolerance = self._as_counts(_POSITION_TOLERANCE)
             self._await(
                 lambda: bool(self._status() & REACHED) and abs(_wrapped(self._position() - target)) <= tolerance,
                 lambda: f"the shaft is {math.degrees(self._remaining(target)):.3g}° from where it was to go",
-                longer=duration,
             )
 
     def angle(self) -> Reading:
@@ -193,6 +197,11 @@ class Cia402RotorActuator:
         self._power.enable()
         self._switch(CLUTCH, CLUTCH)
 
+    def _release_hold(self) -> None:
+        """Open the clutch while the drive still holds the shaft, so that it is let go of where it is; then no torque."""
+        with always(self._node.disable):
+            self._switch(0, CLUTCH)
+
     def _let_go(self) -> None:
         with always(lambda: self._switch(0, CLUTCH)):
             self._node.disable()
@@ -234,8 +243,8 @@ class Cia402RotorActuator:
                 remedy="Wait until it stands",
             )
 
-    def _await(self, reached: Callable[[], bool], finding: Callable[[], str], longer: float = 0.0) -> None:
-        deadline = self._clock.now() + self._options.timeout + longer
+    def _await(self, reached: Callable[[], bool], finding: Callable[[], str]) -> None:
+        deadline = self._clock.now() + self._options.timeout
         while not reached():
             self._power.check_fault()
             if self._clock.now() >= deadline:

@@ -262,15 +262,18 @@ class GwInstekGpt9800:
         return InsulationReading(resistance, report.voltage, report.beyond_range)
 
     def _stop(self) -> None:
+        """End the test and wait until the tester says so: it may not before it has discharged the object."""
         self._session.send(STOP)
-        said = self._session.query(STATE_QUERY).upper()
-        if said.split()[-1:] != ["OFF"]:
-            raise ReportedError(
-                self._name,
-                f"the output is still on ('{said}')",
-                command=STOP,
-                remedy="Press STOP at the tester, and touch nothing",
-            )
+        deadline = self._clock.now() + self._options.discharge_timeout
+        while (said := self._session.query(STATE_QUERY).upper()).split()[-1:] != ["OFF"]:
+            if self._clock.now() >= deadline:
+                raise ReportedError(
+                    self._name,
+                    f"the output is still on ('{said}')",
+                    command=STOP,
+                    remedy="Press STOP at the tester, and touch nothing",
+                )
+            self._clock.sleep(_LOOK)
 
     def _await_discharge(self) -> None:
         """Wait until MEAS? shows no dangerous voltage; a judged test may keep showing the one it ended with."""
@@ -286,7 +289,7 @@ class GwInstekGpt9800:
                     command=READING_QUERY,
                     remedy="Touch nothing; short the winding to the frame by an earthing stick",
                 )
-            self._clock.sleep(_LOOK)
+            self._clock.sleep(_HELD if left.status in _JUDGED else _LOOK)
 
     def _left(self) -> Output:
         text = self._session.query(READING_QUERY)

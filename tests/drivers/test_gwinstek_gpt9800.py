@@ -208,6 +208,17 @@ def test_an_output_that_stays_on_is_said(tester: GwInstekGpt9800, device: Device
         tester.measure(500.0, 2.0)
 
 
+def test_a_tester_that_says_off_once_it_has_discharged(tester: GwInstekGpt9800, device: Device, clock: Any) -> None:
+    device.stays_on = True
+
+    def discharged() -> None:
+        device.on = device.stays_on = device.on and clock.time < 2.5
+
+    clock.on_sleep = discharged
+    tester.measure(500.0, 2.0)
+    assert clock.time == pytest.approx(2.5, abs=0.11)
+
+
 def test_an_object_that_stays_charged_is_said(tester: GwInstekGpt9800, device: Device, clock: Any) -> None:
     device.idle = ["IR,VIEW ,0.480kV,0000M ohm,  ---.-S"]
     with pytest.raises(ReportedError, match=r"480 V are left 5\.\d s after the output went off"):

@@ -8,6 +8,7 @@ import can
 import canopen
 import pytest
 from canopen.objectdictionary import INTEGER32, UNSIGNED32, ODArray, ODVariable
+from canopen.sdo.exceptions import SdoAbortedError
 
 from drivers.can_bus.cia402_rotor_actuator import (
     BRAKE,
@@ -111,7 +112,8 @@ def counts(index: int, value: int) -> tuple[int, bytes]:
 
 
 ENABLED = [word(0x06), word(0x07), word(0x0F)]
-LET_GO = [word(0x00), word(0x00), outputs(0)]
+LET_GO = [outputs(0), word(0x00), word(0x00)]
+NO_TORQUE_FIRST = [word(0x00), word(0x00), outputs(0)]
 
 
 def test_opening_switches_nothing(node: Actuator, clock: Any) -> None:
@@ -120,6 +122,21 @@ def test_opening_switches_nothing(node: Actuator, clock: Any) -> None:
     assert node.writes == [outputs(BRAKE | CLUTCH | COUPLING)]
     assert node.values[0x60FE, 2] == BRAKE | CLUTCH | COUPLING
     assert node.mechanism == 0
+    made.close()
+
+
+def test_a_drive_without_a_mask_switches_every_output(node: Actuator, clock: Any) -> None:
+    real = node.read
+
+    def read(*, index: int, subindex: int, od: Any) -> Any:
+        if (index, subindex) == (0x60FE, 2):
+            raise SdoAbortedError(0x06090011)
+        return real(index=index, subindex=subindex, od=od)
+
+    node.node._read_callbacks[:] = [read]
+    made = open_cia402_rotor_actuator(ADDRESS, clock, OPTIONS)
+    made.lock()
+    assert node.writes == [outputs(BRAKE)]
     made.close()
 
 
@@ -232,7 +249,7 @@ def test_a_shaft_that_sticks_is_let_go(actuator: Cia402RotorActuator, node: Actu
     node.moves = False
     with pytest.raises(MeasurementError, match=r"the speed is 0 rad/s, 1 rad/s was commanded"):
         actuator.turn(1.0)
-    assert node.writes[-3:] == LET_GO
+    assert node.writes[-3:] == NO_TORQUE_FIRST
     with pytest.raises(MeasurementError, match=r"the shaft is -57.3° from where it was to go"):
         actuator.move_by(1.0)
     assert node.writes[-3:] == LET_GO
