@@ -54,6 +54,7 @@ def make_app() -> App:
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
     for where, name, words in (
         ("eol_run:run", "run", "Measure a batch of motors by a plan."),
+        ("eol_check:check", "check", "Try a plan on virtual benches: time, limits, instruments."),
         ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
         ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
         ("eol_labels:labels", "labels", "The label line of each motor of a batch."),

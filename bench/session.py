@@ -34,6 +34,7 @@ from bench.safety.limits import known_pole_pairs
 from bench.software import software
 from bench.surroundings import Place, place
 from bench.virtual_station import VIRTUAL
+from drivers.interfaces import Clock
 from procedures.result import Notice
 from procedures.text import Translate
 
@@ -65,14 +66,18 @@ class Wishes:
     guardian: bool = True
 
 
+def _as_it_is(clock: Clock) -> Clock:
+    return clock
+
+
 @dataclass(frozen=True)
 class How:
     """What a line does otherwise than a single run.
 
     `folder` is made already; `versions` are known already; `waveforms` gives where samples go, for their folder; `lifelines` are
-    file descriptors that a guardian keeps open for as long as it lives; `durable` are the kinds of events that
-    must have reached the disk before what follows them; without `reserve` no room is kept for a run's end. `about` is told at the
-    run's beginning besides; `concluded` writes and gives the result.
+    file descriptors that a guardian keeps open for as long as it lives; `waits` gives the clock that procedures wait by; `durable` are the
+    kinds of events that must have reached the disk before what follows them; without `reserve` no room is kept for a run's end.
+    `about` is told at the     run's beginning besides; `concluded` writes and gives the result.
     """
 
     after: After = stop_at_failure
@@ -82,6 +87,7 @@ class How:
     versions: Mapping[str, str] = field(default_factory=dict)
     waveforms: Callable[[Path], WaveformSink] = WaveformFolder
     lifelines: Sequence[int] = ()
+    waits: Callable[[Clock], Clock] = _as_it_is
     durable: frozenset[str] = DURABLE
     reserve: bool = True
     about: Mapping[str, Any] = field(default_factory=dict)
@@ -197,7 +203,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         runner = Runner(
             instruments,
             where.operator,
-            where.clock,
+            how.waits(where.clock),
             journal,
             view,
             wishes.motor.nameplate,

@@ -29,6 +29,9 @@ class SupplyWiringSettings(FedWiringSettings):
     wiring_leads: float = Field(
         default=0.1, ge=0.0, le=10.0, description="largest resistance of a supply's leads and clips, there and back, Ω"
     )
+    wiring_settle: float = Field(
+        default=0.2, ge=0.0, le=10.0, description="time until a supply's harmless current has settled, s"
+    )
 
 
 class TurnedWiringSettings(WiringSettings):
@@ -50,6 +53,7 @@ class WiringLevels:
     attempts: int = 3
     current_share: float = 0.05
     leads: float = 0.1
+    settle: float = 0.2
     speed_share: float = 0.1
 
 

@@ -15,8 +15,6 @@ from procedures.wiring.proof import Proof
 from procedures.wiring.steady import again, direct, risen
 from procedures.wiring.two_poles import poles_of
 
-#: Time (s) until a harmless current has settled.
-_SETTLE = 0.2
 #: A channel shows so much more than is expected, either way.
 _ROOM = 1.4
 
@@ -110,7 +108,7 @@ class SupplyWiring:
         if supply.read_by_hand:
             return Check(Outcome.UNPROVED, "supply", reason="by hand")
         with supply.energised(*self._harmless(), Regulated.CURRENT):
-            self._bench.clock.sleep(_SETTLE)
+            self._bench.clock.sleep(self._proof.levels.settle)
             read = by_supply.fed(supply)
         return self._judge(connect, read, swinging=not self._bench.standing.rotor_locked)
 
@@ -119,7 +117,7 @@ class SupplyWiring:
         if supply.read_by_hand or voltmeter.read_by_hand:
             return Check(Outcome.UNPROVED, "voltmeter", reason="by hand")
         with supply.energised(*self._harmless(), Regulated.CURRENT):
-            self._bench.clock.sleep(_SETTLE)
+            self._bench.clock.sleep(self._proof.levels.settle)
             read = by_supply.fed(supply)
             if not ranged:
                 voltmeter.configure(max(abs(read.voltage.low), read.voltage.high))
@@ -132,14 +130,14 @@ class SupplyWiring:
             return Check(Outcome.UNPROVED, "oscilloscope", reason="by hand")
         volts, amperes = self._harmless()
         with supply.energised(volts, amperes, Regulated.CURRENT):
-            self._bench.clock.sleep(_SETTLE)
+            self._bench.clock.sleep(self._proof.levels.settle)
             read = by_supply.fed(supply)
             spans = {
                 voltage.channel: _ROOM * read.voltage.high,
                 current.channel: _ROOM * max(amperes, read.current.high),
             }
             shown = direct(self._bench, spans)
-        self._bench.clock.sleep(_SETTLE)
+        self._bench.clock.sleep(self._proof.levels.settle)
         zero = again(self._bench, list(spans))
         seen = {channel: risen(zero[channel], wave) for channel, wave in shown.items()}
         sensed = by_leads.Sensed(seen[voltage.channel], seen[current.channel], voltage.channel, current.channel)

@@ -33,7 +33,10 @@ _BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
 
 @dataclass(frozen=True)
 class BatchWishes:
-    """What the command line asks for. `motors` is the batch's size on virtual benches without serial numbers."""
+    """What the command line asks for. `motors` is the batch's size on virtual benches without serial numbers.
+
+    With `accounting`, each run's folder on a virtual bench gets its procedures' times and what of them was needless.
+    """
 
     plan: Path
     station: str
@@ -48,6 +51,7 @@ class BatchWishes:
     language: str = "en"
     seed: int = 0
     again: bool = False
+    accounting: bool = False
 
 
 @dataclass
@@ -97,7 +101,11 @@ def run_batch(wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts
     `stream` is where serial numbers are typed or scanned. Raises InputError before anything is touched, or where no socket can
     work; StoreError where records can no longer be kept.
     """
-    prepared = prepare(wishes.plan, wishes.station, wishes.sockets)
+    return measure(prepare(wishes.plan, wishes.station, wishes.sockets), wishes, ears, stream)
+
+
+def measure(prepared: Prepared, wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts, str]:
+    """Measure a batch by what was read and held against one another already; otherwise as `run_batch`."""
     plan, line = prepared.plan, prepared.line
     name = wishes.batch or plan.name
     if _BATCH_NAME.fullmatch(name) is None:
@@ -129,6 +137,7 @@ def run_batch(wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts
                 folder=str(folder),
                 language=wishes.language,
                 operator=wishes.operator,
+                accounting=wishes.accounting,
             )
             admission = Admission(
                 serials,

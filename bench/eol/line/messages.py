@@ -25,6 +25,7 @@ class Batch:
     folder: str
     language: str
     operator: str
+    accounting: bool = False
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from bench.clock import wall_date
 from bench.commands.output import console_on
+from bench.eol.line.accounting import Accounts, write_times
 from bench.eol.line.channel import Channel
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.kept_waveforms import KeptWaveforms
@@ -92,11 +93,13 @@ class Socket:
             seed=seed_of(batch.seed, task.serial_number, task.number),
         )
         with self._where(task, wishes) as where:
+            times = Accounts(passage.judge.after, where, lambda: _recording(where)) if batch.accounting else None
             check_roles(planned, where.station)
             used = {role for each in planned for role in each.procedure.roles} | where.operators_roles
             passage.folder = new_folder(Path(batch.folder), task)
             how = How(
-                after=passage.judge.after,
+                after=times.after if times else passage.judge.after,
+                waits=times.clock if times else lambda clock: clock,
                 warnings=where.station.check_calibrations(wall_date(), used),
                 listeners=(passage.waveforms.hear,),
                 folder=passage.folder,
@@ -110,6 +113,8 @@ class Socket:
                 concluded=lambda _folder, _view, _translate: {},
             )
             passage.done = carry_out(wishes, planned, where, self._interrupts, how)
+            if times:
+                write_times(passage.folder.path, passage.judge.attempts, times.needless)
 
     def _planned(self, task: Task) -> list[Planned]:
         names = tuple(check.name for check in task.checks)
@@ -168,3 +173,11 @@ class Socket:
         if awaited and now > awaited != self._told:
             self._told = awaited
             self.channel.send(Passed(now))
+
+
+def _recording(where: Place) -> bool:
+    """Tell whether a virtual bench's oscilloscope is taking a record."""
+    from sim_instruments.bench import VirtualBench
+
+    bench = where.in_process
+    return isinstance(bench, VirtualBench) and bench.oscilloscope.acquisition.state == "SING"

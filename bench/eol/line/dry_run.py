@@ -1,0 +1,204 @@
+"""A plan tried on virtual benches before a motor comes: how long it takes, what waits for what, which limits cannot be decided."""
+
+import io
+import math
+import tempfile
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from bench.eol.limits import Guard, Limits
+from bench.eol.line.accounting import read_times
+from bench.eol.line.admission import Refused
+from bench.eol.line.batch import BatchWishes, Prepared, measure, prepare
+from bench.eol.line.ledger import Begun
+from bench.eol.line.line_file import LineSocket
+from bench.eol.plan import Plan, SpreadSection
+from bench.eol.record import Measured, MotorRecord
+from bench.errors import InputError
+from bench.rehearsal.assumed import assumed_motor
+
+
+@dataclass(frozen=True)
+class ProcedureTime:
+    """A procedure's mean time (s), and what of it instruments, actuators and the motor need."""
+
+    procedure: str
+    time: float
+    floor: float
+
+    @property
+    def overhead(self) -> float:
+        """What it takes beyond its floor, relative to that."""
+        return self.time / self.floor - 1.0 if self.floor > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class LimitFinding:
+    """What the dry run says of a limit: the figure of a motor of the type, its expanded uncertainty (95 %), and what is wrong."""
+
+    parameter: str
+    unit: str
+    value: float
+    expanded: float
+    low: float
+    high: float
+    ratio: float
+    fault: str
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """What a plan comes to: `cycle` (s) is a motor's mean time at its socket, of which it `waits` for what others have.
+
+    `per_hour` is what the line of all sockets measures; `troubles` are causes of motors that did not pass.
+    """
+
+    plan: str
+    sockets: int
+    motors: int
+    cycle: float
+    floor: float
+    waits: float
+    per_hour: float
+    procedures: tuple[ProcedureTime, ...]
+    limits: tuple[LimitFinding, ...]
+    troubles: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def overhead(self) -> float:
+        """What software adds to a cycle, relative to the floor; waiting for other sockets apart."""
+        return (self.cycle - self.waits) / self.floor - 1.0 if self.floor > 0.0 else 0.0
+
+    @property
+    def good(self) -> bool:
+        """Whether every limit can be decided and a motor of the type passes."""
+        return not self.troubles and all(not limit.fault for limit in self.limits)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it in JSON's types."""
+        told = asdict(self)
+        told["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
+        return told | {"overhead": self.overhead, "good": self.good}
+
+
+def dry_run(wishes: BatchWishes) -> DryRun:
+    """Measure some motors exactly of the type by the plan; nothing of the station is opened, and nothing is kept.
+
+    Raises InputError for a plan, motor or station that is not right.
+    """
+    prepared, assumed = _virtually(prepare(wishes.plan, wishes.station, wishes.sockets))
+    sockets = len(prepared.line.sockets)
+    # Sampling tests come with the first motor, the most that one can take.
+    motors = wishes.motors or max(2, sockets)
+    ear = _Ear()
+    with tempfile.TemporaryDirectory(prefix="motorbench-check-") as folder:
+        tried = replace(
+            wishes,
+            runs=Path(folder),
+            batch="check",
+            serials="",
+            motors=motors,
+            records=str(Path(folder) / "records.sqlite"),
+            accounting=True,
+        )
+        measure(prepared, tried, ear, io.StringIO())
+        return _told(prepared, ear.records, assumed)
+
+
+def _virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
+    """Return the same plan on as many virtual benches, for motors that do not differ."""
+    line, motor = prepared.line, prepared.motor
+    assumed: tuple[str, ...] = ()
+    if motor.virtual is None:
+        truth, assumptions = assumed_motor(motor.nameplate)
+        motor = replace(motor, virtual=truth)
+        assumed = tuple(sorted(assumption.name for assumption in assumptions))
+    sockets = tuple(LineSocket(socket.name, None) for socket in line.sockets)
+    plan = replace(
+        prepared.plan,
+        spread=SpreadSection(),
+        serial_pattern=r"V\d{6}",
+        keep_waveforms="none",
+        # One that fails must not hide the others.
+        checks=tuple(replace(check, on_failure="go_on") for check in prepared.plan.checks),
+    )
+    return replace(prepared, plan=plan, motor=motor, line=replace(line, sockets=sockets)), assumed
+
+
+def _told(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[str, ...]) -> DryRun:
+    times: dict[str, float] = defaultdict(float)
+    needless: dict[str, float] = defaultdict(float)
+    count = Counter[str]()
+    for record in records:
+        for name, taken in read_times(Path(record.run)).items() if record.run else ():
+            times[name] += taken["time"]
+            needless[name] += taken["needless"]
+            count[name] += 1
+    procedures = tuple(
+        ProcedureTime(check.name, times[check.name] / n, (times[check.name] - needless[check.name]) / n)
+        for check in prepared.plan.checks
+        if (n := count[check.name])
+    )
+    motors = max(1, len(records))
+    cycle = sum(record.bench_time for record in records) / motors
+    waits = sum(record.bench_time - sum(check.duration for check in record.checks) for record in records) / motors
+    sockets = len(prepared.line.sockets)
+    return DryRun(
+        plan=prepared.plan.name,
+        sockets=sockets,
+        motors=len(records),
+        cycle=cycle,
+        floor=cycle - waits - sum(needless.values()) / motors,
+        waits=waits,
+        per_hour=3600.0 * sockets / cycle if cycle > 0.0 else 0.0,
+        procedures=procedures,
+        limits=tuple(_limits(prepared.plan, prepared.limits, records)),
+        troubles=tuple(dict.fromkeys(record.cause for record in records if record.cause)),
+        assumed=assumed,
+    )
+
+
+def _limits(plan: Plan, limits: dict[str, Limits], records: Sequence[MotorRecord]) -> list[LimitFinding]:
+    found = []
+    for parameter, bounds in sorted(limits.items()):
+        figures = [figure for record in records for figure in record.measured if figure.parameter == parameter]
+        if figures:
+            found.append(_finding(plan, bounds, max(figures, key=lambda figure: figure.expanded)))
+        else:
+            nan = math.nan
+            found.append(LimitFinding(parameter, "", nan, nan, bounds.low, bounds.high, nan, "it was not measured"))
+    return found
+
+
+def _finding(plan: Plan, bounds: Limits, figure: Measured) -> LimitFinding:
+    expanded = figure.expanded
+    ratio = bounds.tolerance / (2.0 * expanded) if expanded > 0.0 else math.inf
+    fault = ""
+    if not bounds.low <= figure.value <= bounds.high:
+        fault = "a motor of the type lies outside"
+    elif math.isfinite(bounds.tolerance) and ratio < plan.minimum_ratio:
+        fault = f"undecidable: the tolerance is {ratio:.2g} times the 95 % interval's width, {plan.minimum_ratio:g} are asked for"
+    elif plan.guard is Guard.STRICT and ratio <= 1.0:
+        fault = "the guard bands leave nothing to accept"
+    return LimitFinding(figure.parameter, figure.unit, figure.value, expanded, bounds.low, bounds.high, ratio, fault)
+
+
+@dataclass
+class _Ear:
+    records: list[MotorRecord] = field(default_factory=list)
+
+    def begun(self, motor: Begun, socket: str) -> None:
+        pass
+
+    def done(self, record: MotorRecord) -> None:
+        self.records.append(record)
+
+    def refused(self, refused: Refused) -> None:
+        raise InputError(refused.why)
+
+    def trouble(self, words: str) -> None:
+        raise InputError(words)
