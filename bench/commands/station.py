@@ -140,11 +140,11 @@ def _print(name: str, found: dict[str, dict[str, Any]], contacts: dict[str, dict
         console.print("  no instruments; add [instruments.<role>] tables to the file", markup=False)
     for role, told in found.items():
         mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
-        console.print(f"  {mark} {role:<13}{told['driver']:<24}{told['address'] or '–'}", markup=False)
+        console.print(f"  {mark} {role:<18}{told['driver']:<24}{told['address'] or '–'}", markup=False)
         console.print(f"      {words}", markup=False)
     for contact, told in contacts.items():
         mark, words = ("✓", "closed") if told["error"] is None else ("✗", told["error"])
-        console.print(f"  {mark} {contact:<13}{'interlock':<24}{told['address']}", markup=False)
+        console.print(f"  {mark} {contact:<18}{'interlock':<24}{told['address']}", markup=False)
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)

@@ -37,8 +37,8 @@ NEW_SET_POINT, TAKEN, REACHED = 1 << 4, 1 << 12, 1 << 10
 STANDING = 0.1
 #: An even speed is within this share of the one asked for, or this (rad/s).
 _SPEED_TOLERANCE, _LEAST_TOLERANCE = 0.05, 0.01
-#: A movement ends within this (rad) of its target.
-_POSITION_TOLERANCE = math.radians(0.2)
+#: The drive says within its own window (0x6067) that it is there; farther off than this (rad) something has slipped.
+_POSITION_TOLERANCE = math.radians(2.0)
 _WRAP = 1 << 32
 _WORDS = {BRAKE: "brake", CLUTCH: "clutch", COUPLING: "coupling to the dynamometer"}
 
