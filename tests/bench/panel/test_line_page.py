@@ -35,6 +35,11 @@ def plans(folder: Path, low: float = 0.0) -> str:
     return str(made)
 
 
+def line(folder: Path, low: float = 0.0) -> tuple[str, ...]:
+    """Return the server's options for a line of virtual benches."""
+    return "--virtual", "--records", str(folder / "records.sqlite"), "--plans", plans(folder, low)
+
+
 def open_line(page: Page, server: Server, *, sockets: int = 2) -> None:
     page.goto(f"{server.url}/line")
     page.get_by_label("Operator's name").fill("J. Doe")
@@ -60,7 +65,7 @@ def count(page: Page, what: str) -> "Page":
 
 def test_motors_scanned_one_after_the_other(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     server, page = (
-        serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)),
+        serve(*line(tmp_path)),
         new_page(),
     )
     open_line(page, server)
@@ -83,7 +88,7 @@ def test_motors_scanned_one_after_the_other(serve: Serve, new_page: NewPage, tmp
 
 def test_a_motor_outside_its_limits(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     server, page = (
-        serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path, low=5.0)),
+        serve(*line(tmp_path, low=5.0)),
         new_page(),
     )
     open_line(page, server, sockets=1)
@@ -97,7 +102,7 @@ def test_a_motor_outside_its_limits(serve: Serve, new_page: NewPage, tmp_path: P
 
 def test_another_browser_and_a_new_server_show_the_same_line(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     server, page, other = (
-        serve("--virtual", "--records", str(tmp_path / "records.sqlite"), "--plans", plans(tmp_path)),
+        serve(*line(tmp_path)),
         new_page(),
         new_page(),
     )
