@@ -212,11 +212,11 @@ class LockRotor(_Sentence):
 
 @dataclass(frozen=True)
 class ReleaseRotor(_Sentence):
-    """Unlock the shaft."""
+    """Unlock the shaft, and see that it moves: a rotor that jams would be measured where it stands."""
 
     def sentence(self) -> Text:
         """Say what to do."""
-        return text("Unlock the shaft, so that it turns freely")
+        return text("Unlock the shaft and turn it a little by hand: it moves freely")
 
 
 @dataclass(frozen=True)

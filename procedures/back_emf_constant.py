@@ -24,7 +24,7 @@ from procedures.actions import (
 )
 from procedures.bench import ProcedureError, Role
 from procedures.curves import curve
-from procedures.driven import driving_speed_rad
+from procedures.driven import check_turning, driving_speed_rad
 from procedures.estimation.back_emf import BackEmfFit, fit_back_emf, flux_by_integration, peak_amplitude
 from procedures.estimation.repeats import mean_of_estimates
 from procedures.procedure import Procedure
@@ -97,6 +97,10 @@ class SpeedPoint:
     mechanical_speed: Reading
     note_amplitude: float
     details: dict[str, Any]
+
+
+#: A phase whose EMF is below this share of another's is not seen by its probe.
+_WEAK = 0.5
 
 
 class BackEmfConstant(Procedure[BackEmfConstantSettings]):
@@ -247,17 +251,19 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
 
     def _point(self, channels: Sequence[int], speed: float) -> SpeedPoint:
         if not self.bench.oscilloscope.gives_waveforms:
-            return self._read_off_screen(channels)
+            return self._read_off_screen(channels, speed)
         scope = self.bench.oscilloscope
         scope.configure_acquisition(self.settings.record_time, _POINTS, 0.0)
         start = 4.0 * (self.nameplate.rated_voltage or 50.0)
         waves = ranged_record(self.bench, dict.fromkeys(channels, start), 10.0 + self.settings.record_time)
         mechanical = self.bench.tachometer.measure_speed()
+        check_turning(self.bench, mechanical, speed)
         samples = np.vstack([waves[channel].values for channel in channels])
         time = waves[channels[0]].time
         fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics)
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         fundamentals = [fit.fundamental(k) for k in range(len(channels))]
+        self._check_phases(channels, [f[0] for f in fundamentals])
         flux, flux_uncertainty = fit.mean_flux_linkage()
         if fit.drift_significant and abs(fit.drift) > _DRIFT:
             flux, flux_uncertainty = flux_by_integration(time, samples, harmonics=self.settings.harmonics).mean()
@@ -293,11 +299,27 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             },
         )
 
-    def _read_off_screen(self, channels: Sequence[int]) -> SpeedPoint:
+    def _check_phases(self, channels: Sequence[int], amplitudes: Sequence[float]) -> None:
+        """Raise ProcedureError where a channel sees much less than the others: no winding is that weak, a channel may be another's."""
+        highest = max(amplitudes)
+        for channel, amplitude in zip(channels, amplitudes, strict=True):
+            if amplitude < _WEAK * highest:
+                raise ProcedureError(
+                    text(
+                        "the oscilloscope's channel {channel} shows {amplitude:.3g} V where another phase has {highest:.3g} V: its probe "
+                        "is off, or the reading is another channel's",
+                        channel=channel,
+                        amplitude=amplitude,
+                        highest=highest,
+                    )
+                )
+
+    def _read_off_screen(self, channels: Sequence[int], speed: float) -> SpeedPoint:
         screen = cast("ScreenReadings", self.bench.oscilloscope)
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         reading = screen.measure_amplitude(channels[0])
         mechanical = self.bench.tachometer.measure_speed()
+        check_turning(self.bench, mechanical, speed)
         pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs
         electrical = pairs * mechanical.value if pairs else 2.0 * math.pi * screen.measure_frequency(channels[0]).value
         amplitude = reading.value * to_phase

@@ -1,10 +1,28 @@
-"""How fast a driven motor may be turned."""
+"""A motor that the dynamometer drives: how fast it may be turned, and whether it is."""
 
 import math
 
+from drivers.interfaces import Reading
 from procedures.bench import Bench, ProcedureError
 from procedures.nameplate import Nameplate
 from procedures.text import text
+
+#: A tachometer that differs by more than this share from the speed that was commanded reads something else.
+_AGREE = 0.1
+
+
+def check_turning(bench: Bench, read: Reading, commanded: float) -> None:
+    """Raise ProcedureError where the tachometer does not read the speed (rad/s) at which the dynamometer drives the shaft."""
+    if bench.dynamometer.read_by_hand or abs(read.value - abs(commanded)) <= _AGREE * abs(commanded):
+        return
+    raise ProcedureError(
+        text(
+            "the tachometer reads {read:.0f} rpm while the dynamometer drives the shaft at {driven:.0f} rpm: see whether it looks at the "
+            "mark, and at one mark only",
+            read=read.value * 30.0 / math.pi,
+            driven=abs(commanded) * 30.0 / math.pi,
+        )
+    )
 
 
 def driving_speed_rad(bench: Bench, nameplate: Nameplate, share: float) -> float:

@@ -70,7 +70,24 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
     def _look(self, frequency: float, *, wire: bool) -> tuple[PhaseCurrent, Reading]:
         with ExitStack() as turning:
             self.turn(turning, frequency, wire)
-            return self.read_frequency(), self.read_speed()
+            current, speed = self.read_frequency(), self.read_speed()
+            self._check_steady(current)
+            return current, speed
+
+    def _check_steady(self, current: PhaseCurrent) -> None:
+        """Raise ProcedureError where the frequency has changed while the speed was read: they belong to different moments."""
+        if self.bench.inverter.read_by_hand:
+            return
+        after = abs(self.bench.inverter.measure_frequency().value)
+        if abs(after - current.frequency) > self.settings.frequency_tolerance * current.frequency:
+            raise ProcedureError(
+                text(
+                    "the inverter put out {before:.4g} Hz before the speed was read and {after:.4g} Hz after it: it does not hold its "
+                    "frequency; see whether it is in fault",
+                    before=current.frequency,
+                    after=after,
+                )
+            )
 
     @step("3.1.2.2-1/1", "The inverter turns the motor at a fixed frequency, as fast as possible", by_hand=True)
     def turn(self, turning: ExitStack, frequency: float, wire: bool) -> None:

@@ -37,7 +37,8 @@ class GuardedInstruments:
         self._visa: ResourceManager | None = None
         self._lock = threading.Lock()
         self._can_buses = CanBuses()
-        measuring = {item.role for item in station.way_down.items if item.measures}
+        # A tachometer's serial line has one end only, which a frozen run may still hold.
+        measuring = {item.role for item in station.way_down.items if item.measures} - {Role.TACHOMETER}
         wanted = {role for role in roles if role in OFF_BY or role in measuring or role in _ALSO}
         entries = {role: entry for role, entry in station.entries.items() if role in wanted}
         self._guarded = {

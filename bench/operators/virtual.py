@@ -38,6 +38,8 @@ _WOBBLE = 0.1
 #: A shaft slower than this (rad/s) may be stopped by hand.
 _SLOW = 5.0
 _SETTLE = 0.5
+#: How fast (rad/s) and how long (s) a released shaft is turned to feel whether it is free.
+_FEELING_SPEED, _FEELING = 0.3, 0.05
 #: A shaft stands for the eye that sees it move less than this (rad) in this time (s); it looks at most this often.
 _STILL, _LOOK, _PATIENCE = 5.0e-4, 0.25, 400
 _CHANNELS = range(1, 9)
@@ -156,6 +158,7 @@ class VirtualOperator:
             case ReleaseRotor():
                 self._take(_LOCK)
                 world.release_rotor()
+                self._move_a_little()
             case TurnToRest():
                 self._next_rest()
             case MarkRestPositions():
@@ -180,6 +183,14 @@ class VirtualOperator:
             case _:
                 assert_never(action)
         return None
+
+    def _move_a_little(self) -> None:
+        """Feel that the shaft is free, forth and back; the world says where it is not."""
+        for speed in (_FEELING_SPEED, -_FEELING_SPEED):
+            self._world.turn_shaft(speed)
+            self._take(_FEELING)
+        self._world.hold_shaft()
+        self._world.let_go()
 
     def _feel(self) -> None:
         """Raise RuntimeError where the shaft has not turned as the hand would have it."""

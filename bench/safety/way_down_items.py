@@ -122,6 +122,8 @@ def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
             (Do.CURRENT_ZERO, Role.SUPPLY),
             (Do.SPEED_ZERO, Role.DYNAMOMETER),
             (Do.SPEED_ZERO, Role.DRIVE),
+            # Of a drive that is on and says it is not, the shaft tells.
+            (Do.SPEED_ZERO, Role.TACHOMETER),
         )
         if role not in manual
     ]

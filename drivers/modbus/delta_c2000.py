@@ -8,7 +8,7 @@ from drivers.modbus.line import ModbusLine, signed_16
 
 #: Command and status registers.
 COMMAND, FREQUENCY_COMMAND = 0x2000, 0x2001
-ERROR_AND_WARNING, OUTPUT_FREQUENCY = 0x2100, 0x2103
+ERROR_AND_WARNING, OUTPUT_FREQUENCY, OUTPUT_CURRENT = 0x2100, 0x2103, 0x2104
 #: Parameters: group and number are the bytes of the address.
 CONTROL_MODE, STOP_METHOD, TORQUE_COMMAND = 0x000A, 0x0016, 0x0B22
 
@@ -20,6 +20,8 @@ COAST_TO_STOP = 1
 FREQUENCY_STEP = 0.01
 MAXIMUM_FREQUENCY = 599.0
 TORQUE_STEP = 1e-3
+#: Output current (0.01 A) that a sensor shows although nothing flows, at most: a magnetised machine takes far more.
+_NO_CURRENT = 10
 #: Within this time (s) the output must be off after a coast-to-stop command.
 DISABLE_TIME = 1.0
 
@@ -92,7 +94,7 @@ class DeltaC2000:
     def disable(self) -> None:
         """Take the output off and make sure that it is, over a renewed connection where the present one fails.
 
-        Raises ReportedError where the drive still puts out a frequency.
+        Raises ReportedError where the drive still puts out a frequency, or a current whatever it says of itself.
         """
         try:
             self._stop()
@@ -104,15 +106,22 @@ class DeltaC2000:
     def _stop(self) -> None:
         self._write(COMMAND, STOP, "stop command")
         deadline = self._clock.now() + DISABLE_TIME
-        while (counts := self._read(OUTPUT_FREQUENCY, "output frequency")) != 0:
+        while (still := self._puts_out()) is not None:
             if self._clock.now() >= deadline:
                 raise ReportedError(
                     self._line.name,
-                    f"the drive still puts out {counts * FREQUENCY_STEP:g} Hz",
+                    f"the drive still puts out {still}",
                     command="stop command",
                     remedy="Press the emergency stop",
                 )
             self._clock.sleep(0.02)
+
+    def _puts_out(self) -> str | None:
+        """Return what the output still gives, None where it is off."""
+        frequency, current = self._line.read(self._unit, OUTPUT_FREQUENCY, 2, "output frequency and current")
+        if frequency:
+            return f"{frequency * FREQUENCY_STEP:g} Hz"
+        return f"{current * 0.01:g} A" if current > _NO_CURRENT else None
 
     def _read(self, address: int, what: str) -> int:
         return self._line.read(self._unit, address, 1, what)[0]

@@ -147,12 +147,14 @@ class DeltaDrive:
         """Return 2100H … 210BH: codes, state, frequencies 0.01 Hz, current 0.01 A, voltages 0.1 V, torque 0.1 %."""
         machine = self._world.dynamometer
         running = machine.sticky.shown(self._running, machine.enabled)
-        speed, torque = machine.speed(0.0), machine.torque(0.01) if running else 0.0
+        # A drive that believes that it is off still measures what it puts out.
+        feeding = running or machine.enabled
+        speed, torque = machine.speed(0.0), machine.torque(0.01) if feeding else 0.0
         frequency = round(abs(speed) * self._pole_pairs / (2.0 * math.pi) * 100.0) if running else 0
         load = torque / self._rated_torque
         state = 0b01 if self._stopping else 0b11 if running else 0b00
         status = state | (0b11 << 3 if self._reverse else 0) | 1 << 8 | 1 << 10
-        current = round(100.0 * 3.0 * math.hypot(0.4, load)) if running else 0
+        current = round(100.0 * 3.0 * math.hypot(0.4, load)) if feeding else 0
         return [
             self._error,
             status,

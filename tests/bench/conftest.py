@@ -105,6 +105,10 @@ class FakeInstrument:
         self._do("measure_frequency")
         return Reading(0.0, "Hz", Accuracy(), 0.5)
 
+    def measure_speed(self) -> Reading:
+        self._do("measure_speed")
+        return Reading(0.0, "rad/s", Accuracy(), 0.5)
+
     def measure(self) -> DynamometerReading:
         self._do("measure")
         return DynamometerReading(0.5, -0.1, 0.0, 0.0, Accuracy(), Accuracy())

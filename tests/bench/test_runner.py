@@ -26,7 +26,11 @@ CALLS = {
     "speed_zero": "measure",
 }
 USUAL = [(item.role.value, item.do.value) for item in default_items()]
-OTHERWISE = {("drive", "speed_zero"): "measure_frequency", ("insulation_tester", "output_off"): "make_safe"}
+OTHERWISE = {
+    ("drive", "speed_zero"): "measure_frequency",
+    ("tachometer", "speed_zero"): "measure_speed",
+    ("insulation_tester", "output_off"): "make_safe",
+}
 DONE = [f"{role}.{OTHERWISE.get((role, do)) or CALLS.get(do, 'make_safe')}" for role, do in USUAL]
 
 

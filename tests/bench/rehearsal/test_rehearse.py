@@ -133,7 +133,10 @@ def test_a_rehearsal_lists_the_set_points_of_the_run(
     assert listed == sent
     assert len(lines(made, "on")) == len(lines(made, "off")) == 40
     actions = [line["text"][0] for line in lines(made, "action")]
-    assert actions[:2] == ["Take the motor's shaft off the dynamometer", "Unlock the shaft, so that it turns freely"]
+    assert actions[:2] == [
+        "Take the motor's shaft off the dynamometer",
+        "Unlock the shaft and turn it a little by hand: it moves freely",
+    ]
     assert made["bench_time"] == pytest.approx(sum(one["bench_time"] for one in made["procedures"]), abs=5.0)
     assert 0.0 < made["hand_time"] < made["bench_time"]
 

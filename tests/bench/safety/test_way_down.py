@@ -147,6 +147,7 @@ def test_what_is_measured_is_waited_for_and_stands_in_the_journal(instruments: d
         ("supply", "current_zero"): (0.0, "A"),
         ("dynamometer", "speed_zero"): (0.5, "rad/s"),
         ("drive", "speed_zero"): (0.0, "rad/s"),
+        ("tachometer", "speed_zero"): (0.0, "rad/s"),
     }
 
 
