@@ -32,6 +32,8 @@ from procedures.text import text
 ROLES = frozenset({Role.SWITCH_MATRIX, Role.ROTOR_ACTUATOR})
 #: What feeds the terminals; while one of them does, no relay is switched.
 _SOURCES = frozenset({Role.SUPPLY.value, Role.INVERTER.value, Role.DRIVE.value})
+#: How far (rad) a shaft is moved to feel whether it is free: further than the actuator may stop short.
+_FEELING = 0.1
 #: The parts of what is connected, each changed by actions of its own.
 _SOCKETS, _PROBES, _SENSES, _SHORT = "sockets", "probes", "senses", "short"
 _NOTHING: Mapping[str, frozenset[str]] = dict.fromkeys((_SOCKETS, _PROBES, _SENSES, _SHORT), frozenset())
@@ -51,6 +53,7 @@ class FixtureOperator:
         self._parts = dict(_NOTHING)
         self._points: tuple[frozenset[str], frozenset[str]] | None = None
         self._feeding = 0
+        self._felt = False
         self.hand_time = 0.0
 
     def take(self, instruments: Mapping[Role, Instrument]) -> None:
@@ -91,7 +94,7 @@ class FixtureOperator:
                 self._rest().wait()
                 self._actuator.lock()
             case ReleaseRotor():
-                self._actuator.release()
+                self._release()
             case TurnToRest():
                 self._rest().nudge()
             case MarkRestPositions():
@@ -114,6 +117,14 @@ class FixtureOperator:
             case _:
                 assert_never(action)
         return None
+
+    def _release(self) -> None:
+        """Free the shaft; the first time it is moved forth and back, which the actuator refuses to call done where it jams."""
+        self._actuator.release()
+        if not self._felt:
+            self._actuator.move_by(_FEELING)
+            self._actuator.move_by(-_FEELING)
+            self._felt = True
 
     def _connect(self, action: Connect) -> None:
         sockets = {terminal: socket for terminal, socket in action.complete().items() if socket is not Socket.OPEN}
