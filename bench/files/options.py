@@ -3,6 +3,7 @@
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
+from functools import cache
 from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic import Field as ModelField
@@ -24,6 +25,7 @@ def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: s
         raise InputError(f"{name}: {prefix}.{error}") from None
 
 
+@cache
 def _model(options: type[Any]) -> type[Section]:
     hints = get_type_hints(options)
     members: dict[str, Any] = {

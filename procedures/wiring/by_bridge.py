@@ -48,8 +48,9 @@ def judged(connect: Connect, reading: ImpedanceReading | None, reference: Refere
     resistance, touching = NO_PATH, Interval(0.0, _CONTACT)
     if reading is not None:
         accuracy = reading.resistance_accuracy
-        # What the instrument may be off by is in the reference: here only what makes two like readings differ.
-        resistance = around(reading.resistance, offset=accuracy.resolution + 3.0 * accuracy.noise)
+        # What the instrument may be off by is in a reference of its own: then only what makes two like readings differ counts.
+        gain, offset = (0.0, 0.0) if reference is None or reference.own else (accuracy.gain, accuracy.offset)
+        resistance = around(reading.resistance, gain=gain, offset=offset + accuracy.resolution + 3.0 * accuracy.noise)
         touching = Interval(0.0, _ZERO * accuracy.offset + _CONTACT)
         told["resistance"] = reading.resistance
     found, earlier = judged_alike(

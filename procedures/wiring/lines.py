@@ -25,13 +25,15 @@ class Reference:
 
     Legs (Ω) of the equivalent wye with the relative half-width within which they hold now, and the leads (Ω) in series. With
     `before`, the legs are what a reading on those poles gives, its leads taken for part of them: whether that connection was as
-    told is not known either.
+    told is not known either. With `own`, it was read by the instrument whose reading is held against it, so that what that one
+    is off by is in both.
     """
 
     phases: tuple[float, float, float]
     tolerance: float
     leads: Interval
     before: Poles | None = None
+    own: bool = True
 
     def loop(self, poles: Poles) -> Interval:
         """Return the resistance (Ω) to be read between these poles, which have a path."""
@@ -93,7 +95,7 @@ class Lines:
         if self._bridge:
             return Reference(self._bridge.phases, _WARMING + _DIFFERING * self._bridge.error, _NONE)
         if self._direct:
-            return Reference(self._direct.phases, _WARMING + self._direct.error, _NONE)
+            return Reference(self._direct.phases, _WARMING + self._direct.error, _NONE, own=False)
         return _from_parameter(known, _NONE)
 
     def supposed_for_bridge(self) -> Reference | None:
@@ -130,4 +132,4 @@ def _from_parameter(known: Mapping[str, Parameter], leads: Interval) -> Referenc
         return None
     low, high = parameter.coverage_interval
     error = 0.5 * (high - low) / parameter.value
-    return Reference((parameter.value,) * 3, _ANY_TEMPERATURE + _UNBALANCE + error, leads)
+    return Reference((parameter.value,) * 3, _ANY_TEMPERATURE + _UNBALANCE + error, leads, own=False)

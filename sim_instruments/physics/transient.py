@@ -51,16 +51,16 @@ class LinearTransient:
         """Return the loop currents (A, shape (loops, n))."""
         # Before its start the circuit stood as it was then.
         passed = np.maximum(times - self.start, 0.0)
-        decay = np.exp(-np.outer(self.rates, passed))
+        decay = np.exp(-self.rates[:, np.newaxis] * passed)
         amplitudes = (
-            self._free[:, np.newaxis] * decay + self._steady[:, np.newaxis] + np.outer(self._steady_slope, passed)
+            self._free[:, np.newaxis] * decay + self._steady[:, np.newaxis] + self._steady_slope[:, np.newaxis] * passed
         )
         result: FloatArray = self._offset[:, np.newaxis] + self._shapes @ amplitudes
         return result
 
     def loop_slopes(self, times: FloatArray) -> FloatArray:
         """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
-        decay = np.exp(-np.outer(self.rates, np.maximum(times - self.start, 0.0)))
+        decay = np.exp(-self.rates[:, np.newaxis] * np.maximum(times - self.start, 0.0))
         amplitudes = -(self.rates * self._free)[:, np.newaxis] * decay + self._steady_slope[:, np.newaxis]
         result: FloatArray = self._shapes @ amplitudes
         return result

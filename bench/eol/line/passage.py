@@ -36,6 +36,7 @@ from drivers.interfaces import Clock
 from procedures.bench import Role
 
 if TYPE_CHECKING:
+    from bench.eol.line.virtual_socket import Stations
     from sim_instruments.bench import VirtualBench
 
 
@@ -55,6 +56,7 @@ class Socket:
         self._interrupts = Interrupts()
         self._stopped = ""
         self._told = 0.0
+        self._stations: Stations | None = None
 
     def stop(self, by: str) -> None:
         """Have the run under way take its way down, from any thread, and none begin after it."""
@@ -125,7 +127,9 @@ class Socket:
     def _where(self, task: Task, wishes: Wishes) -> AbstractContextManager[Place]:
         if self._station is not None:
             return self._real(self._station, task, wishes)
-        from bench.eol.line.virtual_socket import units, virtual_place
+        from bench.eol.line.virtual_socket import Stations, units, virtual_place
+
+        self._stations = self._stations or Stations()
 
         batch, number = self._batch, self._place.socket
         nominal = batch.motor.virtual_motor()
@@ -144,6 +148,7 @@ class Socket:
             lambda now: self._reach(task.at + now),
             sharing,
             fixture=batch.operator != "virtual",
+            station=self._stations.at,
         )
 
     @contextmanager

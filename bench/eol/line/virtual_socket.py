@@ -1,17 +1,18 @@
 """One socket of a virtual line: its own world for every motor, its own time, and units of which some are the others' too."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bench.files.station import Station
 from bench.operators.virtual import VirtualOperator
 from bench.sharing import Sharing
 from bench.surroundings import Place, with_fixture
 from bench.truth import truth_of
-from bench.virtual_station import virtual_station
+from bench.virtual_station import Address, virtual_station
 from procedures.bench import Role
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors
@@ -30,6 +31,20 @@ def units(seed: int, socket: int, shared: Collection[Role]) -> Errors:
     return Errors(**{each.name: getattr(common if each.name in names else own, each.name) for each in fields(Errors)})
 
 
+class Stations:
+    """Descriptions of virtual benches, each made once: one bench is like another."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[tuple[str, str], ...], Station] = {}
+
+    def at(self, addresses: Mapping[str, Address]) -> Station:
+        """Return the station of a bench at these addresses, by role."""
+        key = tuple((role, str(address)) for role, address in addresses.items())
+        if key not in self._made:
+            self._made = {key: virtual_station(addresses)}
+        return self._made[key]
+
+
 @contextmanager
 def virtual_place(
     truth: "VirtualMotor",
@@ -40,10 +55,11 @@ def virtual_place(
     sharing: Callable[[VirtualBench], Sharing],
     *,
     fixture: bool,
+    station: Callable[[Mapping[str, Address]], Station],
 ) -> Iterator[Place]:
     """Give the surroundings for one motor; `advanced` hears the bench's time (s) as it goes on.
 
-    With `fixture`, relays and an actuator work in place of virtual hands.
+    With `fixture`, relays and an actuator work in place of virtual hands. `station` describes a bench at these addresses.
     """
     with VirtualBench(truth, seed=seed, errors=errors, six_step=six_step, sockets=False, fixture=fixture) as bench:
         hands = VirtualOperator(bench.world, seed)
@@ -55,7 +71,7 @@ def virtual_place(
             return ResourceManager(bench.visa_library)
 
         made = Place(
-            virtual_station(bench.addresses()),
+            station(bench.addresses()),
             bench.clock,
             hands,
             lambda _: None,

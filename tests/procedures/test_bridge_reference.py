@@ -1,0 +1,32 @@
+"""What a bridge reads is held against figures of other instruments within its own limit of error."""
+
+import pytest
+
+from drivers.interfaces import Accuracy, ImpedanceReading
+from procedures.actions import Connect, Socket, Terminal
+from procedures.estimation.wiring import Outcome
+from procedures.wiring import by_bridge
+from procedures.wiring.lines import Lines
+
+ALIGNED = Connect({Terminal.A: Socket.METER_HIGH, Terminal.B: Socket.METER_LOW, Terminal.C: Socket.METER_LOW})
+PHASE, LIMIT = 0.016, 3.2e-3
+
+
+def reading(resistance: float) -> ImpedanceReading:
+    accuracy = Accuracy(gain=1e-3, offset=LIMIT, resolution=1e-7)
+    return ImpedanceReading(resistance, 1e-4, 20.0, accuracy, accuracy, 0.0)
+
+
+@pytest.mark.parametrize("share", [-1.0, -0.7, 0.0, 0.7, 1.0])
+def test_a_bridge_within_its_limits_raises_no_alarm_against_four_wires(share: float) -> None:
+    lines = Lines()
+    lines.read_by_four_wires([2.0 * PHASE] * 3, 1e-3)
+    told = by_bridge.judged(ALIGNED, reading(1.5 * PHASE + share * LIMIT), lines.for_bridge({}))
+    assert told.outcome is not Outcome.WRONG
+
+
+def test_against_its_own_lines_it_tells_one_connection_from_another() -> None:
+    lines = Lines()
+    lines.read_by_bridge([2.0 * PHASE + 0.7 * LIMIT] * 3, 1e-3, 20.0)
+    told = by_bridge.judged(ALIGNED, reading(2.0 * PHASE + 0.7 * LIMIT), lines.for_bridge({}))
+    assert told.outcome is Outcome.WRONG
