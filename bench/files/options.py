@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: str) -> T:
     """Return the options dataclass made of a table. Raises InputError with file, key and what is allowed."""
-    section = validate(_model(options), data, name, prefix)
+    section = validate(_model(cast("Any", options)), data, name, prefix)
     try:
         return cast("T", _make(options, section))
     except ValueError as error:
