@@ -160,7 +160,8 @@ def assert_holds_truth(
     parameters = ran.parameters if isinstance(ran, Ran) else ran
     true = truth if truth is not None else ran.truth if isinstance(ran, Ran) else {}
     looked = list(names) if names is not None else [name for name in parameters if name in true]
-    assert looked, "there is nothing to compare: no parameter has a known truth"
+    if not looked:
+        raise AssertionError("there is nothing to compare: no parameter has a known truth")
     misses = []
     for name in looked:
         if name not in parameters or name not in true:
@@ -172,7 +173,8 @@ def assert_holds_truth(
             misses.append(
                 f"{name} = {parameter.value:.6g} {parameter.unit}, {low:.6g} … {high:.6g} does not hold the truth {true[name]:.6g}"
             )
-    assert not misses, "\n".join(misses)
+    if misses:
+        raise AssertionError("\n".join(misses))
 
 
 def _run(planned: Sequence[Planned], motor: MotorFile, runs: Path, seed: int, faults: Sequence[str], how: How) -> Ran:

@@ -28,5 +28,5 @@ def test_faults_reach_the_driver(bench):
     resource = bench.resource("lcr_meter", timeout=200)
     bridge = Bridge(resource, frequency=100.0)
     bench.inject("lcr_meter: silence at 0")
-    with pytest.raises(Exception, match="(?i)timeout"):
+    with pytest.raises(Exception, match=r"(?i)timeout"):
         bridge.measure()

@@ -1,0 +1,1 @@
+"""Side by side with OpenHTF: motors a second, and what a kill leaves."""
