@@ -102,8 +102,8 @@ def _chunks(motors: int, seed: int) -> Iterator[dict[str, list[tuple[Any, ...]]]
             )
             made[FIGURE.name] += [
                 (
-                    name,
                     key,
+                    name,
                     values[n][p],
                     unit,
                     sigma / 20.0,

@@ -48,12 +48,12 @@ MOTOR = Table(
     Index("motor_by_start", "started"),
 )
 
-#: Held together by parameter: statistics read one parameter's figures in one stretch.
+#: Held together by motor: a record is written in one place. Statistics read the index by value.
 FIGURE = Table(
     "figure",
     METADATA,
-    Column("parameter", String(100), primary_key=True),
     Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
+    Column("parameter", String(100), primary_key=True),
     Column("value", Double),
     Column("unit", String(30), nullable=False),
     Column("standard_uncertainty", Double),
@@ -61,7 +61,6 @@ FIGURE = Table(
     Column("low", Double),
     Column("high", Double),
     Column("verdict", String(10), nullable=False),
-    Index("figure_by_motor", "motor"),
     #: Moments and histograms come from this index alone, one stretch of values after the other.
     Index("figure_by_value", "parameter", "value", "motor"),
     Index(

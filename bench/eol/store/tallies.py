@@ -4,8 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
-from sqlalchemy import Connection, and_, func, select, true, union_all
+from sqlalchemy import ColumnElement, Connection, Row, and_, func, select, true, union_all
 from sqlalchemy import literal as bound
 
 from bench.eol.limits import Limits
@@ -15,6 +16,8 @@ from bench.eol.verdict import Verdict
 
 #: Looked at to find out where values lie before they are sorted into bins.
 _LOOK = 500
+#: Motors at the end of a selection among which the latest figures are looked for first.
+_NEAR = 20_000
 #: Bins between the limits, and beyond each of them.
 _INSIDE, _OUTSIDE = 24, 6
 #: Where only the spread tells where bins should lie: this many standard deviations to either side.
@@ -94,17 +97,11 @@ def distribution(connection: Connection, parameter: str, selection: Selection) -
     Each bin is a stretch of the index by value, which the database counts and adds up without sorting. Sums are taken about
     a value in the middle, or the variance would drown in the mean's square (Chan, Golub, LeVeque, 1983).
     """
-    ours = and_(FIGURE.c.parameter == parameter, selection.holds(FIGURE.c.motor, walk=True))
     in_bins = and_(FIGURE.c.parameter == parameter, selection.holds(FIGURE.c.motor))
-    looked = connection.execute(
-        select(FIGURE.c.value, FIGURE.c.unit, FIGURE.c.low, FIGURE.c.high)
-        .where(ours)
-        .order_by(FIGURE.c.motor.desc())
-        .limit(_LOOK)
-    ).all()
+    looked = _ends(connection, parameter, true(), selection, _LOOK)
     if not looked:
         return None
-    first = connection.execute(select(FIGURE.c.low, FIGURE.c.high).where(ours).order_by(FIGURE.c.motor).limit(1)).one()
+    first = _ends(connection, parameter, true(), selection, 1, earliest=True)[0]
     limits = _limits(looked[0].low, looked[0].high)
     seen = [row.value for row in looked if row.value is not None]
     middle = math.fsum(seen) / len(seen) if seen else 0.0
@@ -140,13 +137,7 @@ def distribution(connection: Connection, parameter: str, selection: Selection) -
 
 def latest(connection: Connection, parameter: str, selection: Selection, count: int) -> list[tuple[str, float]]:
     """Return serial number and value of the last `count` motors that have one, in the order in which they were kept."""
-    query = (
-        select(FIGURE.c.motor, FIGURE.c.value)
-        .where(FIGURE.c.parameter == parameter, selection.holds(FIGURE.c.motor, walk=True), FIGURE.c.value.is_not(None))
-        .order_by(FIGURE.c.motor.desc())
-        .limit(count)
-    )
-    rows = connection.execute(query).all()[::-1]
+    rows = _ends(connection, parameter, FIGURE.c.value.is_not(None), selection, count)[::-1]
     if not rows:
         return []
     serials = select(MOTOR.c.id, MOTOR.c.serial_number).where(MOTOR.c.id.in_([row.motor for row in rows]))
@@ -167,7 +158,7 @@ def rows_of_neighbours(connection: Connection, parameter: str, selection: Select
         connection.execute(
             select(FIGURE.c.value)
             .where(
-                FIGURE.c.parameter == parameter,
+                _of(parameter),
                 FIGURE.c.motor.between(start, start + _ROW - 1),
                 selection.holds(FIGURE.c.motor),
                 FIGURE.c.value.is_not(None),
@@ -177,6 +168,41 @@ def rows_of_neighbours(connection: Connection, parameter: str, selection: Select
         for start in starts
     ]
     return [list(row) for row in rows]
+
+
+def _of(parameter: str) -> ColumnElement[bool]:
+    """Return the condition that a figure is of a parameter, in words that no index serves: the database is to go by motor."""
+    return func.coalesce(FIGURE.c.parameter, "") == parameter
+
+
+def _ends(
+    connection: Connection,
+    parameter: str,
+    which: ColumnElement[bool],
+    selection: Selection,
+    count: int,
+    *,
+    earliest: bool = False,
+) -> Sequence[Row[int, Any, str, Any, Any]]:
+    """Return the last `count` figures of the selection, the latest first; or the first, the earliest first.
+
+    Most parameters are measured of every motor, and a look at the end's motors finds them. Those of every n-th motor only are
+    looked for by parameter.
+    """
+    columns = select(FIGURE.c.motor, FIGURE.c.value, FIGURE.c.unit, FIGURE.c.low, FIGURE.c.high)
+    first, last = selection.stretches[0][0], selection.stretches[-1][1]
+    near = (first, first + _NEAR) if earliest else (last - _NEAR, last)
+    order = FIGURE.c.motor if earliest else FIGURE.c.motor.desc()
+    close = columns.where(
+        _of(parameter), which, FIGURE.c.motor.between(*near), selection.holds(FIGURE.c.motor, walk=True)
+    )
+    found = connection.execute(close.order_by(order).limit(count)).all()
+    if len(found) == count or last - first <= _NEAR:
+        return found
+    anywhere = FIGURE.c.motor + 0
+    far = columns.where(FIGURE.c.parameter == parameter, which, selection.holds(FIGURE.c.motor))
+    far = far.order_by(anywhere if earliest else anywhere.desc())
+    return connection.execute(far.limit(count)).all()
 
 
 def _failures(rows: Sequence[Sequence[object]]) -> list[Failures]:

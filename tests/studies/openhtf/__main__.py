@@ -9,6 +9,7 @@ import os
 import random
 import re
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -104,8 +105,8 @@ def whole_records(which: str, folder: Path) -> tuple[set[str], int]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--motors", type=int, default=300)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--motors", type=int, default=200)
+    parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--environment", type=Path, default=Path(tempfile.gettempdir()) / f"openhtf-{VERSION}")
     given = parser.parse_args()
@@ -116,7 +117,7 @@ def main() -> None:
     for which in both:
         print(f"{which:11} {', '.join(f'{each[which]:.0f}' for each in rates)} motors/s")
     ratios = sorted(each["motorbench"] / each["OpenHTF"] for each in rates)
-    print(f"ratio       {', '.join(f'{ratio:.1f}' for ratio in ratios)}")
+    print(f"ratio       {', '.join(f'{ratio:.1f}' for ratio in ratios)}, median {statistics.median(ratios):.1f}")
     moments = random.Random(1)  # noqa: S311  no secret
     afters = [moments.uniform(0.05, 1.0) for _ in range(given.kills)]
     for which in both:

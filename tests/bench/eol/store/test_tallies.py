@@ -146,3 +146,15 @@ def test_a_database_of_the_first_version_is_brought_up(reference: str) -> None:
     new = open_database(reference)
     assert "figure_by_value" in {index["name"] for index in inspect(new).get_indexes("figure")}
     new.dispose()
+
+
+def test_a_parameter_of_every_nth_motor_is_found(engine: Engine, put: Put, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.eol.store.tallies._NEAR", 3)
+    for n in range(20):
+        put(r=10.0, **({"rare": 9.0 + 0.1 * n} if n in (4, 8, 12) else {}))
+    with engine.connect() as connection:
+        selection = choose(connection, ())
+        found = distribution(connection, "rare", selection)
+        assert found is not None
+        assert (found.count, found.least) == (3, pytest.approx(9.4))
+        assert [serial for serial, _ in latest(connection, "rare", selection, 2)] == ["P-0009", "P-0013"]

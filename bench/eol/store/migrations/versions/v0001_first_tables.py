@@ -40,8 +40,8 @@ def upgrade() -> None:
     op.create_index("motor_by_start", "motor", ["started"])
     op.create_table(
         "figure",
-        sa.Column("parameter", sa.String(100), primary_key=True),
         _motor_key(),
+        sa.Column("parameter", sa.String(100), primary_key=True),
         sa.Column("value", sa.Double),
         sa.Column("unit", sa.String(30), nullable=False),
         sa.Column("standard_uncertainty", sa.Double),
@@ -51,7 +51,6 @@ def upgrade() -> None:
         sa.Column("verdict", sa.String(10), nullable=False),
         sqlite_with_rowid=False,
     )
-    op.create_index("figure_by_motor", "figure", ["motor"])
     op.create_table(
         "check_attempt",
         _motor_key(),
