@@ -122,9 +122,10 @@ def measure(prepared: Prepared, wishes: BatchWishes, ears: Hears, stream: IO[str
             "line": digest(line),
             "seed": wishes.seed,
         }
-        ledger = Ledger(folder, about)
-        try:
-            serials = _serials(wishes, plan, line, ledger.last, stream)
+        with (
+            closing(Ledger(folder, about)) as ledger,
+            closing(_serials(wishes, plan, line, ledger.last, stream)) as serials,
+        ):
             batch = Batch(
                 name=name,
                 uid=ledger.uid,
@@ -153,9 +154,6 @@ def measure(prepared: Prepared, wishes: BatchWishes, ears: Hears, stream: IO[str
                 coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, _Counting(counts, hearing))
                 opened(coordinator.stop)
                 stopped = coordinator.run()
-            serials.close()
-        finally:
-            ledger.close()
     finally:
         keeper.close()
         counts.waiting, counts.fault = keeper.left

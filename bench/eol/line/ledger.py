@@ -39,6 +39,7 @@ class Ledger:
             head = self._head() if resumed else {}
             if head:
                 self._check(head, about)
+                self._end_torn_line()
             else:
                 head = {"batch": uuid.uuid4().hex, **about}
                 self._write(head)
@@ -79,6 +80,13 @@ class Ledger:
         if head and "batch" not in head:
             raise InputError(f"{self.path}: this is not a batch's file; choose another --batch or --runs")
         return head
+
+    def _end_torn_line(self) -> None:
+        """Have what follows begin on a line of its own, whatever was cut off in writing before it."""
+        with self.path.open("rb") as file:
+            file.seek(-1, os.SEEK_END)
+            if file.read(1) != b"\n":
+                write_all(self._file, b"\n")
 
     def _check(self, head: Mapping[str, Any], about: Mapping[str, Any]) -> None:
         for key, what in _SAME.items():

@@ -1,0 +1,259 @@
+"""What a line is given that is not right: named, refused, and nothing lost."""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.eol.line.admission import Admission, Refused
+from bench.eol.line.batch import prepare
+from bench.eol.line.keeper import Keeper, own_records
+from bench.eol.line.ledger import FILE, Begun, Ledger
+from bench.eol.line.line_file import load_line
+from bench.eol.line.messages import Task
+from bench.eol.line.passage_names import new_folder, run_folders
+from bench.eol.line.serials import FromFile, MadeUp
+from bench.eol.record import MotorRecord
+from bench.eol.store.database import open_database
+from bench.eol.store.records import StoreError
+from bench.eol.verdict import Verdict
+from bench.errors import InputError, UsageError
+from procedures.bench import Role
+
+ABOUT = {"name": "b", "plan": "1", "motor": "2", "line": "3", "seed": 0}
+REAL = """
+[station]
+name = "two benches"
+[line]
+timeout = 5.0
+[instruments.lcr_meter]
+driver = "keysight-e4980a"
+address = "TCPIP0::10.0.0.9::inst0::INSTR"
+[sockets.left.instruments.supply]
+driver = "keysight-e36300"
+address = "TCPIP0::10.0.0.1::inst0::INSTR"
+channel = 1
+maximum_current = 10.0
+[sockets.right.instruments.supply]
+driver = "keysight-e36300"
+address = "TCPIP0::10.0.0.2::inst0::INSTR"
+channel = 1
+maximum_current = 10.0
+"""
+
+
+def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
+    path: Path = bench.folder / "plan.toml"
+    content = path.read_text(encoding="utf-8")
+    for old, new in pairs:
+        assert old in content
+        content = content.replace(old, new, 1)
+    path.write_text(content, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("percent = 60.0", "low = 2.0\nhigh = 1.0", "low = 2 is above high = 1"),
+        ('parameter = "pole_pairs"', 'parameter = "pole_pears"', "no procedure of the plan gives it"),
+        ('parameter = "pole_pairs"', 'parameter = "inertia"', "add the procedure inertia"),
+        ('name = "stator-resistance"', 'name = "stator-resistence"', "did you mean stator-resistance"),
+        ("repeats = 1", "repeats = 0", "procedure stator-resistance: settings.repeats"),
+        ("resistance = 3.0", 'serial = "fixed"', "put the number in"),
+        ('name = "pole-pairs-back-emf"', 'name = "pole-pairs-back-emf"\nafter = ["inertia"]', "not listed before it"),
+    ],
+)
+def test_a_plan_that_is_not_right_is_refused_before_anything_begins(bench: Any, old: str, new: str, said: str) -> None:
+    with pytest.raises(InputError, match=r"plan\.toml") as refused:
+        prepare(changed(bench, (old, new)), "virtual", 1)
+    assert said in str(refused.value)
+
+
+def test_a_missing_instrument_is_named(bench: Any) -> None:
+    station = bench.folder / "station.toml"
+    station.write_text(REAL, encoding="utf-8")
+    with pytest.raises(InputError, match=r"pole-pairs-back-emf needs \[instruments.dynamometer\]"):
+        prepare(bench.wishes.plan, str(station), None)
+
+
+def test_a_line_shares_what_stands_outside_its_sockets(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(REAL, encoding="utf-8")
+    line = load_line(str(station), None)
+    assert [socket.name for socket in line.sockets] == ["left", "right"]
+    assert line.shared == {Role.LCR_METER}
+    assert line.timeout == 5.0
+    stations = [socket.station for socket in line.sockets if socket.station]
+    assert [each.entries[Role.SUPPLY].address.split("::")[1] for each in stations] == ["10.0.0.1", "10.0.0.2"]
+    with pytest.raises(UsageError, match="has 2"):
+        load_line(str(station), 3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[sockets.left.instruments.supply]", "[instruments.supply]", "either the socket's own or shared"),
+        ("[sockets.right.instruments.supply]", "[sockets.right.instruments.suply]", "instruments.suply"),
+        ("timeout = 5.0", "timeout = -5.0", "line.timeout"),
+        ("timeout = 5.0", "shared = ['lcr_meter']", "line.shared goes with"),
+    ],
+)
+def test_a_line_that_is_not_right_is_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(REAL.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        load_line(str(station), None)
+
+
+def test_a_shared_supply_is_refused_for_its_guardian(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    shared = REAL.replace("[sockets.left.instruments.supply]", "[instruments.supply]")
+    station.write_text(shared[: shared.index("[sockets.right")] + "[sockets.left]\n[sockets.right]\n", encoding="utf-8")
+    with pytest.raises(InputError, match="feeds energy and cannot be shared"):
+        load_line(str(station), None)
+
+
+@pytest.fixture
+def records(tmp_path: Path) -> Iterator[Keeper]:
+    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")))
+    yield keeper
+    keeper.close()
+
+
+def a_record(number: int, serial: str, batch: str = "b") -> MotorRecord:
+    now = datetime(2026, 1, 1, tzinfo=UTC)
+    return MotorRecord(
+        f"{batch}-{number}", batch, number, "p", "", "s", "1", "", "m", serial, now, now, Verdict.FAIL, False, 1.0
+    )
+
+
+def admitted(folder: Path, lines: str, keeper: Keeper, *, again: bool = False, known: int = 0) -> list[Begun | Refused]:
+    file = folder / "serials.txt"
+    file.write_text(lines, encoding="utf-8")
+
+    def check(serial: str) -> None:
+        if not serial.isprintable():
+            raise InputError(f"serial number {serial!r}: allowed are up to 64 printable characters")
+
+    found = []
+    with closing(FromFile(file)) as serials:
+        admission = Admission(serials, [], check, keeper.earlier, batch="b", known=known, again=again)
+        while not admission.ended and (given := admission.take()) is not None:
+            found.append(given)
+    return found
+
+
+def test_motors_of_earlier_batches_are_refused_unless_again(tmp_path: Path, records: Keeper) -> None:
+    records.save(a_record(7, "A1", batch="last week"))
+    first, second = admitted(tmp_path, "A1\nA2\n", records)
+    assert isinstance(first, Refused)
+    assert "fail as motor 7 of batch last week" in first.why
+    assert second == Begun(1, "A2")
+    assert admitted(tmp_path, "A1\n", records, again=True) == [Begun(1, "A1")]
+
+
+def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: Keeper) -> None:
+    records.save(a_record(1, "A1"))
+    assert admitted(tmp_path, "A1\nA2\n", records, known=1) == [Begun(2, "A2")]
+
+
+def test_a_scanner_that_sends_rubbish_does_not_stop_the_line(tmp_path: Path, records: Keeper) -> None:
+    found = admitted(tmp_path, "\ufeffA1\r\n\r\nA\x1b2\n A3 \n", records)
+    assert [type(each) for each in found] == [Begun, Refused, Begun]
+    assert found[2] == Begun(2, "A3")
+
+
+def test_made_up_serial_numbers_go_on_where_the_batch_is() -> None:
+    serials = MadeUp("V{number:03d}", 3, 4)
+    assert [serials.take(), serials.take(), serials.take()] == ["V003", "V004", None]
+    assert serials.ended
+
+
+def test_a_ledger_tells_what_was_cut_off_and_holds_to_its_plan(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path, ABOUT)
+    ledger.begin(Begun(1, "A1"), "1")
+    ledger.begin(Begun(2, "ü\ud800"), "2")
+    uid = ledger.uid
+    ledger.close()
+    with (tmp_path / FILE).open("ab") as file:
+        file.write(b'{"number": 3, "serial_')
+    again = Ledger(tmp_path, ABOUT)
+    assert (again.uid, again.last, again.resumed) == (uid, 2, True)
+    again.begin(Begun(3, "A3"), "1")
+    again.close()
+    last = Ledger(tmp_path, ABOUT)
+    assert [motor.number for motor in last.begun()] == [1, 2, 3]
+    last.close()
+    with pytest.raises(InputError, match="the plan is not the one"):
+        Ledger(tmp_path, {**ABOUT, "plan": "other"})
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="the batch's folder cannot be made"):
+        Ledger(tmp_path / "file" / "b", ABOUT)
+
+
+def test_a_motor_begun_anew_keeps_what_was_cut_off(tmp_path: Path) -> None:
+    task = Task(1234, "A/../1", (), 0.0)
+    paths = [new_folder(tmp_path, task).path for _ in range(2)]
+    assert run_folders(tmp_path, task) == paths
+    assert [path.relative_to(tmp_path).as_posix() for path in paths] == [
+        "001/001234-A-..-1",
+        "001/001234-A-..-1-2",
+    ]
+
+
+def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> None:
+    path = bench.folder / "records.sqlite"
+    open_database(str(path)).dispose()
+    with sqlite3.connect(path) as connection:
+        connection.execute("UPDATE alembic_version SET version_num = '9999'")
+    with pytest.raises(InputError, match="9999"):
+        bench.run()
+    assert not (bench.folder / "runs" / "small" / FILE).exists(), "nothing was begun"
+
+
+def test_a_full_disk_ends_the_batch_and_no_motor_is_called_done(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    full = StoreError("database or disk is full")
+
+    def save(_self: Keeper, _record: MotorRecord) -> None:
+        raise full
+
+    monkeypatch.setattr("bench.eol.line.coordinator._TRIES", 0.0)
+    monkeypatch.setattr(Keeper, "save", save)
+    with pytest.raises(StoreError, match="begin the batch again"):
+        bench.run(motors=2)
+    assert bench.ear.records == []
+    assert any("is not kept yet" in words for words in bench.ear.troubles)
+    monkeypatch.undo()
+    bench.run(motors=2)
+    with own_records(str(bench.folder / "records.sqlite")) as kept:
+        assert sorted(record.number for record in kept.read("small")) == [1, 2]
+
+
+def test_wrong_names_and_numbers_are_usage_errors(bench: Any) -> None:
+    for wrong in (
+        {"batch": "../x"},
+        {"motors": 0},
+        {"motors": 2, "serials": "file.txt"},
+        {"sockets": 0},
+        {"operator": "terminal"},
+    ):
+        with pytest.raises(UsageError):
+            bench.run(**wrong)
+    with pytest.raises(InputError, match="cannot be read"):
+        bench.run(motors=None, serials=str(bench.folder / "none.txt"))
+
+
+def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None:
+    counts, _ = bench.run(motors=1, records="postgresql://nobody@127.0.0.1:9/none")
+    assert counts.motors == 1
+    assert counts.waiting == 1
+    with own_records(str(bench.folder / "runs" / "records.sqlite")) as kept:
+        assert kept.count("small") == 1
