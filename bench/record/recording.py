@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import cache
 from types import TracebackType
 from typing import Any, Protocol
 
@@ -170,6 +171,11 @@ def _flat(value: Any) -> Any:
         return value
     if isinstance(value, Enum):
         return value.value
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: _flat(getattr(value, field.name)) for field in fields(value)}
-    return value
+    names = _field_names(type(value))
+    return {name: _flat(getattr(value, name)) for name in names} if names is not None else value
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...] | None:
+    """Return the names of a dataclass's fields, None for any other kind."""
+    return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else None

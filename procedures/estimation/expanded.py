@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy import special
+from scipy.optimize import brentq
 
 from procedures.estimation.fit import FloatArray
 
@@ -41,10 +42,7 @@ def half_width(rectangular: Sequence[float], scattered: Sequence[tuple[float, fl
     low, high = 0.0, 4.0 * total
     while beyond(high) > tail:
         low, high = high, 2.0 * high
-    while high - low > 1e-4 * total:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if beyond(middle) > tail else (low, middle)
-    return 0.5 * (low + high)
+    return float(brentq(lambda width: beyond(width) - tail, low, high, xtol=5e-5 * total))
 
 
 def _quantile(probability: float, freedom: float) -> float:

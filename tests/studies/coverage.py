@@ -17,6 +17,7 @@ The result depends on seed and number of motors only, however many workers there
 """
 
 import argparse
+import gc
 import multiprocessing
 import os
 import resource
@@ -37,6 +38,8 @@ _HANDFUL, _UNDER_WAY = 20, 200
 def measure_some(seed: int, indices: Iterable[int], procedures: tuple[str, ...] = ()) -> list[Measured]:
     """Measure these motors one after the other, by these procedures or by all of the study."""
     plan = study_plan(procedures)
+    # What was imported lives as long as the process: nobody need look through it for what has become free.
+    gc.freeze()
     return [measure(seed, index, plan) for index in indices]
 
 
