@@ -171,7 +171,7 @@ def _flat(value: Any) -> Any:
         return value
     if isinstance(value, Enum):
         return value.value
-    names = _field_names(type(value))
+    names = _field_names(type(value))  # type: ignore[arg-type]  # a class can be hashed
     return {name: _flat(getattr(value, name)) for name in names} if names is not None else value
 
 

@@ -27,7 +27,9 @@ def half_width(rectangular: Sequence[float], scattered: Sequence[tuple[float, fl
     large = [a for a in rectangular if a > _SMALL * math.sqrt(3.0) * total]
     rest = math.sqrt(max(total**2 - sum(a * a for a in large) / 3.0, 0.0))
     weight = sum(u**4 / freedom for u, freedom in scattered if math.isfinite(freedom))
-    freedom = rest**4 / weight if weight > 0.0 else math.inf
+    # No sum has fewer degrees of freedom than its worst part; where rounding leaves nothing of the rest it would.
+    fewest = min((freedom for _, freedom in scattered), default=math.inf)
+    freedom = max(rest**4 / weight, fewest) if weight > 0.0 else math.inf
     tail = 0.5 * (1.0 - coverage)
     if not large:
         return -_quantile(tail, freedom) * total
