@@ -17,7 +17,7 @@ from bench.eol.line.ledger import Begun, Ledger
 from bench.eol.line.line_file import Line, digest, load_line
 from bench.eol.line.messages import Batch
 from bench.eol.line.order import by_time_over_failures
-from bench.eol.line.preparation import check_parameters, check_station, planned_of
+from bench.eol.line.preparation import check_parameters, check_station, operator_of, planned_of
 from bench.eol.line.serials import FromFile, FromStream, Given, MadeUp, Serials
 from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
@@ -171,13 +171,24 @@ def _heard(serials: Serials, batch: Batch, line: Line, ears: Hears) -> Iterator[
 
 
 def _check_operator(wishes: BatchWishes, line: Line) -> None:
-    if wishes.operator == "terminal":
-        if line.is_virtual:
-            raise UsageError("--operator terminal: on the virtual bench only virtual hands have any")
-        if len(line.sockets) > 1 or not wishes.serials or wishes.serials == "-":
+    if wishes.operator not in ("", "fixture", "virtual", "terminal"):
+        raise UsageError(f"--operator {wishes.operator}: allowed are fixture, virtual, terminal")
+    if line.is_virtual:
+        if wishes.operator == "terminal":
             raise UsageError(
-                "--operator terminal: one socket, and --serials FILE, for the keyboard answers the questions"
+                "--operator terminal: on the virtual bench only a fixture or virtual hands can do anything"
             )
+        return
+    by_hand = any(
+        operator_of(wishes.operator, socket.station) in ("", "terminal")
+        and not (socket.station and socket.station.control)
+        for socket in line.sockets
+    )
+    if by_hand and (len(line.sockets) > 1 or wishes.serials in ("", "-")):
+        raise UsageError(
+            "a person at the terminal serves one socket, and the keyboard answers the questions: give --serials FILE, "
+            "or each socket a fixture ([sockets.NAME.instruments.switch_matrix], rotor_actuator)"
+        )
 
 
 def _serials(wishes: BatchWishes, plan: Plan, line: Line, last: int, stream: IO[str]) -> Serials:

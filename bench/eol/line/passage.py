@@ -19,7 +19,7 @@ from bench.eol.line.line_file import station_of
 from bench.eol.line.messages import Passed, Setup, Task
 from bench.eol.line.motor_record import Passage, record_of
 from bench.eol.line.passage_names import new_folder
-from bench.eol.line.preparation import planned_of
+from bench.eol.line.preparation import operator_of, planned_of
 from bench.eol.line.times import Times
 from bench.eol.line.virtual_motors import drawn_motor, seed_of
 from bench.eol.record import MotorRecord
@@ -90,7 +90,7 @@ class Socket:
             station=self._place.source,
             language=batch.language,
             runs=Path(batch.folder),
-            operator=batch.operator,
+            operator=operator_of(batch.operator, self._station),
             person=batch.person,
             seed=seed_of(batch.seed, task.serial_number, task.number),
         )

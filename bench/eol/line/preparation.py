@@ -5,7 +5,9 @@ from collections.abc import Iterable, Sequence
 from bench.eol.line.line_file import Line
 from bench.eol.plan import Check, Plan
 from bench.errors import InputError
+from bench.files.station import Station
 from bench.files.toml_file import nearest, validate
+from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.plan import Planned, check_roles
 from bench.virtual_station import virtual_roles
 from procedures.catalogue import catalogue
@@ -22,6 +24,13 @@ def planned_of(checks: Iterable[Check], source: str) -> list[Planned]:
         )
         for check in checks
     ]
+
+
+def operator_of(wished: str, station: Station | None) -> str:
+    """Return who does the hand work at a socket: as wished, else its fixture where it has one, else the usual one."""
+    if wished or station is None:
+        return wished
+    return "fixture" if FIXTURE_ROLES & station.entries.keys() else ""
 
 
 def check_parameters(plan: Plan, planned: Sequence[Planned]) -> None:
