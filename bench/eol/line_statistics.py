@@ -23,6 +23,7 @@ from bench.eol.store.tallies import (
     latest,
     parameters,
     rows_of_neighbours,
+    without_compiling,
 )
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
@@ -94,6 +95,7 @@ class Wanted:
 def line_statistics(engine: Engine, wanted: Wanted) -> LineStatistics:
     """Return the statistics of a database's records. Raises InputError where there are none, or a name is unknown."""
     with engine.connect() as connection:
+        without_compiling(connection)
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
         names = _names(connection, wanted.parameters)
         found = {name: _parameter(connection, name, selection, wanted) for name in names}
