@@ -1,0 +1,73 @@
+"""A plan tried before a motor comes."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.eol.line.accounting import AccountedClock
+from bench.eol.line.batch import BatchWishes
+from bench.eol.line.dry_run import dry_run
+
+EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
+
+
+class Clock:
+    """A clock that counts."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += seconds
+
+
+def test_a_wait_is_needed_for_as_long_as_the_current_still_changes() -> None:
+    bare = Clock()
+    # A current that rises with 10 ms: within a ten-thousandth of its end after 9.2 time constants.
+    clock = AccountedClock(bare, lambda: (1.0 - math.exp(-bare.time / 0.01), 0.0), lambda: False)
+    clock.sleep(1.0)
+    assert bare.time == pytest.approx(1.0)
+    assert clock.needless == pytest.approx(1.0 - 0.092, abs=0.03)
+
+
+def test_a_turning_shaft_that_still_gains_speed_is_waited_for() -> None:
+    bare = Clock()
+    clock = AccountedClock(bare, lambda: (0.0, 50.0 * bare.time), lambda: False)
+    clock.sleep(2.0)
+    assert clock.needless == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_record_and_the_time_between_readings_are_needed() -> None:
+    bare = Clock()
+    recording = AccountedClock(bare, lambda: (0.0, 0.0), lambda: True)
+    recording.sleep(1.0)
+    sampling = AccountedClock(bare, lambda: (0.0, 0.0), lambda: False)
+    sampling.sleep(0.004)
+    assert (recording.needless, sampling.needless) == (0.0, 0.0)
+
+
+def test_the_example_plan_can_be_decided_and_wastes_less_than_a_tenth() -> None:
+    done = dry_run(BatchWishes(EXAMPLE / "plan.toml", str(EXAMPLE / "line.toml"), Path(), motors=2, sockets=2))
+    assert done.good, done.troubles or done.limits
+    assert 0.0 <= done.overhead <= 0.1
+    assert {each.procedure for each in done.procedures} >= {"stator-resistance-dc", "inertia"}
+    assert all(each.floor <= each.time for each in done.procedures)
+    assert done.waits > 0.0, "two sockets, one bridge"
+    assert done.per_hour == pytest.approx(3600.0 * 2 / done.cycle)
+
+
+def test_limits_that_cannot_be_decided_are_named(bench: Any) -> None:
+    plan = bench.folder / "plan.toml"
+    content = plan.read_text(encoding="utf-8").replace("percent = 60.0", "percent = 0.1")
+    plan.write_text(content.replace("minimum_ratio = 0.0", "minimum_ratio = 2.0"), encoding="utf-8")
+    done = dry_run(BatchWishes(plan, "virtual", Path(), motors=1))
+    (resistance,) = [limit for limit in done.limits if limit.parameter == "stator_resistance"]
+    assert not done.good
+    assert resistance.fault
+    assert resistance.ratio < 2.0
+    assert not next(limit for limit in done.limits if limit.parameter == "pole_pairs").fault

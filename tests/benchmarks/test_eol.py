@@ -1,0 +1,165 @@
+"""The end of a line: `pytest tests/benchmarks/test_eol.py --benchmark-enable -n 0` on a machine with nothing else to do.
+
+Motors a second through the whole example plan with 4 sockets, what a record costs in SQLite, and what 100 000 motors leave in
+the coordinator's memory.
+"""
+
+import io
+import os
+import threading
+import uuid
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.eol.line.admission import Admission, Refused
+from bench.eol.line.batch import BatchWishes, run_batch
+from bench.eol.line.coordinator import Coordinator
+from bench.eol.line.keeper import Keeper
+from bench.eol.line.ledger import Begun, Ledger
+from bench.eol.line.line_file import load_line
+from bench.eol.line.messages import Batch, Done, Leave, Ready, Setup, Task
+from bench.eol.line.serials import MadeUp
+from bench.eol.plan import load_plan
+from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.store.database import open_database
+from bench.eol.verdict import Verdict
+from bench.files.motor_file import load_motor
+from procedures.catalogue import catalogue
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "eol"
+
+
+class Deaf:
+    """Hears and forgets."""
+
+    def __init__(self) -> None:
+        self.heard: list[str] = []
+
+    def begun(self, motor: Begun, socket: str) -> None:
+        pass
+
+    def done(self, record: MotorRecord) -> None:
+        pass
+
+    def refused(self, refused: Refused) -> None:
+        self.heard.append(refused.why)
+
+    def trouble(self, words: str) -> None:
+        self.heard.append(words)
+
+
+def enabled(config: pytest.Config) -> bool:
+    return bool(config.getoption("--benchmark-enable"))
+
+
+def test_motors_a_second_with_four_sockets(benchmark: Any, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    motors, sockets = (200, 4) if enabled(request.config) else (2, 1)
+    ears = Deaf()
+
+    def batch() -> None:
+        wishes = BatchWishes(
+            EXAMPLE / "plan.toml",
+            "virtual",
+            tmp_path,
+            sockets=sockets,
+            motors=motors,
+            records=str(tmp_path / "r.sqlite"),
+        )
+        counts, stopped = run_batch(wishes, ears, io.StringIO())
+        assert (counts.motors, stopped, ears.heard) == (motors, "", [])
+
+    benchmark.pedantic(batch, rounds=1)
+    if benchmark.stats is not None:
+        benchmark.extra_info["motors_per_second"] = motors / benchmark.stats.stats.mean
+
+
+def a_record(number: int, batch: str) -> MotorRecord:
+    now = datetime.now(UTC)
+    measured = tuple(
+        Measured(f"parameter_{k}", 1.0 + 0.01 * k, "Ω", 1e-3, 2e-3, 0.5, 1.5, Verdict.PASS) for k in range(13)
+    )
+    checks = tuple(CheckRecord(f"procedure-{k}", 1, Verdict.PASS, 10.0) for k in range(6))
+    return MotorRecord(
+        str(uuid.uuid4()), batch, number, "plan", "0" * 64, "line", "1", "", "LG-400W", f"V{number:06d}", now, now,
+        Verdict.PASS, True, 60.0, measured, checks, "", "runs/b/000/000001-V000001", "0" * 64,
+    )  # fmt: skip
+
+
+def test_a_record_in_sqlite(benchmark: Any, tmp_path: Path) -> None:
+    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")))
+    numbers = iter(range(1, 1_000_000))
+
+    def fresh() -> tuple[tuple[MotorRecord], dict[str, Any]]:
+        return (a_record(next(numbers), "b"),), {}
+
+    benchmark.pedantic(keeper.save, setup=fresh, rounds=200)
+    assert keeper.records.count("b") >= 1
+    keeper.close()
+
+
+class QuickWorker:
+    """In place of a worker's process: a thread that measures nothing and is done at once."""
+
+    def __init__(self, make: Callable[[int], Setup], times: int) -> None:
+        self._setup = make(-1)
+        self.connection, self._far = Pipe()
+        self.lifeline, self._end = os.pipe()
+        threading.Thread(target=self._work, args=(self._far,), daemon=True).start()
+
+    def send(self, message: Any) -> None:
+        self.connection.send(message)
+
+    def close(self) -> str:
+        self.connection.close()
+        os.close(self.lifeline)
+        return ""
+
+    def _work(self, far: Connection) -> None:
+        far.send(Ready())
+        while not isinstance(message := far.recv(), Leave):
+            if isinstance(message, Task):
+                record = replace(a_record(message.number, "b"), serial_number=message.serial_number)
+                far.send(Done(record, message.at + 60.0))
+        far.close()
+        os.close(self._end)
+
+
+def resident() -> float:
+    """Return the memory (MiB) that this process has."""
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def test_a_hundred_thousand_motors_leave_nothing_in_memory(
+    benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    monkeypatch.setattr("bench.eol.line.coordinator.WorkerProcess", QuickWorker)
+    motors = 100_000 if enabled(request.config) else 400
+    plan = load_plan(EXAMPLE / "plan.toml", list(catalogue()))
+    line = load_line("virtual", 4)
+    ears, seen = Deaf(), dict[int, float]()
+    ledger = Ledger(tmp_path / "b", {"plan": plan.sha256})
+    batch = Batch("b", ledger.uid, plan, {}, load_motor(plan.motor), line.name, "", 0, str(tmp_path / "b"), "en", "")
+
+    class Counting:
+        count = 0
+
+        def save(self, record: MotorRecord) -> None:
+            self.count += 1
+            if self.count in (motors // 10, motors):
+                seen[self.count] = resident()
+
+    keeper = Counting()
+    serials = MadeUp("V{number:06d}", 1, motors)
+    admission = Admission(serials, [], plan.check_serial, lambda _: None, batch="b", known=0, again=False)
+    coordinator = Coordinator(line, batch, plan.checks, admission, keeper, ledger, ears)
+    benchmark.pedantic(coordinator.run, rounds=1)
+    ledger.close()
+    assert (keeper.count, ears.heard) == (motors, [])
+    benchmark.extra_info["mib_more_after_the_first_tenth"] = seen[motors] - seen[motors // 10]
+    assert seen[motors] - seen[motors // 10] < 8.0
