@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import Connection, Engine, case, func, insert, select
+from sqlalchemy import Connection, Dialect, Engine, Table, case, func, insert, select
 from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from bench.eol.record import CheckRecord, Measured, MotorRecord
@@ -166,8 +167,21 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     waves = [{"motor": motor, "path": path, "sha256": sha256} for path, sha256 in record.waveforms.items()]
     for table, rows in ((FIGURE, figures), (CHECK, checks), (WAVEFORM, waves)):
         if rows:
-            connection.execute(insert(table), rows)
+            sql, order = _plain_insert(table, connection.dialect)
+            given = rows if order is None else [tuple(row[name] for name in order) for row in rows]
+            connection.exec_driver_sql(sql, given)
     return True
+
+
+@lru_cache(maxsize=16)
+def _plain_insert(table: Table, dialect: Dialect) -> tuple[str, tuple[str, ...] | None]:
+    """Return an insertion in the driver's own words, and the order of its values where they have no names.
+
+    Its columns need no conversion, and SQLAlchemy's costs more than the database's work.
+    """
+    compiled = insert(table).compile(dialect=dialect)
+    names = compiled.positiontup  # type: ignore[attr-defined]
+    return str(compiled), None if names is None else tuple(names)
 
 
 def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[MotorRecord]:
