@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.options import Cia402Options, Cia402RotorActuatorOptions, Cia402SixStepOptions
@@ -49,7 +49,11 @@ from drivers.visa.options import (
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
 
+    from drivers.can_bus.opening import Opener
+
 MANUAL = "manual"
+OptionsT = TypeVar("OptionsT")
+InstrumentT = TypeVar("InstrumentT")
 
 
 class Role(StrEnum):
@@ -174,10 +178,10 @@ def _open_lutron(address: str, options: LutronTachometerOptions, given: Surround
     )
 
 
-def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Inverter:
-    from drivers.can_bus.cia402_inverter import open_cia402_inverter
-
-    return open_cia402_inverter(
+def _on_can(
+    opener: "Opener[OptionsT, InstrumentT]", address: str, options: OptionsT, given: Surroundings, name: str
+) -> "InstrumentT":
+    return opener(
         address,
         given.clock,
         options,
@@ -186,20 +190,18 @@ def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name
         buses=given.can_buses,
         guarding=given.guarding,
     )
+
+
+def _open_cia402(address: str, options: Cia402Options, given: Surroundings, name: str) -> Inverter:
+    from drivers.can_bus.cia402_inverter import open_cia402_inverter
+
+    return _on_can(open_cia402_inverter, address, options, given, name)
 
 
 def _open_six_step(address: str, options: Cia402SixStepOptions, given: Surroundings, name: str) -> BldcDrive:
     from drivers.can_bus.cia402_six_step import open_cia402_six_step
 
-    return open_cia402_six_step(
-        address,
-        given.clock,
-        options,
-        name=name,
-        traffic=given.traffic,
-        buses=given.can_buses,
-        guarding=given.guarding,
-    )
+    return _on_can(open_cia402_six_step, address, options, given, name)
 
 
 def _open_34461a(address: str, options: Keysight34461AOptions, given: Surroundings, name: str) -> Voltmeter:
@@ -221,15 +223,7 @@ def _open_rotor_actuator(
 ) -> RotorActuator:
     from drivers.can_bus.cia402_rotor_actuator import open_cia402_rotor_actuator
 
-    return open_cia402_rotor_actuator(
-        address,
-        given.clock,
-        options,
-        name=name,
-        traffic=given.traffic,
-        buses=given.can_buses,
-        guarding=given.guarding,
-    )
+    return _on_can(open_cia402_rotor_actuator, address, options, given, name)
 
 
 def _open_gpt9800(address: str, options: Gpt9800Options, given: Surroundings, name: str) -> InsulationTester:

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node, Connection
 from drivers.can_bus.objects import SdoClient
+from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402Options
 from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, ReportedError, Traffic
 from drivers.limits import check_setpoint
@@ -186,26 +186,4 @@ class Cia402Inverter:
             self._clock.sleep(self._options.poll_interval)
 
 
-def open_cia402_inverter(
-    address: str,
-    clock: Clock,
-    options: Cia402Options,
-    *,
-    name: str = "inverter",
-    traffic: Traffic | None = None,
-    buses: CanBuses | None = None,
-    guarding: bool = False,
-) -> Cia402Inverter:
-    """Open a node at `can://interface/channel?node=5&bitrate=500000`, the interface as python-can names it.
-
-    Nodes opened with the same `buses` share the connection to their bus. Raises CommunicationError where the bus cannot
-    be opened or the node does not answer, IdentityError where it is another one.
-    """
-    place = (buses or CanBuses()).node(address, name)
-    try:
-        return Cia402Inverter(
-            place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding
-        )
-    except BaseException:
-        place.disconnect()
-        raise
+open_cia402_inverter: Opener[Cia402Options, Cia402Inverter] = opener(Cia402Inverter, "inverter")

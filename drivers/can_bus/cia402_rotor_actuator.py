@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable
 
-from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.node import ACTUAL_VELOCITY, Cia402Node, Connection
 from drivers.can_bus.objects import SdoClient
+from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402RotorActuatorOptions
 from drivers.can_bus.power_state import CONTROLWORD, ENABLE_OPERATION, STATUSWORD
 from drivers.interfaces import (
@@ -288,26 +288,6 @@ def _wrapped(counts: int) -> int:
     return (counts + _WRAP // 2) % _WRAP - _WRAP // 2
 
 
-def open_cia402_rotor_actuator(
-    address: str,
-    clock: Clock,
-    options: Cia402RotorActuatorOptions,
-    *,
-    name: str = "rotor_actuator",
-    traffic: Traffic | None = None,
-    buses: CanBuses | None = None,
-    guarding: bool = False,
-) -> Cia402RotorActuator:
-    """Open a node at `can://interface/channel?node=7&bitrate=500000`, the interface as python-can names it.
-
-    Nodes opened with the same `buses` share the connection to their bus. Raises CommunicationError where the bus cannot
-    be opened or the node does not answer, IdentityError where it is another one.
-    """
-    place = (buses or CanBuses()).node(address, name)
-    try:
-        return Cia402RotorActuator(
-            place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding
-        )
-    except BaseException:
-        place.disconnect()
-        raise
+open_cia402_rotor_actuator: Opener[Cia402RotorActuatorOptions, Cia402RotorActuator] = opener(
+    Cia402RotorActuator, "rotor_actuator"
+)

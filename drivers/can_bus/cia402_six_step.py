@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node, Connection
 from drivers.can_bus.objects import SdoClient
+from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402SixStepOptions
 from drivers.can_bus.power_state import UnreachedStateError
 from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, Traffic
@@ -119,26 +119,4 @@ class Cia402SixStep:
         self._node.close()
 
 
-def open_cia402_six_step(
-    address: str,
-    clock: Clock,
-    options: Cia402SixStepOptions,
-    *,
-    name: str = "drive",
-    traffic: Traffic | None = None,
-    buses: CanBuses | None = None,
-    guarding: bool = False,
-) -> Cia402SixStep:
-    """Open a node at `can://interface/channel?node=6&bitrate=500000`, the interface as python-can names it.
-
-    Nodes opened with the same `buses` share the connection to their bus. Raises CommunicationError where the bus cannot
-    be opened or the node does not answer, IdentityError where it is another one.
-    """
-    place = (buses or CanBuses()).node(address, name)
-    try:
-        return Cia402SixStep(
-            place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding
-        )
-    except BaseException:
-        place.disconnect()
-        raise
+open_cia402_six_step: Opener[Cia402SixStepOptions, Cia402SixStep] = opener(Cia402SixStep, "drive")
