@@ -117,7 +117,6 @@ class Coordinator:
         self._arbiter = Arbiter({number: socket.name for number, socket in enumerate(line.sockets)})
         self._seats: dict[int, _Seat] = {}
         self._stopped = ""
-        self._hurry = False
         self._wake = os.pipe()
         for end in self._wake:
             os.set_blocking(end, False)
@@ -136,7 +135,6 @@ class Coordinator:
 
     def stop(self, by: str) -> None:
         """Have every socket take its way down and the batch end, from any thread; the second time without waiting."""
-        self._hurry = bool(self._stopped)
         self._stopped = self._stopped or by
         os.write(self._wake[1], b"s")
 

@@ -59,7 +59,9 @@ class Socket:
         self._stations: Stations | None = None
 
     def stop(self, by: str) -> None:
-        """Have the run under way take its way down, from any thread, and none begin after it."""
+        """Have the run under way take its way down, from any thread, and none begin after it; the second time in a hurry."""
+        if self._stopped:
+            self._interrupts.hurry.set()
         self._stopped = by
         self._interrupts.request(by)
 
