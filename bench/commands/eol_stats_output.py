@@ -96,7 +96,7 @@ def print_gauge(studies: Mapping[str, tuple[GaugeStudy, str]], confidence: float
         text("Unit"),
         text("Repeatability"),
         text("Reproducibility"),
-        text("R&R"),
+        Text("R&R"),
         text("R&R, {confidence:.0%} interval", confidence=confidence),
         text("Parts"),
         text("R&R, %"),
@@ -143,7 +143,7 @@ def _table(translate: Translate, *headings: Text, left: int = 1) -> "Table":
 
 def _yields(found: LineStatistics, confidence: float, translate: Translate) -> "Table":
     interval = text("{confidence:.0%} interval", confidence=confidence)
-    made = _table(translate, text("Yield"), text("Motors"), text("%"), interval)
+    made = _table(translate, text("Yield"), text("Motors"), Text("%"), interval)
     for words, share in ((text("First pass"), found.yields.first_pass), (text("Final"), found.yields.final)):
         made.add_row(words.render(translate), f"{share.hits} / {share.count}", _percent(share.share), _interval(share))
     for verdict, count in found.yields.verdicts.items():
@@ -179,7 +179,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], translate: Translate
         text("Unit"),
         text("Motors"),
         text("Mean"),
-        text("s"),
+        Text("s"),
         text("Limits"),
         text("Least … most"),
         left=2,
@@ -201,7 +201,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], translate: Translate
 
 
 def _capabilities(parameters: Mapping[str, ParameterStatistics], translate: Translate) -> "Table":
-    made = _table(translate, text("Parameter"), text("Cp"), text("Cpk"), text("Pp"), text("Ppk"))
+    made = _table(translate, text("Parameter"), Text("Cp"), Text("Cpk"), Text("Pp"), Text("Ppk"))
     for name, each in parameters.items():
         made.add_row(
             parameter_name(name).render(translate),

@@ -180,7 +180,7 @@ def _plain_insert(table: Table, dialect: Dialect) -> tuple[str, tuple[str, ...] 
     Its columns need no conversion, and SQLAlchemy's costs more than the database's work.
     """
     compiled = insert(table).compile(dialect=dialect)
-    names = compiled.positiontup  # type: ignore[attr-defined]
+    names = compiled.positiontup
     return str(compiled), None if names is None else tuple(names)
 
 
