@@ -168,6 +168,6 @@ def _parse_hash(text: str) -> Argument:
         except OverflowError:
             raise ScpiError(-123) from None
     length = _block_length(text, 0)
-    if length != len(text) - 1 and not text.startswith("#0"):
+    if not text.startswith("#0") and (not length or length != len(text) - 1):
         raise ScpiError(-161)
     return Argument("block", text[2:] if text.startswith("#0") else text[2 + int(text[1]) :])

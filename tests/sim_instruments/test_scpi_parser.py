@@ -130,6 +130,7 @@ def test_numeric_suffixes() -> None:
         ("DISP:TEXT 5", -104),
         ('DISP:TEXT "a', -151),
         ("VOLT #15ab", -161),
+        ("VOLT #", -161),
         ("VOLT (@1", -171),
         ("@VOLT 1", -102),
         ("\x80VOLT", -101),
