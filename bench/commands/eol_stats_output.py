@@ -7,14 +7,27 @@ from typing import TYPE_CHECKING
 
 from bench.commands.output import console_on
 from bench.eol.line_statistics import LineStatistics, ParameterStatistics
-from bench.eol.statistics.capability import Capability
-from bench.eol.statistics.drift import Drift
 from bench.eol.statistics.gauge import GaugeStudy
-from bench.eol.statistics.proportion import Proportion
-from bench.eol.store.tallies import Failures, Histogram
+from bench.eol.statistics.pareto import pareto
+from bench.eol.statistics_words import (
+    RULE_WORDS,
+    VERDICTS,
+    bounds,
+    drift_figures,
+    drift_words,
+    index,
+    interval,
+    latest_of,
+    outside,
+    percentage,
+    scale_for,
+    signals,
+    trimmed,
+)
+from bench.eol.store.tallies import Failures
 from bench.eol.verdict import Verdict
 from procedures.text import Text, Translate, text
-from reports.figures import Scale, decimals_for, figure, scale_of
+from reports.figures import decimals_for, figure, scale_of
 from reports.names import parameter_name
 
 if TYPE_CHECKING:
@@ -22,22 +35,6 @@ if TYPE_CHECKING:
 
 _BLOCKS = " ▁▂▃▄▅▆▇█"
 _WIDEST = 50
-_VERDICTS = {
-    Verdict.PASS: text("passed"),
-    Verdict.FAIL: text("failed"),
-    Verdict.ERROR: text("not measured"),
-    Verdict.ABORTED: text("aborted"),
-}
-RULE_WORDS: Mapping[int, Text] = {
-    1: text("a point beyond 3 sigma"),
-    2: text("nine in a row on one side"),
-    3: text("six in a row rising or falling"),
-    4: text("fourteen in a row up and down in turn"),
-    5: text("two of three beyond 2 sigma on one side"),
-    6: text("four of five beyond 1 sigma on one side"),
-    7: text("fifteen in a row within 1 sigma"),
-    8: text("eight in a row beyond 1 sigma on both sides"),
-}
 
 
 def print_statistics(found: LineStatistics, confidence: float, translate: Translate, *, detailed: bool) -> None:
@@ -142,13 +139,13 @@ def _table(translate: Translate, *headings: Text, left: int = 1) -> "Table":
 
 
 def _yields(found: LineStatistics, confidence: float, translate: Translate) -> "Table":
-    interval = text("{confidence:.0%} interval", confidence=confidence)
-    made = _table(translate, text("Yield"), text("Motors"), Text("%"), interval)
+    surely = text("{confidence:.0%} interval", confidence=confidence)
+    made = _table(translate, text("Yield"), text("Motors"), Text("%"), surely)
     for words, share in ((text("First pass"), found.yields.first_pass), (text("Final"), found.yields.final)):
-        made.add_row(words.render(translate), f"{share.hits} / {share.count}", _percent(share.share), _interval(share))
+        made.add_row(words.render(translate), f"{share.hits} / {share.count}", percentage(share.share), interval(share))
     for verdict, count in found.yields.verdicts.items():
         if verdict in (Verdict.ERROR, Verdict.ABORTED) and count:
-            made.add_row(_VERDICTS[verdict].render(translate), str(count), "", "")
+            made.add_row(VERDICTS[verdict].render(translate), str(count), "", "")
     return made
 
 
@@ -157,17 +154,14 @@ def _pareto(title: Text, failures: Sequence[Failures], translate: Translate) -> 
         translate, title, text("Failed"), text("% of failures"), text("Cumulative, %"), text("Errors"), text("")
     )
     made.columns[-1].justify = "left"
-    total, so_far = sum(each.failed for each in failures), 0
-    for each in failures:
-        so_far += each.failed
-        share = each.failed / total if total else 0.0
+    for each, found in zip(failures, pareto([each.failed for each in failures]), strict=True):
         made.add_row(
             parameter_name(each.name).render(translate),
             str(each.failed),
-            f"{100.0 * share:.1f}" if total else "–",
-            f"{100.0 * so_far / total:.1f}" if total else "–",
+            percentage(found.share, 1),
+            percentage(found.cumulative, 1),
             str(each.errors) if each.errors else "",
-            "█" * round(30.0 * share),
+            "█" * round(30.0 * found.share) if each.failed else "",
         )
     return made
 
@@ -185,7 +179,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], translate: Translate
         left=2,
     )
     for name, each in parameters.items():
-        found, scale = each.distribution, _scale(each)
+        found, scale = each.distribution, scale_for(each)
         spread = found.standard_deviation / scale.factor
         digits = decimals_for(spread, found.mean / scale.factor)
         made.add_row(
@@ -194,8 +188,8 @@ def _figures(parameters: Mapping[str, ParameterStatistics], translate: Translate
             str(found.count),
             figure(found.mean / scale.factor, digits),
             figure(spread, digits + 1),
-            _bounds(found.limits.low, found.limits.high, scale, digits),
-            _bounds(found.least, found.most, scale, digits),
+            bounds(found.limits.low, found.limits.high, scale, digits),
+            bounds(found.least, found.most, scale, digits),
         )
     return made
 
@@ -205,13 +199,13 @@ def _capabilities(parameters: Mapping[str, ParameterStatistics], translate: Tran
     for name, each in parameters.items():
         made.add_row(
             parameter_name(name).render(translate),
-            *(_index(by, which) for by in (each.within, each.overall) for which in ("cp", "cpk")),
+            *(index(by, which) for by in (each.within, each.overall) for which in ("cp", "cpk")),
         )
     return made
 
 
 def _histogram(each: ParameterStatistics, translate: Translate) -> "Table":
-    found, scale = each.distribution, _scale(each)
+    found, scale = each.distribution, scale_for(each)
     made = _table(
         translate,
         text(
@@ -222,32 +216,23 @@ def _histogram(each: ParameterStatistics, translate: Translate) -> "Table":
         left=0,
     )
     made.columns[-1].justify = "left"
-    histogram = _shown(found.histogram)
+    histogram = trimmed(found.histogram)
     width = histogram.edges[1] - histogram.edges[0]
     digits = decimals_for(width / scale.factor, 0.0)
     most = max(histogram.counts)
-    for edge, count in zip(histogram.edges[:-1], histogram.counts, strict=True):
-        outside = edge < found.limits.low - 0.5 * width or edge > found.limits.high - 0.5 * width
+    beyond = outside(histogram, found.limits.low, found.limits.high)
+    for edge, count, out in zip(histogram.edges[:-1], histogram.counts, beyond, strict=True):
         made.add_row(
             figure(edge / scale.factor, digits),
             str(count),
             "█" * math.ceil(_WIDEST * count / most) if most else "",
-            style="red" if outside else None,
+            style="red" if out else None,
         )
     return made
 
 
-def _shown(histogram: Histogram) -> Histogram:
-    """Leave out the empty bins at both ends."""
-    full = [n for n, count in enumerate(histogram.counts) if count]
-    if not full:
-        return histogram
-    first, last = full[0], full[-1]
-    return Histogram(histogram.edges[first : last + 2], histogram.counts[first : last + 1])
-
-
 def _print_chart(say: Callable[[Text], None], name: str, each: ParameterStatistics) -> None:
-    chart, scale = each.chart, _scale(each)
+    chart, scale = each.chart, scale_for(each)
     if chart is None:
         return
     digits = decimals_for(chart.sigma / scale.factor, chart.centre / scale.factor)
@@ -263,25 +248,20 @@ def _print_chart(say: Callable[[Text], None], name: str, each: ParameterStatisti
             unit=scale.unit,
         )
     )
-    for rule in sorted({signal.rule for signal in chart.signals}):
-        at = [each.serial_numbers[signal.index] for signal in chart.signals if signal.rule == rule]
+    for rule, at in signals(each).items():
         say(
             text(
                 "  rule {rule}, {words}: {motors}",
                 rule=rule,
                 words=RULE_WORDS[rule],
-                motors=", ".join(at[-5:]) + (" …" if len(at) > 5 else ""),
+                motors=latest_of(at),
             )
         )
 
 
 def _print_golden(say: Callable[[Text], None], name: str, each: ParameterStatistics) -> None:
     for golden in each.golden:
-        scale, found = _scale(each), golden.drift
-        digits = decimals_for(found.standard_deviation / scale.factor, found.mean / scale.factor, 3)
-        slopes = [bound / scale.factor for bound in (found.slope, *found.slope_interval)]
-        finer = decimals_for(slopes[2] - slopes[1], 0.0) if math.isfinite(slopes[0]) else 0
-        slope, low, high = (figure(bound, finer) for bound in slopes)
+        scale, found = scale_for(each), golden.drift
         say(
             text(
                 "{parameter}: golden motor {serial}: {count} times, mean {mean}, s {s} {unit}, drift {slope} ({low} … {high}) "
@@ -289,21 +269,11 @@ def _print_golden(say: Callable[[Text], None], name: str, each: ParameterStatist
                 parameter=parameter_name(name),
                 serial=golden.serial_number,
                 count=found.count,
-                mean=figure(found.mean / scale.factor, digits),
-                s=figure(found.standard_deviation / scale.factor, digits),
                 unit=scale.unit,
-                slope=slope,
-                low=low,
-                high=high,
-                said=_drifts(found),
+                **drift_figures(golden, scale),
+                said=drift_words(found),
             )
         )
-
-
-def _drifts(found: Drift) -> Text:
-    if math.isnan(found.slope):
-        return text("too few to tell")
-    return text("the station drifts") if found.significant else text("no drift to be seen")
 
 
 def _spark(values: Sequence[float], low: float, high: float) -> str:
@@ -315,25 +285,3 @@ def _spark(values: Sequence[float], low: float, high: float) -> str:
         else:
             made.append(_BLOCKS[1 + round((len(_BLOCKS) - 2) * (value - low) / (high - low))] if high > low else "▄")
     return "".join(made)
-
-
-def _scale(each: ParameterStatistics) -> Scale:
-    return scale_of(each.distribution.mean, each.distribution.unit)
-
-
-def _bounds(low: float, high: float, scale: Scale, digits: int) -> str:
-    return " … ".join(figure(side / scale.factor, digits) if math.isfinite(side) else "–" for side in (low, high))
-
-
-def _index(found: Capability, which: str) -> str:
-    value = found.cp if which == "cp" else found.cpk
-    low, high = found.cp_interval if which == "cp" else found.cpk_interval
-    return "–" if math.isnan(value) else f"{value:.2f} [{low:.2f}, {high:.2f}]"
-
-
-def _percent(share: float) -> str:
-    return "–" if math.isnan(share) else f"{100.0 * share:.2f}"
-
-
-def _interval(share: Proportion) -> str:
-    return " … ".join(_percent(bound) for bound in share.interval)

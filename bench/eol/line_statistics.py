@@ -108,6 +108,19 @@ def line_statistics(engine: Engine, wanted: Wanted) -> LineStatistics:
         )
 
 
+def measured_parameters(engine: Engine, wanted: Wanted) -> list[str]:
+    """Return the parameters of which the wanted records have figures, those that failed most first.
+
+    Raises InputError as `line_statistics` does.
+    """
+    with engine.connect() as connection:
+        without_compiling(connection)
+        selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
+        there = [name for name in parameters(connection) if latest(connection, name, selection, 1)]
+        worst = [each.name for each in failures_by_parameter(connection, selection) if each.failed]
+        return sorted(there, key=lambda name: worst.index(name) if name in worst else len(worst))
+
+
 def gauge_studies(
     engine: Engine, wanted: Wanted, appraiser: Literal["person", "socket"], alpha: float
 ) -> dict[str, tuple[GaugeStudy, str]]:

@@ -9,12 +9,14 @@ from starlette.responses import RedirectResponse, Response
 
 from bench.errors import InputError
 from bench.panel.access import Access
+from bench.panel.line_records import Choice, serial_numbers
 from bench.panel.pages.history import compare_page, history_page
 from bench.panel.pages.line import line_page
 from bench.panel.pages.login import login_page
 from bench.panel.pages.motor_form import motor_page
 from bench.panel.pages.run import run_page
 from bench.panel.pages.start import start_page
+from bench.panel.pages.statistics import statistics_page
 from bench.panel.panel import Panel
 from bench.panel.sessions import Right, Session, Sessions
 
@@ -63,6 +65,12 @@ def build(panel: Panel, access: Access | None) -> None:
     @ui.page("/line")
     async def line(request: Request) -> None:
         line_page(panel, _session(request))
+
+    @ui.page("/statistics")
+    async def statistics(
+        request: Request, model: str = "", batch: str | None = None, parameter: str = "", golden: str = ""
+    ) -> None:
+        statistics_page(panel, _session(request), Choice(model, batch, parameter, serial_numbers(golden)))
 
     @ui.page("/history")
     async def history(request: Request) -> None:

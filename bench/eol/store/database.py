@@ -18,6 +18,10 @@ _KINDS = ("sqlite", "postgresql")
 _PATIENCE = 5
 
 
+class NoDatabaseError(InputError):
+    """The file that should hold the records is not there."""
+
+
 def database_url(reference: str) -> URL:
     """Return the URL of a database: a file's path is SQLite, `postgresql://USER@HOST/NAME` PostgreSQL.
 
@@ -40,11 +44,14 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
     """Return the database with its tables at this version's; an older one is brought up to it.
 
     A SQLite file that is not there is made, unless it has to be `existing`.
-    Raises InputError where it cannot be reached or written, is no database, or has tables of a newer version.
+    Raises NoDatabaseError where it has to be there and is not; InputError where it cannot be reached or written, is no
+    database, or has tables of a newer version.
     """
     url = database_url(reference)
     if existing and url.get_backend_name() == "sqlite" and not Path(url.database or "").is_file():
-        raise InputError(f"{reference}: there are no records here; give the file or the address that eol run wrote to")
+        raise NoDatabaseError(
+            f"{reference}: there are no records here; give the file or the address that eol run wrote to"
+        )
     try:
         engine = create_engine(url, pool_pre_ping=True, connect_args=_arguments(url))
     except NoSuchModuleError as error:

@@ -56,6 +56,13 @@ def golden_keys(serial_numbers: Sequence[str]) -> Select[int]:
     return select(MOTOR.c.id).where(MOTOR.c.serial_number.in_(serial_numbers))
 
 
+def kept_batches(connection: Connection) -> list[tuple[str, str]]:
+    """Return the name and the type of every batch that has records, the latest first."""
+    columns = (MOTOR.c.batch, MOTOR.c.model)
+    query = select(*columns).group_by(*columns).order_by(func.max(MOTOR.c.id).desc())
+    return [(row.batch, row.model) for row in connection.execute(query)]
+
+
 def choose(connection: Connection, batches: Sequence[str], model: str = "", golden: Sequence[str] = ()) -> Selection:
     """Return the records of batches, of all where none is named.
 

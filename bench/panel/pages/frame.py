@@ -34,6 +34,12 @@ _STYLE = """
   .mb-skip { position: absolute; left: -999px; } .mb-skip:focus { left: 8px; top: 8px; z-index: 9999; background:#fff; padding:.5rem; }
 </style>
 """
+_PAGES = (
+    ("/", text("Measure")),
+    ("/line", text("Line")),
+    ("/statistics", text("Statistics")),
+    ("/history", text("Runs")),
+)
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,7 @@ def frame(panel: Panel, session: Session, heading: Text) -> Iterator[Reader]:
     with ui.header(elevated=False).classes("items-center gap-4 px-4 py-2").style("background:#17202a;color:#fff"):
         with ui.element("nav").classes("flex items-center gap-4").props(f'aria-label="{say(text("Pages"))}"'):
             ui.label("motorbench").classes("text-lg font-bold")
-            for target, words in (("/", text("Measure")), ("/line", text("Line")), ("/history", text("Runs"))):
+            for target, words in _PAGES:
                 ui.link(say(words), target).classes("text-white no-underline hover:underline text-base")
         ui.space()
         _who(panel, reader)

@@ -1,0 +1,99 @@
+"""The line's statistics for a page: what can be chosen, what was chosen, and the figures of it."""
+
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from bench.errors import InputError
+from procedures.text import Text, text
+
+if TYPE_CHECKING:
+    from sqlalchemy import Engine
+
+    from bench.eol.line_statistics import LineStatistics
+
+#: Instead of a batch's name: all of them.
+ALL = ""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a reader wants to see; `batch` is None for the latest one, `model` and `parameter` are empty where any will do."""
+
+    model: str = ""
+    batch: str | None = None
+    parameter: str = ""
+    golden: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Found:
+    """What there is: types, the type's batches (the latest first), parameters, the choice made good, and its statistics.
+
+    `fault` says why there are no statistics, or none of the parameter.
+    """
+
+    choice: Choice
+    models: tuple[str, ...] = ()
+    batches: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
+    statistics: "LineStatistics | None" = None
+    fault: Text | None = None
+
+
+def serial_numbers(words: str) -> tuple[str, ...]:
+    """Return the serial numbers that a reader named, with commas or spaces between them."""
+    return tuple(dict.fromkeys(re.findall(r"[^\s,;，、；]+", words)))
+
+
+def read_statistics(reference: str, choice: Choice) -> Found:
+    """Return what a reader chose of the records in a database. Takes its time: not for an event loop."""
+    # The database's library takes a second to load, which a panel without a line need not spend.
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from bench.eol.store.database import NoDatabaseError, open_database
+
+    try:
+        engine = open_database(reference, existing=True)
+        try:
+            return _read(engine, choice)
+        finally:
+            engine.dispose()
+    except NoDatabaseError:
+        return Found(choice, fault=text("There are no records at {records} yet; see --records.", records=reference))
+    except (InputError, SQLAlchemyError, OSError) as error:
+        said = " ".join(str(getattr(error, "orig", None) or error).split())
+        return Found(choice, fault=text("The records cannot be read: {error}", error=said))
+
+
+def _read(engine: "Engine", choice: Choice) -> Found:
+    from bench.eol.line_statistics import Wanted, line_statistics, measured_parameters
+    from bench.eol.store.selection import kept_batches
+
+    with engine.connect() as connection:
+        kept = kept_batches(connection)
+    if not kept:
+        return Found(choice, fault=text("There are no records yet."))
+    models = tuple(dict.fromkeys(model for _, model in kept))
+    if choice.model and choice.model not in models:
+        return Found(choice, models, fault=text("There are no records of the type {name}.", name=choice.model))
+    # A batch that is named without its type tells the type.
+    model = choice.model or next((model for batch, model in kept if batch == choice.batch), models[0])
+    batches = tuple(batch for batch, of in kept if of == model)
+    batch = batches[0] if choice.batch is None else choice.batch
+    choice = replace(choice, model=model, batch=batch)
+    if batch != ALL and batch not in batches:
+        return Found(choice, models, batches, fault=text("There is no batch {name}.", name=batch))
+    wanted = Wanted(() if batch == ALL else (batch,), model, golden=choice.golden)
+    parameters = tuple(measured_parameters(engine, wanted))
+    fault = None
+    if choice.parameter and choice.parameter not in parameters:
+        fault = text("There are no figures of {parameter} here.", parameter=choice.parameter)
+    elif not parameters:
+        fault = text("No figure was measured here.")
+    else:
+        choice = replace(choice, parameter=choice.parameter or parameters[0])
+    # Yields and failures come with any parameter; one keeps the database from summing up all.
+    of = choice.parameter if fault is None else next(iter(parameters), "")
+    found = line_statistics(engine, replace(wanted, parameters=(of,) if of else ()))
+    return Found(choice, models, batches, parameters, found, fault)

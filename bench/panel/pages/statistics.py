@@ -1,0 +1,313 @@
+"""What the line's records say of motors, process and station: yields, failures, capability, charts."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from nicegui import run as background
+from nicegui import ui
+
+from bench.eol.statistics.pareto import pareto
+from bench.eol.statistics_words import (
+    VERDICTS,
+    bounds,
+    drift_figures,
+    drift_words,
+    index,
+    interval,
+    latest_of,
+    percentage,
+    scale_for,
+    signals,
+)
+from bench.eol.verdict import Verdict
+from bench.panel.line_records import ALL, Choice, Found, read_statistics, serial_numbers
+from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.tables import html_table
+from bench.panel.panel import Panel
+from bench.panel.sessions import Session
+from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot, pareto_plot, rule_words
+from procedures.text import Text, text
+from reports.figures import decimals_for, figure
+from reports.names import parameter_name
+
+if TYPE_CHECKING:
+    from bench.eol.line_statistics import LineStatistics, ParameterStatistics
+    from bench.eol.store.tallies import Failures
+
+_STYLE = """
+<style>
+  .mb-yield { font-size: 2.6rem; line-height: 1.15; font-weight: 700; font-variant-numeric: tabular-nums; }
+  .mb-beside { display: grid; gap: 1rem; grid-template-columns: minmax(0, 3fr) minmax(0, 2fr); align-items: start; }
+  @media (max-width: 1000px) { .mb-beside { grid-template-columns: minmax(0, 1fr); } }
+</style>
+"""
+
+
+def statistics_page(panel: Panel, session: Session, choice: Choice) -> None:
+    """Build the page."""
+    with frame(panel, session, text("Statistics")) as reader:
+        ui.add_head_html(_STYLE)
+        _Statistics(panel, reader, choice).build()
+
+
+class _Statistics:
+    def __init__(self, panel: Panel, reader: Reader, choice: Choice) -> None:
+        self._panel, self._reader, self._choice = panel, reader, choice
+        self._asked = 0
+
+    def build(self) -> None:
+        say = self._reader.say
+        with ui.element("section").classes("mb-card w-full mb-4").props(f'aria-label="{say(text("What is shown"))}"'):
+            self._choices = ui.row().classes("w-full items-center gap-4")
+            self._status = ui.label().props("role=status").classes("text-base mt-2")
+        self._fault = ui.label().props("role=alert").classes("text-xl whitespace-pre-line").style("color:#7a130d")
+        self._content = ui.element("div").classes("w-full flex flex-col gap-4")
+        ui.timer(0.01, self._read, once=True)
+
+    async def _read(self) -> None:
+        self._asked += 1
+        asked = self._asked
+        self._status.set_text(self._reader.say(text("Reading the records …")))
+        found = await background.io_bound(read_statistics, self._panel.records, self._choice)
+        # Whoever chooses again before the answer is there wants the later one.
+        if found is not None and asked == self._asked:
+            self._show(found)
+
+    def _show(self, found: Found) -> None:
+        say, statistics = self._reader.say, found.statistics
+        self._choice = found.choice
+        self._offer(found)
+        self._status.set_text("" if statistics is None else say(_selected(statistics)))
+        self._fault.set_text("" if found.fault is None else say(found.fault))
+        self._content.clear()
+        if statistics is None:
+            return
+        with self._content:
+            with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-2 w-full"):
+                self._yields(statistics)
+                each = statistics.parameters.get(found.choice.parameter) if found.fault is None else None
+                if each is not None:
+                    self._capability(each)
+            self._failures(statistics)
+            if each is not None:
+                self._histogram(each)
+                self._chart(each)
+                self._golden(each)
+
+    # what is chosen
+
+    def _offer(self, found: Found) -> None:
+        say, choice = self._reader.say, found.choice
+        self._choices.clear()
+        with self._choices:
+            if len(found.models) > 1:
+                models = {model: model for model in found.models}
+                self._select(text("Motor type"), models, choice.model, "model", batch=None, parameter="")
+            batches = {ALL: say(text("All batches")), **{name: name for name in found.batches}}
+            self._select(text("Batch"), batches, choice.batch, "batch")
+            parameters = {name: say(parameter_name(name)) for name in found.parameters}
+            self._select(text("Parameter"), parameters, choice.parameter, "parameter")
+            golden = ui.input(say(text("Golden motors (serial numbers)")), value=", ".join(choice.golden))
+            golden.props("outlined dense").classes("w-72")
+            for event in ("keydown.enter", "blur"):
+                golden.on(event, lambda: self._change(golden=serial_numbers(str(golden.value or ""))))
+            ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
+
+    def _select(
+        self, label: Text, options: Mapping[str, str], value: str | None, key: str, **others: str | None
+    ) -> None:
+        select = ui.select(dict(options), label=self._reader.say(label), value=value if value in options else None)
+        select.props("outlined dense").classes("w-72")
+        select.on_value_change(lambda event: self._change(**{key: event.value}, **others))
+
+    async def _change(self, **changed: Any) -> None:
+        choice = replace(self._choice, **changed)
+        if choice == self._choice:
+            return
+        self._choice = choice
+        asked: dict[str, str] = {
+            "model": choice.model,
+            "parameter": choice.parameter,
+            "golden": ",".join(choice.golden),
+        }
+        asked = {key: value for key, value in asked.items() if value}
+        if choice.batch is not None:
+            asked["batch"] = choice.batch
+        # The address says what is shown: it can be kept, sent, and read in another language.
+        ui.navigate.history.replace(f"/statistics?{urlencode(asked)}")
+        await self._read()
+
+    # the parts
+
+    def _yields(self, statistics: "LineStatistics") -> None:
+        say, yields = self._reader.say, statistics.yields
+        with self._card(text("Yield"), "yield"), ui.row().classes("gap-12 items-start"):
+            for key, words, share in (
+                ("first_pass", text("First pass"), yields.first_pass),
+                ("final", text("Final"), yields.final),
+            ):
+                with ui.element("div").props(f"data-yield={key}"):
+                    ui.label(say(words)).classes("text-base")
+                    ui.label(f"{percentage(share.share)} %").classes("mb-yield")
+                    ui.label(say(text("95 % interval: {interval} %", interval=interval(share)))).classes("text-base")
+                    ui.label(say(text("{hits} of {count} judged", hits=share.hits, count=share.count))).classes(
+                        "text-base"
+                    )
+            for verdict in (Verdict.ERROR, Verdict.ABORTED):
+                if yields.verdicts[verdict]:
+                    with ui.element("div"):
+                        ui.label(say(VERDICTS[verdict])).classes("text-base")
+                        ui.label(str(yields.verdicts[verdict])).classes("mb-yield")
+
+    def _capability(self, each: "ParameterStatistics") -> None:
+        say, found = self._reader.say, each.distribution
+        with self._card(text("Capability: {parameter}", parameter=parameter_name(found.parameter)), "capability"):
+            rows = [
+                [name, index(by, which)]
+                for name, by, which in (
+                    ("Cp", each.within, "cp"),
+                    ("Cpk", each.within, "cpk"),
+                    ("Pp", each.overall, "cp"),
+                    ("Ppk", each.overall, "cpk"),
+                )
+            ]
+            self._table([text("Index"), text("Value [95 % interval]")], rows, numeric={1})
+            words = text("Cp and Cpk by the spread between neighbours, Pp and Ppk by the spread of all.")
+            ui.label(say(words)).classes("text-sm mt-2")
+            if found.changed:
+                changed = text("The limits were others at first; shown are those of the latest motor.")
+                ui.label(say(changed)).classes("text-base mt-2")
+
+    def _failures(self, statistics: "LineStatistics") -> None:
+        by_parameter, by_procedure = statistics.by_parameter, statistics.by_procedure
+        with self._card(text("Failures"), "failures"):
+            if not by_parameter and not by_procedure:
+                ui.label(self._reader.say(text("Nothing failed."))).classes("text-base")
+                return
+            with _beside():
+                with ui.element("div"):
+                    if any(each.failed for each in by_parameter):
+                        self._plot(pareto_plot(by_parameter, self._reader.translate))
+                with ui.element("div").classes("flex flex-col gap-4"):
+                    for title, failures in ((text("Parameter"), by_parameter), (text("Procedure"), by_procedure)):
+                        if failures:
+                            self._pareto(title, failures)
+
+    def _pareto(self, title: Text, failures: Sequence["Failures"]) -> None:
+        rows = [
+            [
+                self._reader.say(parameter_name(each.name)),
+                str(each.failed),
+                percentage(found.share, 1),
+                percentage(found.cumulative, 1),
+                str(each.errors),
+            ]
+            for each, found in zip(failures, pareto([each.failed for each in failures]), strict=True)
+        ]
+        head = [title, text("Failed"), text("% of failures"), text("Cumulative, %"), text("Errors")]
+        self._table(head, rows, numeric={1, 2, 3, 4})
+
+    def _histogram(self, each: "ParameterStatistics") -> None:
+        found, scale = each.distribution, scale_for(each)
+        spread = found.standard_deviation / scale.factor
+        digits = decimals_for(spread, found.mean / scale.factor)
+        name = parameter_name(found.parameter)
+        rows = [
+            (text("Motors"), str(found.count)),
+            (text("Limits"), bounds(found.limits.low, found.limits.high, scale, digits)),
+            (text("Mean"), figure(found.mean / scale.factor, digits)),
+            (text("Standard deviation, all"), figure(spread, digits + 1)),
+            (text("Standard deviation, neighbours"), figure(each.within.standard_deviation / scale.factor, digits + 1)),
+            (text("Least … most"), bounds(found.least, found.most, scale, digits)),
+        ]
+        with self._card(text("Distribution: {parameter}", parameter=name), "distribution"), _beside():
+            self._plot(histogram_plot(each, self._reader.translate))
+            with ui.element("div"):
+                head = [name, Text("{unit}", {"unit": scale.unit})]
+                self._table(head, [[self._reader.say(words), value] for words, value in rows], numeric={1})
+
+    def _chart(self, each: "ParameterStatistics") -> None:
+        say, chart, scale = self._reader.say, each.chart, scale_for(each)
+        title = text(
+            "Control chart: {parameter}, last {count} motors",
+            parameter=parameter_name(each.distribution.parameter),
+            count=len(each.values),
+        )
+        with self._card(title, "chart"):
+            if chart is None:
+                ui.label(say(text("A control chart needs two motors at least."))).classes("text-base")
+                return
+            self._plot(control_plot(each, self._reader.translate))
+            digits = decimals_for(chart.sigma / scale.factor, chart.centre / scale.factor)
+            line = text(
+                "Centre {centre}, control limits {limits} {unit} (3 sigma by the moving range)",
+                centre=figure(chart.centre / scale.factor, digits),
+                limits=bounds(chart.low, chart.high, scale, digits),
+                unit=scale.unit,
+            )
+            ui.label(say(line)).classes("text-base my-2")
+            broken = signals(each)
+            if not broken:
+                ui.label(say(text("No rule is broken."))).classes("text-base")
+                return
+            rows = [[say(rule_words(rule)), str(len(at)), latest_of(at)] for rule, at in broken.items()]
+            self._table(
+                [text("Broken rule"), text("Points"), text("Serial numbers, the latest last")], rows, numeric={1}
+            )
+
+    def _golden(self, each: "ParameterStatistics") -> None:
+        say, scale = self._reader.say, scale_for(each)
+        missing = [name for name in self._choice.golden if name not in {g.serial_number for g in each.golden}]
+        if not self._choice.golden:
+            return
+        name = parameter_name(each.distribution.parameter)
+        with self._card(text("Golden motors: {parameter}", parameter=name), "golden"):
+            if each.golden:
+                with _beside():
+                    self._plot(golden_plot(each, self._reader.translate))
+                    rows = []
+                    for golden in each.golden:
+                        figures = drift_figures(golden, scale)
+                        slope = f"{figures['slope']} [{figures['low']}, {figures['high']}]"
+                        shown = [figures["mean"], figures["s"], slope, say(drift_words(golden.drift))]
+                        rows.append([golden.serial_number, str(golden.drift.count), *shown])
+                    head = [text("Motor"), text("Times"), text("Mean"), Text("s")]
+                    head += [text("Drift a day [95 % interval]"), text("What it tells")]
+                    with ui.element("div"):
+                        self._table(head, rows, numeric={1, 2, 3, 4})
+                        ui.label(say(text("Figures in {unit}.", unit=scale.unit or "1"))).classes("text-sm mt-2")
+            if missing:
+                words = text("There are no figures of: {names}", names=", ".join(missing))
+                ui.label(say(words)).classes("text-base")
+
+    # what they are made of
+
+    def _card(self, title: Text, part: str) -> ui.element:
+        words = self._reader.say(title)
+        card = ui.element("section").classes("mb-card w-full").props(f'data-part={part} aria-label="{words}"')
+        with card:
+            ui.label(words).classes("text-lg font-semibold mb-2").props("role=heading aria-level=2")
+        return card
+
+    def _plot(self, options: dict[str, Any]) -> None:
+        words = options["aria"]["label"]["description"]
+        ui.echart(options).classes("w-full h-80").props(f'role=img aria-label="{words}"')
+
+    def _table(self, head: Sequence[Text], rows: Sequence[Sequence[str]], *, numeric: set[int]) -> None:
+        ui.html(html_table([self._reader.say(t) for t in head], rows, numeric=frozenset(numeric)), sanitize=False)
+
+
+def _beside() -> ui.element:
+    return ui.element("div").classes("mb-beside")
+
+
+def _selected(statistics: "LineStatistics") -> Text:
+    selection = statistics.selection
+    return text(
+        "{model}: {count} motors, batches: {names}",
+        model=selection.model,
+        count=selection.count,
+        names=", ".join(selection.batches[:5]) + (" …" if len(selection.batches) > 5 else ""),
+    )
