@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 _BLUE, _RED, _GREY = "#1565c0", "#b3261e", "#44505c"
 _LIMITS = (text("Lower limit"), text("Upper limit"))
+#: The ends of an axis that its data set are no round numbers.
+_INNER = {"showMinLabel": False, "showMaxLabel": False}
 #: Bars of a Pareto chart; the table beside it has the rest.
 _BARS = 10
 
@@ -28,7 +30,7 @@ def pareto_plot(failures: Sequence["Failures"], translate: Translate) -> dict[st
     names = [parameter_name(each.name).render(translate) for each in failed[:_BARS]]
     title = text("Failures by parameter, and their cumulative share").render(translate)
     plot = _described(axes("", "", text("Failed").render(translate)), title)
-    plot["grid"] |= {"top": 36, "right": 70, "bottom": 90}
+    plot["grid"] |= {"top": 36, "right": 70, "bottom": 60}
     plot["xAxis"] = {
         "type": "category",
         "data": names,
@@ -66,6 +68,7 @@ def histogram_plot(each: "ParameterStatistics", translate: Translate) -> dict[st
     plot["xAxis"] |= {
         "min": round(min(shown) - room, digits),
         "max": round(max(shown) + room, digits),
+        "axisLabel": dict(_INNER),
         "splitLine": {"show": False},
     }
     plot["yAxis"] |= {"scale": False, "minInterval": 1}
@@ -101,8 +104,12 @@ def control_plot(each: "ParameterStatistics", translate: Translate) -> dict[str,
     plot["grid"] |= {"left": 84, "right": 130, "bottom": 60}
     plot["xAxis"] = {**plot["xAxis"], "type": "category", "data": list(each.serial_numbers), "nameGap": 32}
     plot["yAxis"]["nameGap"] = 64
-    values = [value / scale.factor for value in each.values]
-    course = line(name, [], marks=True) | {"data": values, "itemStyle": {"color": _BLUE}}
+    values = [float(f"{value / scale.factor:.6g}") for value in each.values]
+    course = line(name, [], marks=True) | {
+        "data": values,
+        "itemStyle": {"color": _BLUE},
+        "tooltip": {"formatter": "{b}: {c}"},
+    }
     plot["series"] = [course]
     if chart is None:
         return plot
@@ -123,7 +130,11 @@ def control_plot(each: "ParameterStatistics", translate: Translate) -> dict[str,
     # The limits stay in sight also where all points are near the centre.
     reach = [*values, chart.low / scale.factor, chart.high / scale.factor]
     room = 0.08 * (max(reach) - min(reach)) or 1.0
-    plot["yAxis"] |= {"min": round(min(reach) - room, digits), "max": round(max(reach) + room, digits)}
+    plot["yAxis"] |= {
+        "min": round(min(reach) - room, digits),
+        "max": round(max(reach) + room, digits),
+        "axisLabel": dict(_INNER),
+    }
     broken: dict[int, list[int]] = {}
     for signal in chart.signals:
         broken.setdefault(signal.index, []).append(signal.rule)
@@ -150,11 +161,12 @@ def golden_plot(each: "ParameterStatistics", translate: Translate) -> dict[str, 
     plot["grid"] |= {"left": 84}
     plot["yAxis"]["nameGap"] = 64
     plot["useUTC"] = True
-    plot["xAxis"] |= {"type": "time"}
+    plot["xAxis"] |= {"type": "time", "axisLabel": {"formatter": "{MM}-{dd} {HH}:{mm}", "hideOverlap": True}}
+    plot["tooltip"] |= {"trigger": "axis"}
     plot["legend"] = {"top": 4, "data": [golden.serial_number for golden in each.golden]}
     for golden in each.golden:
         pairs = [
-            [1000.0 * at.timestamp(), value / scale.factor]
+            [1000.0 * at.timestamp(), float(f"{value / scale.factor:.6g}")]
             for at, value in zip(golden.times, golden.values, strict=True)
         ]
         plot["series"].append(line(golden.serial_number, pairs, marks=True))

@@ -1,12 +1,12 @@
 """What the line's records say of motors, process and station: yields, failures, capability, charts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
+from nicegui import events, ui
 from nicegui import run as background
-from nicegui import ui
 
 from bench.eol.statistics.pareto import pareto
 from bench.eol.statistics_words import (
@@ -60,7 +60,15 @@ class _Statistics:
     def build(self) -> None:
         say = self._reader.say
         with ui.element("section").classes("mb-card w-full mb-4").props(f'aria-label="{say(text("What is shown"))}"'):
-            self._choices = ui.row().classes("w-full items-center gap-4")
+            with ui.row().classes("w-full items-center gap-4"):
+                self._model = self._select(text("Motor type"), "model", batch=None, parameter="")
+                self._batch = self._select(text("Batch"), "batch")
+                self._parameter = self._select(text("Parameter"), "parameter")
+                named = ui.input(say(text("Golden motors (serial numbers)")), value=", ".join(self._choice.golden))
+                named.props("outlined dense").classes("w-72")
+                for event in ("keydown.enter", "blur"):
+                    named.on(event, lambda: self._change(golden=serial_numbers(str(named.value or ""))))
+                ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
             self._status = ui.label().props("role=status").classes("text-base mt-2")
         self._fault = ui.label().props("role=alert").classes("text-xl whitespace-pre-line").style("color:#7a130d")
         self._content = ui.element("div").classes("w-full flex flex-col gap-4")
@@ -100,27 +108,24 @@ class _Statistics:
 
     def _offer(self, found: Found) -> None:
         say, choice = self._reader.say, found.choice
-        self._choices.clear()
-        with self._choices:
-            if len(found.models) > 1:
-                models = {model: model for model in found.models}
-                self._select(text("Motor type"), models, choice.model, "model", batch=None, parameter="")
-            batches = {ALL: say(text("All batches")), **{name: name for name in found.batches}}
-            self._select(text("Batch"), batches, choice.batch, "batch")
-            parameters = {name: say(parameter_name(name)) for name in found.parameters}
-            self._select(text("Parameter"), parameters, choice.parameter, "parameter")
-            golden = ui.input(say(text("Golden motors (serial numbers)")), value=", ".join(choice.golden))
-            golden.props("outlined dense").classes("w-72")
-            for event in ("keydown.enter", "blur"):
-                golden.on(event, lambda: self._change(golden=serial_numbers(str(golden.value or ""))))
-            ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
+        self._model.set_visibility(len(found.models) > 1)
+        batches = {ALL: say(text("All batches")), **{name: name for name in found.batches}}
+        parameters = {name: say(parameter_name(name)) for name in found.parameters}
+        for select, options, value in (
+            (self._model, {model: model for model in found.models}, choice.model),
+            (self._batch, batches, choice.batch),
+            (self._parameter, parameters, choice.parameter),
+        ):
+            select.set_options(options, value=value if value in options else None)
 
-    def _select(
-        self, label: Text, options: Mapping[str, str], value: str | None, key: str, **others: str | None
-    ) -> None:
-        select = ui.select(dict(options), label=self._reader.say(label), value=value if value in options else None)
-        select.props("outlined dense").classes("w-72")
-        select.on_value_change(lambda event: self._change(**{key: event.value}, **others))
+    def _select(self, label: Text, key: str, **others: str | None) -> ui.select:
+        async def chosen(event: events.ValueChangeEventArguments[str | None]) -> None:
+            # The page itself sets what was chosen already, and nothing where it has nothing to offer.
+            if event.value is not None and event.value != getattr(self._choice, key):
+                await self._change(**{key: event.value}, **others)
+
+        select = ui.select({}, label=self._reader.say(label), on_change=chosen)
+        return select.props("outlined dense").classes("w-72")
 
     async def _change(self, **changed: Any) -> None:
         choice = replace(self._choice, **changed)
@@ -143,7 +148,7 @@ class _Statistics:
 
     def _yields(self, statistics: "LineStatistics") -> None:
         say, yields = self._reader.say, statistics.yields
-        with self._card(text("Yield"), "yield"), ui.row().classes("gap-12 items-start"):
+        with self._card(text("Yield"), "yield"), ui.row().classes("gap-x-8 items-start"):
             for key, words, share in (
                 ("first_pass", text("First pass"), yields.first_pass),
                 ("final", text("Final"), yields.final),
@@ -265,19 +270,17 @@ class _Statistics:
         name = parameter_name(each.distribution.parameter)
         with self._card(text("Golden motors: {parameter}", parameter=name), "golden"):
             if each.golden:
-                with _beside():
-                    self._plot(golden_plot(each, self._reader.translate))
-                    rows = []
-                    for golden in each.golden:
-                        figures = drift_figures(golden, scale)
-                        slope = f"{figures['slope']} [{figures['low']}, {figures['high']}]"
-                        shown = [figures["mean"], figures["s"], slope, say(drift_words(golden.drift))]
-                        rows.append([golden.serial_number, str(golden.drift.count), *shown])
-                    head = [text("Motor"), text("Times"), text("Mean"), Text("s")]
-                    head += [text("Drift a day [95 % interval]"), text("What it tells")]
-                    with ui.element("div"):
-                        self._table(head, rows, numeric={1, 2, 3, 4})
-                        ui.label(say(text("Figures in {unit}.", unit=scale.unit or "1"))).classes("text-sm mt-2")
+                self._plot(golden_plot(each, self._reader.translate))
+                rows = []
+                for golden in each.golden:
+                    figures = drift_figures(golden, scale)
+                    slope = f"{figures['slope']} [{figures['low']}, {figures['high']}]"
+                    shown = [figures["mean"], figures["s"], slope, say(drift_words(golden.drift))]
+                    rows.append([golden.serial_number, str(golden.drift.count), *shown])
+                head = [text("Motor"), text("Times"), text("Mean"), Text("s")]
+                head += [text("Drift a day [95 % interval]"), text("What it tells")]
+                self._table(head, rows, numeric={1, 2, 3, 4})
+                ui.label(say(text("Figures in {unit}.", unit=scale.unit or "1"))).classes("text-sm mt-2")
             if missing:
                 words = text("There are no figures of: {names}", names=", ".join(missing))
                 ui.label(say(words)).classes("text-base")

@@ -1,0 +1,202 @@
+import json
+import math
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from bench.cli import main
+from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.store.database import open_database
+from bench.eol.store.records import Records
+from bench.eol.verdict import Verdict
+from tests.bench.panel.conftest import Server
+
+Serve = Callable[..., Server]
+NewPage = Callable[[], Page]
+NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
+LIMITS = {"stator_resistance": (9.4, 10.6), "cogging_torque": (-math.inf, 0.05)}
+UNITS = {"stator_resistance": "Ω", "cogging_torque": "N·m"}
+
+
+def record(number: int, batch: str, serial: str, model: str, values: dict[str, float]) -> MotorRecord:
+    verdicts = {n: Verdict.PASS if LIMITS[n][0] <= v <= LIMITS[n][1] else Verdict.FAIL for n, v in values.items()}
+    verdict = Verdict.FAIL if Verdict.FAIL in verdicts.values() else Verdict.PASS
+    return MotorRecord(
+        identifier=f"{number:036d}",
+        batch=batch,
+        number=number,
+        plan="Pump",
+        plan_sha256="0" * 64,
+        station="S",
+        socket="1",
+        person="Wang",
+        model=model,
+        serial_number=serial,
+        started=NOON + timedelta(hours=number),
+        ended=NOON + timedelta(hours=number, seconds=3),
+        verdict=verdict,
+        # Every tenth motor needed a second attempt.
+        first_pass=verdict is Verdict.PASS and number % 10 != 0,
+        bench_time=1.0,
+        measured=tuple(Measured(n, v, UNITS[n], 1e-3, 2e-3, *LIMITS[n], verdicts[n]) for n, v in values.items()),
+        checks=(CheckRecord("stator-resistance", 1, verdict, 1.0),),
+    )
+
+
+def keep(folder: Path, *batches: tuple[str, str, Iterable[tuple[str, dict[str, float]]]]) -> str:
+    """Keep batches' motors, each a serial number and its figures; return the file."""
+    path = str(folder / "records.sqlite")
+    engine = open_database(path)
+    records, number = Records(engine), 0
+    for batch, model, motors in batches:
+        for serial, values in motors:
+            number += 1
+            records.save(record(number, batch, serial or f"P-{number:03d}", model, values))
+    engine.dispose()
+    return path
+
+
+def motors(count: int, seed: int) -> list[tuple[str, dict[str, float]]]:
+    random = np.random.default_rng(seed)
+    return [
+        ("", {"stator_resistance": float(r), "cogging_torque": float(t)})
+        for r, t in zip(random.normal(10.0, 0.2, count), random.normal(0.03, 0.004, count), strict=True)
+    ]
+
+
+def told(capsys: pytest.CaptureFixture[str], records: str, *arguments: str) -> dict[str, Any]:
+    """Return what the command says of the same records."""
+    with pytest.raises(SystemExit):
+        main(["eol", "stats", *arguments, "--records", records, "--json"])
+    made: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return made
+
+
+def part(page: Page, name: str) -> Any:
+    return page.locator(f"[data-part={name}]")
+
+
+def choose(page: Page, label: str, option: str) -> None:
+    """By keys alone: the list opens, the arrow goes down to the option, Enter takes it."""
+    field = page.get_by_role("combobox", name=label)
+    field.focus()
+    field.press("Enter")
+    wanted = page.get_by_role("option", name=option, exact=True)
+    expect(wanted).to_be_visible()
+    for _ in range(page.get_by_role("option").count()):
+        if "q-manual-focusable--focused" in (wanted.get_attribute("class") or ""):
+            break
+        field.press("ArrowDown")
+    field.press("Enter")
+
+
+def shows_index(page: Page, name: str, found: dict[str, Any]) -> None:
+    low, high = found["interval"]
+    row = part(page, "capability").get_by_role("row").filter(has=page.get_by_text(name, exact=True))
+    expect(row).to_contain_text(f"{found['value']:.2f} [{low:.2f}, {high:.2f}]")
+
+
+def shows_yields(page: Page, found: dict[str, Any]) -> None:
+    for name in ("first_pass", "final"):
+        share = found["yield"][name]
+        low, high = share["interval"]
+        shown = page.locator(f"[data-yield={name}]")
+        expect(shown).to_contain_text(f"{100.0 * share['share']:.2f} %")
+        expect(shown).to_contain_text(f"{100.0 * low:.2f} … {100.0 * high:.2f} %")
+
+
+def test_it_shows_what_the_command_says(
+    serve: Serve, new_page: NewPage, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    later = [*motors(60, 2), ("P-FAR", {"stator_resistance": 12.0, "cogging_torque": 0.03})]
+    records = keep(tmp_path, ("A", "LG-400W", motors(40, 1)), ("B", "LG-400W", later))
+    server, page = serve("--virtual", "--records", records), new_page()
+    page.goto(server.url)
+    page.get_by_role("link", name="Statistics").click()
+
+    # The latest batch, and the parameter that failed most.
+    latest = told(capsys, records, "B")
+    shows_yields(page, latest)
+    found = latest["parameters"]["stator_resistance"]
+    for name in ("cp", "cpk", "pp", "ppk"):
+        shows_index(page, name.capitalize(), found[name])
+    expect(part(page, "failures")).to_contain_text("Stator resistance")
+    expect(part(page, "chart")).to_contain_text("rule 1, a point beyond 3 sigma")
+    expect(part(page, "chart")).to_contain_text("P-FAR")
+    for chart in ("Histogram of Stator resistance", "Control chart of Stator resistance", "Failures by parameter"):
+        expect(page.get_by_role("img", name=chart).locator("canvas")).to_be_visible()
+
+    choose(page, "Batch", "All batches")
+    whole = told(capsys, records)
+    shows_yields(page, whole)
+    shows_index(page, "Cpk", whole["parameters"]["stator_resistance"]["cpk"])
+    choose(page, "Parameter", "Cogging torque, peak to peak")
+    shows_index(page, "Cpk", whole["parameters"]["cogging_torque"]["cpk"])
+
+    # The address holds the choice, the other language shows the same.
+    page.get_by_role("button", name="中文").click()
+    expect(part(page, "capability")).to_contain_text("过程能力")
+    expect(page.get_by_text("一次合格")).to_be_visible()
+    shows_yields(page, whole)
+    shows_index(page, "Cpk", whole["parameters"]["cogging_torque"]["cpk"])
+
+
+def test_golden_motors_and_a_second_type(
+    serve: Serve, new_page: NewPage, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drifting = [("GOLD", {"stator_resistance": 10.0 + 0.01 * n + 0.001 * (n % 2)}) for n in range(8)]
+    records = keep(tmp_path, ("A", "LG-400W", [*motors(30, 1), *drifting]), ("B", "other", motors(10, 2)))
+    server, page = serve("--virtual", "--records", records), new_page()
+    page.goto(f"{server.url}/statistics")
+    shows_yields(page, told(capsys, records, "--model", "other"))
+    choose(page, "Motor type", "LG-400W")
+    choose(page, "Parameter", "Stator resistance")
+    field = page.get_by_label("Golden motors (serial numbers)")
+    field.fill("GOLD, NOBODY")
+    field.press("Enter")
+    found = told(capsys, records, "A", "--golden", "GOLD")
+    shows_yields(page, found)
+    golden = part(page, "golden")
+    expect(golden.get_by_role("row").filter(has_text="GOLD")).to_contain_text("the station drifts")
+    expect(golden).to_contain_text("There are no figures of: NOBODY")
+
+
+@pytest.mark.parametrize(
+    ("records", "english", "chinese"),
+    [
+        ("nowhere.sqlite", "There are no records at", "处尚无记录"),
+        ("text.sqlite", "The records cannot be read", "无法读取记录"),
+        ("postgresql://nobody@127.0.0.1:1/none", "The records cannot be read", "无法读取记录"),
+    ],
+)
+def test_records_that_cannot_be_read(
+    serve: Serve, new_page: NewPage, tmp_path: Path, records: str, english: str, chinese: str
+) -> None:
+    (tmp_path / "text.sqlite").write_text("these are no records\n" * 100)
+    reference = records if "://" in records else str(tmp_path / records)
+    server, page = serve("--virtual", "--records", reference), new_page()
+    page.goto(f"{server.url}/statistics")
+    expect(page.get_by_role("alert")).to_contain_text(english)
+    page.get_by_role("button", name="中文").click()
+    expect(page.get_by_role("alert")).to_contain_text(chinese)
+    assert not (tmp_path / "nowhere.sqlite").exists()
+
+
+def test_names_that_nothing_has(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    records = keep(tmp_path, ("A", "LG-400W", motors(12, 1)))
+    server, page = serve("--virtual", "--records", records), new_page()
+    for asked, words in (
+        ("batch=Z", "There is no batch Z."),
+        ("model=Z", "There are no records of the type Z."),
+        ("parameter=inertia", "There are no figures of inertia here."),
+    ):
+        page.goto(f"{server.url}/statistics?{asked}")
+        expect(page.get_by_role("alert")).to_have_text(words)
+    choose(page, "Parameter", "Stator resistance")
+    expect(part(page, "capability")).to_contain_text("Cpk")
+    expect(page.get_by_role("alert")).to_have_text("")
