@@ -38,10 +38,18 @@ _HANDFUL, _UNDER_WAY = 20, 200
 def measure_some(seed: int, indices: Iterable[int], procedures: tuple[str, ...] = ()) -> list[Measured]:
     """Measure these motors one after the other, by these procedures or by all of the study."""
     plan = study_plan(procedures)
-    # What was imported lives as long as the process, and a motor leaves little behind that is not freed at once.
+    measured = []
+    # What was imported lives as long as the process; what a motor leaves behind is looked for once, after it.
     gc.freeze()
-    gc.set_threshold(50_000, 20, 20)
-    return [measure(seed, index, plan) for index in indices]
+    gc.disable()
+    try:
+        for index in indices:
+            measured.append(measure(seed, index, plan))
+            gc.collect()
+    finally:
+        gc.enable()
+        gc.unfreeze()
+    return measured
 
 
 def by_workers(seed: int, motors: int, workers: int, procedures: tuple[str, ...] = ()) -> Iterator[Measured]:
