@@ -22,7 +22,7 @@ import multiprocessing
 import os
 import resource
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import islice
@@ -35,8 +35,10 @@ from tests.studies.tally import Tally, lines
 _HANDFUL, _UNDER_WAY = 20, 200
 
 
-def measure_some(seed: int, indices: Iterable[int], procedures: tuple[str, ...] = ()) -> list[Measured]:
-    """Measure these motors one after the other, by these procedures or by all of the study."""
+def measure_some(
+    seed: int, indices: Iterable[int], procedures: tuple[str, ...] = (), spent: Counter[str] | None = None
+) -> list[Measured]:
+    """Measure these motors one after the other, by these procedures or by all; `spent` sums up processor time (s)."""
     plan = study_plan(procedures)
     measured = []
     # What was imported lives as long as the process; what a motor leaves behind is looked for once, after it.
@@ -44,7 +46,7 @@ def measure_some(seed: int, indices: Iterable[int], procedures: tuple[str, ...] 
     gc.disable()
     try:
         for index in indices:
-            measured.append(measure(seed, index, plan))
+            measured.append(measure(seed, index, plan, spent))
             gc.collect()
     finally:
         gc.enable()
@@ -108,7 +110,13 @@ def main() -> None:
     parser.add_argument(
         "--procedures", nargs="+", default=(), metavar="NAME", help="these only, in the catalogue's order"
     )
+    parser.add_argument(
+        "--times", action="store_true", help="only print each procedure's processor time, with one process"
+    )
     given = parser.parse_args()
+    if given.times:
+        _print_times(given.seed, given.motors)
+        return
     procedures = tuple(given.procedures)
     started = time.monotonic()
     if given.dask:
@@ -122,6 +130,16 @@ def main() -> None:
         f"{(spent.ru_utime + spent.ru_stime) / tally.motors:.2f} s of processor time a motor, "
         f"largest process {spent.ru_maxrss / 1024:.0f} MiB"
     )
+
+
+def _print_times(seed: int, motors: int) -> None:
+    # The first motor pays for what is imported late.
+    measure_some(seed, [motors])
+    spent = Counter[str]()
+    measure_some(seed, range(motors), spent=spent)
+    print(f"{spent.total() / motors:.3f} s of processor time a motor:")
+    for name, seconds in spent.most_common():
+        print(f"  {seconds / motors:.3f}  {name}")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 """One random motor on a bench of random instruments: every procedure, and how far each figure is from the truth."""
 
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -82,8 +84,11 @@ def study_plan(procedures: Collection[str] = ()) -> list[Planned]:
     return make_plan(names, settings, known)
 
 
-def measure(seed: int, index: int, plan: list[Planned]) -> Measured:
-    """Draw motor `index` of the study with this seed and measure it; depends on nothing else."""
+def measure(seed: int, index: int, plan: list[Planned], spent: Counter[str] | None = None) -> Measured:
+    """Draw motor `index` of the study with this seed and measure it; depends on nothing else.
+
+    `spent` sums up the processor time (s) by procedure.
+    """
     random = np.random.default_rng([seed, index])
     motor, plate = draw_motor(random)
     ambient = float(random.uniform(18.0, 28.0))
@@ -96,11 +101,17 @@ def measure(seed: int, index: int, plan: list[Planned]) -> Measured:
         sockets=False,
     )
     with bench:
-        return _measured(index, bench, motor, plate, int(random.integers(1 << 31)), plan)
+        return _measured(index, bench, motor, plate, int(random.integers(1 << 31)), plan, spent)
 
 
 def _measured(
-    index: int, virtual: VirtualBench, motor: VirtualMotor, plate: Nameplate, seed: int, plan: list[Planned]
+    index: int,
+    virtual: VirtualBench,
+    motor: VirtualMotor,
+    plate: Nameplate,
+    seed: int,
+    plan: list[Planned],
+    spent: Counter[str] | None,
 ) -> Measured:
     nothing = NoRecord()
     results: list[ProcedureResult] = []
@@ -120,7 +131,7 @@ def _measured(
     try:
         bench = Bench(instruments.available(), VirtualOperator(virtual.world, seed), virtual.clock, nothing)
         for planned in plan:
-            known = merge(results).parameters
+            known, begun = merge(results).parameters, process_time()
             try:
                 results.append(planned.procedure(bench, plate, planned.settings, known).run())
             except (ProcedureError, EstimationError, InstrumentError) as reason:
@@ -129,6 +140,8 @@ def _measured(
             except Exception as fault:  # noqa: BLE001  it is counted, and the study goes on
                 failed.append((planned.name, f"{type(fault).__name__}: {_kind(fault)}"))
                 WayDown().walk(instruments.opened(), nothing, virtual.clock)
+            if spent is not None:
+                spent[planned.name] += process_time() - begun
     finally:
         failed += [("close", fault) for fault in instruments.close()]
     figures = [_figure(p, truth) for result in results for p in result.parameters if p.name in truth]
