@@ -106,6 +106,7 @@ def control_plot(each: "ParameterStatistics", translate: Translate) -> dict[str,
     plot["yAxis"]["nameGap"] = 64
     values = [float(f"{value / scale.factor:.6g}") for value in each.values]
     course = line(name, [], marks=True) | {
+        "showAllSymbol": True,
         "data": values,
         "itemStyle": {"color": _BLUE},
         "tooltip": {"formatter": "{b}: {c}"},

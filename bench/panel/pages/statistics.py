@@ -160,11 +160,10 @@ class _Statistics:
                     ui.label(say(text("{hits} of {count} judged", hits=share.hits, count=share.count))).classes(
                         "text-base"
                     )
-            for verdict in (Verdict.ERROR, Verdict.ABORTED):
-                if yields.verdicts[verdict]:
-                    with ui.element("div"):
-                        ui.label(say(VERDICTS[verdict])).classes("text-base")
-                        ui.label(str(yields.verdicts[verdict])).classes("mb-yield")
+            others = [v for v in (Verdict.ERROR, Verdict.ABORTED) if yields.verdicts[v]]
+            if others:
+                counted = " · ".join(f"{say(VERDICTS[verdict])}: {yields.verdicts[verdict]}" for verdict in others)
+                ui.label(counted).classes("text-base w-full")
 
     def _capability(self, each: "ParameterStatistics") -> None:
         say, found = self._reader.say, each.distribution
