@@ -56,7 +56,7 @@ def judge(value: float, expanded: float, limits: Limits, guard: Guard) -> Judgem
 
     A value that is no number is an error. Guard bands that meet leave nothing to accept.
     """
-    band = {Guard.STRICT: expanded, Guard.SHARED: 0.0, Guard.LENIENT: -expanded}[guard]
+    band = 0.0 if guard is Guard.SHARED else expanded if guard is Guard.STRICT else -expanded
     low, high = limits.low + band, limits.high - band
     ratio = limits.tolerance / (2.0 * expanded) if expanded > 0.0 else math.inf
     if math.isnan(value) or math.isnan(expanded) or expanded < 0.0:

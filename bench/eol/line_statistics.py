@@ -12,6 +12,7 @@ from bench.eol.statistics.control_chart import Chart, individuals_chart
 from bench.eol.statistics.drift import Drift, drift
 from bench.eol.statistics.gauge import GaugeStudy, gauge_study
 from bench.eol.statistics.proportion import Proportion, proportion
+from bench.eol.store.insertion import settled
 from bench.eol.store.selection import Selection, choose
 from bench.eol.store.study import crossed, passages_of
 from bench.eol.store.tallies import (
@@ -94,7 +95,7 @@ class Wanted:
 
 def line_statistics(engine: Engine, wanted: Wanted) -> LineStatistics:
     """Return the statistics of a database's records. Raises InputError where there are none, or a name is unknown."""
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         without_compiling(connection)
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
         names = _names(connection, wanted.parameters)
@@ -125,7 +126,7 @@ def gauge_studies(
     engine: Engine, wanted: Wanted, appraiser: Literal["person", "socket"], alpha: float
 ) -> dict[str, tuple[GaugeStudy, str]]:
     """Return the gauge study of each parameter with its unit. Raises InputError where the records are no crossed study."""
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
         made = {}
         for name in _names(connection, wanted.parameters):

@@ -10,6 +10,7 @@ from sqlalchemy import Engine
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import database_url, open_database
 from bench.eol.store.forwarding import ForwardingRecords
+from bench.eol.store.insertion import settle
 from bench.eol.store.records import Passage, Records, StoreError
 from bench.errors import InputError
 
@@ -65,6 +66,9 @@ class Keeper:
         if self._thread is not None:
             self._thread.join(_AT_THE_END)
         self._left = (self.waiting(), self.fault())
+        # For who reads the file by other means; a disk that is full loses nothing by it.
+        with suppress(InputError):
+            settle(self._own)
         if self._outbox is not None:
             self._outbox.close()
         self._own.dispose()

@@ -53,7 +53,7 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
             f"{reference}: there are no records here; give the file or the address that eol run wrote to"
         )
     try:
-        engine = create_engine(url, pool_pre_ping=True, connect_args=_arguments(url))
+        engine = create_engine(url, pool_pre_ping=url.get_backend_name() != "sqlite", connect_args=_arguments(url))
     except NoSuchModuleError as error:
         raise InputError(f"{_named(url)}: {error}") from None
     if url.get_backend_name() == "sqlite":
@@ -86,9 +86,13 @@ def _arguments(url: URL) -> dict[str, Any]:
 
 
 def _durable(connection: Any, _record: Any) -> None:
-    """Have commits on the disk, readers beside the writer, and references held."""
+    """Have commits on the disk, readers beside the writer, and references held.
+
+    The log begins anew after 1 MB: a sync of what is written over waits for the disk alone, one of a file that grows for the file
+    system's own journal too.
+    """
     cursor = connection.cursor()
-    for pragma in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON"):
+    for pragma in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON", "wal_autocheckpoint = 250"):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()
 

@@ -7,7 +7,8 @@ from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import reason
-from bench.eol.store.records import Records, StoreError, insert_record
+from bench.eol.store.insertion import insert_record
+from bench.eol.store.records import Records, StoreError
 from bench.eol.store.schema import OUTBOX
 from bench.errors import InputError
 

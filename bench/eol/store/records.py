@@ -4,15 +4,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import Connection, Dialect, Engine, Table, case, func, insert, select
-from sqlalchemy.exc import DBAPIError, IntegrityError
+from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, func, select, union_all
+from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import reason
-from bench.eol.store.schema import CHECK, FIGURE, MOTOR, WAVEFORM
+from bench.eol.store.insertion import insert_record
+from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
 from bench.eol.verdict import Verdict
 
 #: Records read in one go.
@@ -47,18 +47,8 @@ class Records:
         try:
             with self._engine.begin() as connection:
                 return insert_record(connection, record)
-        except IntegrityError:
-            # Another writer was quicker with the same record.
-            if self.has(record.identifier):
-                return False
-            raise StoreError(f"record {record.identifier} contradicts the database's tables") from None
         except DBAPIError as error:
             raise StoreError(reason(error)) from error
-
-    def has(self, identifier: str) -> bool:
-        """Tell whether a record is kept."""
-        with self._engine.connect() as connection:
-            return _key(connection, identifier) is not None
 
     def count(self, batch: str | None = None) -> int:
         """Return how many records there are, of one batch or of all."""
@@ -132,69 +122,21 @@ class Records:
         return found[0] if found else None
 
 
-def insert_record(connection: Connection, record: MotorRecord) -> bool:
-    """Insert a record within the connection's transaction; tells whether it was new."""
-    if _key(connection, record.identifier) is not None:
-        return False
-    plain = {name: getattr(record, name) for name in _PLAIN}
-    row = {**plain, "started": record.started, "ended": record.ended, "verdict": record.verdict.value}
-    motor = connection.execute(insert(MOTOR).returning(MOTOR.c.id), row).scalar_one()
-    figures = [
-        {
-            "motor": motor,
-            "parameter": m.parameter,
-            "value": _finite(m.value),
-            "unit": m.unit,
-            "standard_uncertainty": _finite(m.standard_uncertainty),
-            "expanded": _finite(m.expanded),
-            "low": _finite(m.low),
-            "high": _finite(m.high),
-            "verdict": m.verdict.value,
-        }
-        for m in record.measured
-    ]
-    checks = [
-        {
-            "motor": motor,
-            "procedure": c.procedure,
-            "attempt": c.attempt,
-            "verdict": c.verdict.value,
-            "duration": c.duration,
-            "cause": c.cause,
-        }
-        for c in record.checks
-    ]
-    waves = [{"motor": motor, "path": path, "sha256": sha256} for path, sha256 in record.waveforms.items()]
-    for table, rows in ((FIGURE, figures), (CHECK, checks), (WAVEFORM, waves)):
-        if rows:
-            sql, order = _plain_insert(table, connection.dialect)
-            given = rows if order is None else [tuple(row[name] for name in order) for row in rows]
-            connection.exec_driver_sql(sql, given)
-    return True
-
-
-@lru_cache(maxsize=16)
-def _plain_insert(table: Table, dialect: Dialect) -> tuple[str, tuple[str, ...] | None]:
-    """Return an insertion in the driver's own words, and the order of its values where they have no names.
-
-    Its columns need no conversion, and SQLAlchemy's costs more than the database's work.
-    """
-    compiled = insert(table).compile(dialect=dialect)
-    names = compiled.positiontup
-    return str(compiled), None if names is None else tuple(names)
-
-
 def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[MotorRecord]:
     """Return the records of some rows, with their figures, checks and waveforms."""
     keys = [row["id"] for row in rows]
     parts: list[dict[int, list[Mapping[Any, Any]]]] = []
-    for table, order in (
-        (FIGURE, (FIGURE.c.parameter,)),
-        (CHECK, (CHECK.c.procedure, CHECK.c.attempt)),
-        (WAVEFORM, (WAVEFORM.c.path,)),
-    ):
+    # In one query, or figures would be missed that another process puts into their table between two.
+    kept = select(FIGURE).where(FIGURE.c.motor.in_(keys))
+    fresh = select(*(FRESH_FIGURE.c[column.name] for column in FIGURE.columns)).where(FRESH_FIGURE.c.motor.in_(keys))
+    queries: tuple[Select[Any] | CompoundSelect[Any], ...] = (
+        union_all(kept, fresh).order_by("parameter"),
+        select(CHECK).where(CHECK.c.motor.in_(keys)).order_by(CHECK.c.procedure, CHECK.c.attempt),
+        select(WAVEFORM).where(WAVEFORM.c.motor.in_(keys)).order_by(WAVEFORM.c.path),
+    )
+    for query in queries:
         by_motor: dict[int, list[Mapping[Any, Any]]] = {key: [] for key in keys}
-        for part in connection.execute(select(table).where(table.c.motor.in_(keys)).order_by(*order)).mappings():
+        for part in connection.execute(query).mappings():
             by_motor[part["motor"]].append(part)
         parts.append(by_motor)
     figures, checks, waves = parts
@@ -215,10 +157,6 @@ def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list
     ]
 
 
-def _key(connection: Connection, identifier: str) -> int | None:
-    return connection.execute(select(MOTOR.c.id).where(MOTOR.c.identifier == identifier)).scalar_one_or_none()
-
-
 def _measured(row: Mapping[Any, Any]) -> Measured:
     return Measured(
         row["parameter"],
@@ -230,11 +168,6 @@ def _measured(row: Mapping[Any, Any]) -> Measured:
         _or(row["high"], math.inf),
         Verdict(row["verdict"]),
     )
-
-
-def _finite(value: float) -> float | None:
-    """Databases order numbers that are none in ways of their own: they are kept as nothing."""
-    return value if math.isfinite(value) else None
 
 
 def _or(value: float | None, otherwise: float) -> float:

@@ -74,6 +74,22 @@ FIGURE = Table(
     sqlite_with_rowid=False,
 )
 
+#: A station's own file takes figures here first, one motor's beside each other; they go into their table with those of other motors.
+FRESH_FIGURE = Table(
+    "fresh_figure",
+    METADATA,
+    Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
+    Column("parameter", String(100), primary_key=True),
+    Column("value", Double),
+    Column("unit", String(30), nullable=False),
+    Column("standard_uncertainty", Double),
+    Column("expanded", Double),
+    Column("low", Double),
+    Column("high", Double),
+    Column("verdict", String(10), nullable=False),
+    sqlite_with_rowid=False,
+)
+
 CHECK = Table(
     "check_attempt",
     METADATA,

@@ -4,17 +4,20 @@ import subprocess
 import sys
 import uuid
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from sqlalchemy import text
+from sqlalchemy import Engine, text
 
 from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.forwarding import ForwardingRecords
-from bench.eol.store.records import Records
+from bench.eol.store.insertion import settle, settled
+from bench.eol.store.records import Records, StoreError
+from bench.eol.store.tallies import parameters
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
 
@@ -159,7 +162,9 @@ import sys, itertools
 sys.path.insert(0, "tests/bench/eol/store")
 from test_records import record
 from bench.eol.store.database import open_database
+from bench.eol.store import insertion
 from bench.eol.store.records import Records
+insertion._TOGETHER = 4
 records = Records(open_database(sys.argv[1]))
 for number in itertools.count(1):
     records.save(record(number))
@@ -185,3 +190,104 @@ def test_a_killed_writer_loses_nothing_it_acknowledged(reference: str) -> None:
     assert [r.number for r in found] == list(range(1, len(found) + 1))
     assert len(found) in (last, last + 1)
     assert all(len(r.measured) == 2 and len(r.checks) == 2 for r in found)
+
+
+@pytest.fixture
+def four_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures go into their table with every fourth record."""
+    monkeypatch.setattr("bench.eol.store.insertion._TOGETHER", 4)
+
+
+def in_place(engine: Engine) -> int:
+    with engine.connect() as connection:
+        return connection.execute(text("SELECT count(*) FROM figure")).scalar_one()
+
+
+@pytest.mark.usefixtures("four_together")
+def test_figures_are_read_wherever_they_are(tmp_path: Path) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    kept = [record(number) for number in range(1, 7)]
+    for each, placed in zip(kept, (0, 0, 0, 8, 8, 8), strict=True):
+        assert Records(engine).save(each)
+        assert not Records(engine).save(each)
+        assert in_place(engine) == placed
+    assert [repr(found) for found in Records(engine).read()] == [repr(each) for each in kept]
+    assert repr(Records(engine).find(kept[5].identifier)) == repr(kept[5])
+    with settled(engine) as connection:
+        assert parameters(connection) == ["flux_linkage", "stator_resistance"]
+    assert in_place(engine) == 12
+    assert [repr(found) for found in Records(engine).read()] == [repr(each) for each in kept]
+    engine.dispose()
+
+
+@pytest.mark.usefixtures("four_together")
+def test_readers_that_settle_while_records_come_in_lose_none_and_see_all(tmp_path: Path) -> None:
+    reference = str(tmp_path / "records.sqlite")
+    engine, other = open_database(reference), open_database(reference)
+    kept = [record(number) for number in range(1, 101)]
+    with ThreadPoolExecutor(1) as pool:
+        writing = pool.submit(lambda: [Records(engine).save(each) for each in kept])
+        while not writing.done():
+            with settled(other):
+                pass
+            assert all(len(found.measured) == 2 for found in Records(other).read())
+        assert all(writing.result())
+    assert [repr(found) for found in Records(other).read()] == [repr(each) for each in kept]
+    engine.dispose()
+    other.dispose()
+
+
+@pytest.mark.parametrize("spare", [3, 6, 9])
+@pytest.mark.usefixtures("four_together")
+def test_a_full_disk_keeps_what_was_acknowledged_and_takes_the_rest_later(tmp_path: Path, spare: int) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    with engine.connect() as connection:
+        pages = connection.execute(text("PRAGMA page_count")).scalar_one()
+        connection.execute(text(f"PRAGMA max_page_count = {pages + spare}"))
+    kept = [record(number, cause="x" * 900) for number in range(1, 41)]
+    acknowledged = []
+
+    def save_all() -> None:
+        for each in kept:
+            Records(engine).save(each)
+            acknowledged.append(each)
+
+    with pytest.raises(StoreError, match="full"):
+        save_all()
+    assert acknowledged
+    assert [repr(found) for found in Records(engine).read()] == [repr(each) for each in acknowledged]
+    engine.dispose()
+    again = open_database(str(tmp_path / "records.sqlite"))
+    for each in kept[len(acknowledged) :]:
+        assert Records(again).save(each)
+    settle(again)
+    assert in_place(again) == 80
+    assert [repr(found) for found in Records(again).read()] == [repr(each) for each in kept]
+    again.dispose()
+
+
+def test_statistics_of_a_file_that_cannot_be_written_say_so(tmp_path: Path) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    kept = record()
+    Records(engine).save(kept)
+    with engine.connect() as connection:
+        connection.execute(text("PRAGMA query_only = ON"))
+    with pytest.raises(InputError, match="latest motors' figures cannot be put into their table: attempt to write"):
+        settle(engine)
+    assert [repr(found) for found in Records(engine).read()] == [repr(kept)]
+    engine.dispose()
+
+
+def test_a_record_that_names_a_figure_twice_is_refused_whole(records: Records) -> None:
+    twice = record().measured[:1] * 2
+    with pytest.raises(StoreError, match=r"(?i)unique"):
+        records.save(record(measured=twice))
+    assert records.count() == 0
+    assert records.save(record())
+
+
+def test_a_server_has_figures_in_place_at_once(server: str) -> None:
+    engine = open_database(server)
+    assert Records(engine).save(record())
+    assert in_place(engine) == 2
+    engine.dispose()

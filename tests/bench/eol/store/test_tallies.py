@@ -12,6 +12,7 @@ from sqlalchemy import Engine, create_engine, inspect
 
 from bench.eol.limits import Limits
 from bench.eol.store.database import database_url, open_database
+from bench.eol.store.insertion import settled
 from bench.eol.store.selection import choose
 from bench.eol.store.tallies import (
     Failures,
@@ -33,7 +34,7 @@ def test_moments_and_histogram_are_those_of_the_figures(engine: Engine, put: Put
     values = [*random.normal(10.1, 0.4, 60).tolist(), 9.0, 11.0, -50.0, 80.0]
     for value in values:
         put(r=value, other=1.0)
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         found = distribution(connection, "r", choose(connection, ()))
         neighbours = rows_of_neighbours(connection, "r", choose(connection, ()))
     assert found is not None
@@ -52,7 +53,7 @@ def test_a_small_spread_about_a_large_mean_is_not_lost(engine: Engine, put: Put)
     values = [1.0e9 + 0.001 * n for n in range(50)]
     for value in values:
         put(limits=(-math.inf, math.inf), r=value)
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         found = distribution(connection, "r", choose(connection, ()))
     assert found is not None
     assert found.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-6)
@@ -62,7 +63,7 @@ def test_a_small_spread_about_a_large_mean_is_not_lost(engine: Engine, put: Put)
 def test_a_figure_that_is_none_counts_nowhere(engine: Engine, put: Put) -> None:
     put(r=10.0)
     put(r=math.nan, error=True)
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         selection = choose(connection, ())
         found = distribution(connection, "r", selection)
         assert found is not None
@@ -75,7 +76,7 @@ def test_a_figure_that_is_none_counts_nowhere(engine: Engine, put: Put) -> None:
 def test_only_the_batches_that_are_asked_for(engine: Engine, put: Put) -> None:
     for n, batch in enumerate(["A", "B", "A", "B", "C", "C"]):
         put(batch=batch, r=9.5 + 0.1 * n, s=20.0 if n < 2 else 10.0)
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         for batches, values in ((("A",), [9.5, 9.7]), (("B", "C"), [9.6, 9.8, 9.9, 10.0]), (("C",), [9.9, 10.0])):
             selection = choose(connection, batches)
             found = distribution(connection, "r", selection)
@@ -95,7 +96,7 @@ def test_golden_motors_count_in_nothing(engine: Engine, put: Put) -> None:
     put(r=10.0)
     put(serial="GOLD", r=8.0)
     put(r=10.2)
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         selection = choose(connection, (), golden=("GOLD",))
         found = distribution(connection, "r", selection)
         assert found is not None
@@ -107,7 +108,7 @@ def test_golden_motors_count_in_nothing(engine: Engine, put: Put) -> None:
 def test_types_are_not_mixed(engine: Engine, put: Put) -> None:
     put(batch="A", model="big", r=10.0)
     put(batch="A", model="small", r=1.0)
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         with pytest.raises(InputError, match=r"several types: big, small; .*--model"):
             choose(connection, ())
         found = distribution(connection, "r", choose(connection, (), "small"))
@@ -122,14 +123,14 @@ def test_types_are_not_mixed(engine: Engine, put: Put) -> None:
 def test_limits_that_changed_are_noticed(engine: Engine, put: Put) -> None:
     put(limits=(8.0, 12.0), r=10.0)
     put(limits=(9.0, 11.0), r=10.0)
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         found = distribution(connection, "r", choose(connection, ()))
     assert found is not None
     assert (found.limits, found.changed) == (Limits(9.0, 11.0), True)
 
 
 def test_nothing_there(engine: Engine) -> None:
-    with engine.connect() as connection, pytest.raises(InputError, match="there are no records yet"):
+    with settled(engine) as connection, pytest.raises(InputError, match="there are no records yet"):
         choose(connection, ())
 
 
@@ -152,7 +153,7 @@ def test_a_parameter_of_every_nth_motor_is_found(engine: Engine, put: Put, monke
     monkeypatch.setattr("bench.eol.store.tallies._NEAR", 3)
     for n in range(20):
         put(r=10.0, **({"rare": 9.0 + 0.1 * n} if n in (4, 8, 12) else {}))
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         selection = choose(connection, ())
         found = distribution(connection, "rare", selection)
         assert found is not None

@@ -1,0 +1,128 @@
+"""Putting a record into the tables, in the driver's own words: of a record's cost, SQLAlchemy's would be the larger part."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from math import isfinite
+from typing import Any
+
+from sqlalchemy import Column, Connection, Dialect, Engine, Table, delete, insert, select
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.exc import DBAPIError
+
+from bench.eol.record import MotorRecord
+from bench.eol.store.database import reason
+from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
+from bench.errors import InputError
+
+#: Of so many motors the figures go into their table together: their index by value then costs a page for each parameter once, and
+#: not with every motor. The motor that has it done waits some milliseconds.
+_TOGETHER = 32
+
+_FIGURE_COLUMNS = tuple(column.name for column in FIGURE.columns)
+_MOTOR_COLUMNS = tuple(column for column in MOTOR.columns if column.name != "id")
+
+
+def insert_record(connection: Connection, record: MotorRecord) -> bool:
+    """Insert a record within the connection's transaction; tells whether it was new."""
+    row = [getattr(record, column.name) for column in _MOTOR_COLUMNS]
+    sql, values = _motor(connection.dialect)
+    motor = connection.exec_driver_sql(sql, values(row)).scalar_one_or_none()
+    if motor is None:
+        return False
+    figures = [
+        (
+            motor,
+            m.parameter,
+            # Databases order numbers that are none in ways of their own: they are kept as nothing.
+            m.value if isfinite(m.value) else None,
+            m.unit,
+            m.standard_uncertainty if isfinite(m.standard_uncertainty) else None,
+            m.expanded if isfinite(m.expanded) else None,
+            m.low if isfinite(m.low) else None,
+            m.high if isfinite(m.high) else None,
+            m.verdict.value,
+        )
+        for m in record.measured
+    ]
+    checks = [(motor, c.procedure, c.attempt, c.verdict.value, c.duration, c.cause) for c in record.checks]
+    waves = [(motor, path, sha256) for path, sha256 in record.waveforms.items()]
+    own_file = connection.dialect.name == "sqlite"
+    for table, rows in ((FRESH_FIGURE if own_file else FIGURE, figures), (CHECK, checks), (WAVEFORM, waves)):
+        if rows:
+            sql, given = _part(table, connection.dialect)
+            connection.exec_driver_sql(sql, given(rows))
+    if own_file and _motors_with_fresh_figures(connection) >= _TOGETHER:
+        _settle(connection)
+    return True
+
+
+def settle(engine: Engine) -> None:
+    """Put all figures that were kept into their table. Raises InputError where the file cannot be written now."""
+    try:
+        with engine.connect() as connection:
+            if connection.dialect.name == "sqlite" and _motors_with_fresh_figures(connection):
+                # The lock at once: a transaction that has read before is refused where another writer was quicker, and does not wait.
+                connection.exec_driver_sql("BEGIN IMMEDIATE")
+                _settle(connection)
+                connection.commit()
+    except DBAPIError as error:
+        raise InputError(
+            f"{engine.url}: the latest motors' figures cannot be put into their table: {reason(error)}. They are kept; see that "
+            "the file can be written and its disk is not full, and that nothing else holds it"
+        ) from None
+
+
+@contextmanager
+def settled(engine: Engine) -> Iterator[Connection]:
+    """Give a connection for queries of figures: all that were kept till now are in their table. Raises as `settle` does."""
+    settle(engine)
+    with engine.connect() as connection:
+        yield connection
+
+
+def _motors_with_fresh_figures(connection: Connection) -> int:
+    """Return of how many motors figures are not in their table yet; of those that follow each other, both ends tell."""
+    ends = "SELECT (SELECT max(motor) FROM fresh_figure) - (SELECT min(motor) FROM fresh_figure) + 1"
+    return connection.exec_driver_sql(ends).scalar_one() or 0
+
+
+def _settle(connection: Connection) -> None:
+    columns = [FRESH_FIGURE.c[name] for name in _FIGURE_COLUMNS]
+    connection.execute(insert(FIGURE).from_select(_FIGURE_COLUMNS, select(*columns)))
+    connection.execute(delete(FRESH_FIGURE))
+
+
+@lru_cache(maxsize=4)
+def _motor(dialect: Dialect) -> tuple[str, Callable[[Sequence[Any]], Any]]:
+    """Return the insertion of a motor that gives its key, or nothing where its identifier is known; and what makes its values."""
+    made = (postgresql if dialect.name == "postgresql" else sqlite).insert(MOTOR)
+    statement = made.on_conflict_do_nothing(index_elements=[MOTOR.c.identifier]).returning(MOTOR.c.id)
+    names = [column.name for column in _MOTOR_COLUMNS]
+    compiled = statement.compile(dialect=dialect, column_keys=names)
+    converts = [_conversion(column, dialect) for column in _MOTOR_COLUMNS]
+
+    def values(row: Sequence[Any]) -> Any:
+        plain = tuple(convert(value) for convert, value in zip(converts, row, strict=True))
+        return plain if compiled.positional else dict(zip(names, plain, strict=True))
+
+    return str(compiled), values
+
+
+def _conversion(column: Column[Any], dialect: Dialect) -> Callable[[Any], Any]:
+    if column is MOTOR.c.verdict:
+        return lambda verdict: verdict.value
+    convert = column.type.dialect_impl(dialect).bind_processor(dialect)
+    return convert if convert is not None else lambda value: value
+
+
+@lru_cache(maxsize=16)
+def _part(table: Table, dialect: Dialect) -> tuple[str, Callable[[list[tuple[Any, ...]]], Any]]:
+    """Return the insertion into a table whose columns need no conversion, and what makes its values of rows."""
+    names = [column.name for column in table.columns]
+    compiled = insert(table).compile(dialect=dialect)
+
+    def values(rows: list[tuple[Any, ...]]) -> Any:
+        return rows if compiled.positional else [dict(zip(names, row, strict=True)) for row in rows]
+
+    return str(compiled), values
