@@ -114,7 +114,7 @@ def measured_parameters(engine: Engine, wanted: Wanted) -> list[str]:
 
     Raises InputError as `line_statistics` does.
     """
-    with engine.connect() as connection:
+    with settled(engine) as connection:
         without_compiling(connection)
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
         there = [name for name in parameters(connection) if latest(connection, name, selection, 1)]

@@ -11,6 +11,7 @@ from alembic.config import Config
 from sqlalchemy import Engine, create_engine, inspect
 
 from bench.eol.limits import Limits
+from bench.eol.line_statistics import Wanted, line_statistics, measured_parameters
 from bench.eol.store.database import database_url, open_database
 from bench.eol.store.insertion import settled
 from bench.eol.store.selection import choose
@@ -159,3 +160,10 @@ def test_a_parameter_of_every_nth_motor_is_found(engine: Engine, put: Put, monke
         assert found is not None
         assert (found.count, found.least) == (3, pytest.approx(9.4))
         assert [serial for serial, _ in latest(connection, "rare", selection, 2)] == ["P-0009", "P-0013"]
+
+
+def test_a_parameter_that_was_kept_just_now_is_found(engine: Engine, put: Put) -> None:
+    put(r=10.0)
+    assert measured_parameters(engine, Wanted()) == ["r"]
+    put(r=10.0, l=10.0)
+    assert line_statistics(engine, Wanted()).parameters.keys() == {"r", "l"}
