@@ -168,7 +168,7 @@ def test_frames_on_the_serial_line(bench_motor: VirtualMotor) -> None:
             assert port.read(8) == bytes.fromhex("01 06 00 16 00 01 A9 CE")
             port.write(bytes.fromhex("02 03 00 08 00 02 45 FA"))
             assert port.read(9) == bytes.fromhex("02 03 04 00 00 00 04 C8 F0")
-            port.timeout = 0.2
+            port.timeout = 0.5
             for silent in ("07 03 00 0A 00 01 A4 6E", "01 03 00 0A 00 01 00 00", "01 03 00"):
                 port.write(bytes.fromhex(silent))
                 assert port.read(1) == b""
