@@ -18,6 +18,8 @@ Outcome = Literal["none", "standstill", "breakaway", "trip voltage", "trip curre
 #: Gauss-Legendre's points and weights on −1 … 1, and where in a segment transients are looked at more closely.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _NEAR = 0.5 ** np.arange(24.0)
+#: Where the pieces of a segment at rest begin and end, as shares of it: the two halves, and closer near its start.
+_AT_REST = np.sort(np.concatenate([[0.0, 0.5, 1.0], _NEAR[1:]]))
 
 SupplyMode = Literal["off", "cv", "cc", "unregulated", "tripped"]
 
@@ -196,6 +198,8 @@ class Segment:
             first, last = self.motion.angle(np.array([start, end])).tolist()
             turned = abs(last - first) * self.windings.pole_pairs
             pieces = int(min(max(4.0 * turned / math.pi, 1.0), 512.0)) + 1
+        elif start == self.start:
+            return _quadrature(start + (end - start) * _AT_REST, end)
         edges = start + (end - start) / pieces * np.arange(pieces + 1.0)
         edges[-1] = end
         if not math.isinf(self.start):
@@ -204,7 +208,14 @@ class Segment:
                 near = near[near > start]
             edges = np.concatenate([edges, near[1:] if len(near) else near])
             edges.sort()
-        half = 0.5 * (edges[1:] - edges[:-1])
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        times = (middle[:, np.newaxis] + half[:, np.newaxis] * _POINTS).ravel()
-        return times, (half[:, np.newaxis] * _WEIGHTS).ravel()
+        return _quadrature(edges, end)
+
+
+def _quadrature(edges: FloatArray, end: float) -> tuple[FloatArray, FloatArray]:
+    """Return times and weights (s) of a quadrature over the pieces between edges, the last of which is put at `end` (s)."""
+    edges[-1] = end
+    begin, stop = edges[:-1], edges[1:]
+    half = (0.5 * (stop - begin))[:, np.newaxis]
+    times = half * _POINTS
+    times += (0.5 * (stop + begin))[:, np.newaxis]
+    return times.ravel(), (half * _WEIGHTS).ravel()

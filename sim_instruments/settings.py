@@ -33,6 +33,8 @@ SOCKETS: tuple[Socket, ...] = (
     "drive_2",
     "drive_3",
 )
+#: Everything that is set at one moment.
+Snapshot = tuple[object, ...]
 
 
 @dataclass(frozen=True)
@@ -143,13 +145,19 @@ class Settings:
     faults: BenchFaults = field(default_factory=BenchFaults)
     exchanged: tuple[Terminal, Terminal] | None = None
 
-    def snapshot(self) -> list[object]:
+    def snapshot(self) -> Snapshot:
         """Return everything that is set now, to be compared with what is set later."""
-        parts = (self.supply, self.dynamometer, self.inverter, self.six_step, self.shaft, self.faults)
-        values: list[object] = [self.ambient_temperature, self.leads_shorted, *self.wiring.items()]
-        for part in parts:
-            values += vars(part).values()
-        return values
+        return (
+            self.ambient_temperature,
+            self.leads_shorted,
+            self.wiring.copy(),
+            vars(self.supply).copy(),
+            vars(self.dynamometer).copy(),
+            vars(self.inverter).copy(),
+            vars(self.six_step).copy(),
+            vars(self.shaft).copy(),
+            vars(self.faults).copy(),
+        )
 
     @property
     def rotor_held(self) -> bool:

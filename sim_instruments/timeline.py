@@ -4,7 +4,7 @@ import math
 import threading
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from itertools import pairwise
 
@@ -18,7 +18,7 @@ from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.planner import plan
 from sim_instruments.segment import FieldState, Segment, State
-from sim_instruments.settings import Settings
+from sim_instruments.settings import Settings, Snapshot
 from sim_instruments.six_step_stage import SixStepStage
 from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.thermal import temperature_after
@@ -27,6 +27,9 @@ from sim_instruments.thermal import temperature_after
 HISTORY = 600.0
 #: More segments than this without time moving on means that no law gets hold of the state.
 _PATIENCE = 1000
+
+#: The state and the settings as they were before a change.
+Before = tuple[State, Snapshot]
 
 
 class Timeline:
@@ -60,6 +63,7 @@ class Timeline:
         self._starts = [-math.inf]
         #: The present segment, None where its laws are yet to be found.
         self._present: Segment | None = first
+        self._observing = _Observing(self.lock, self._advance)
 
     @property
     def state(self) -> State:
@@ -75,28 +79,17 @@ class Timeline:
             self._present = plan(self.parts, self.settings, self._begin, self.now)
         return self._present
 
-    @contextmanager
-    def observing(self) -> Iterator[None]:
+    def observing(self) -> AbstractContextManager[None]:
         """Hold the lock, with the bench brought to the present."""
-        with self.lock:
-            self._advance()
-            yield
+        return self._observing
 
-    @contextmanager
-    def changing(self) -> Iterator[Settings]:
+    def changing(self) -> AbstractContextManager[Settings]:
         """Hold the lock, give the settings to change, and go on from the present with what they make of it.
 
         What is changed at one and the same time takes effect together, once somebody looks or time goes on. What is set as
         it was changes nothing.
         """
-        with self.lock:
-            if self._present is not None or self._clock.now() > self.now:
-                self._advance()
-            # The state that the old settings have led to: taken before they change.
-            state, before = self.state, self.settings.snapshot()
-            yield self.settings
-            if self._state is not state or self.settings.snapshot() != before:
-                self._cut(self.now, self.state)
+        return _Changing(self.lock, self.settings, self._before_change, self._after_change)
 
     def set_winding_temperature(self, temperature: float) -> None:
         """Put the winding at a temperature (°C); to be called while changing."""
@@ -125,7 +118,12 @@ class Timeline:
         """
         if not len(times):
             return np.zeros(0)
-        return self.hold(float(times.min()), float(times.max())).sample(quantity, times)
+        first, last = float(times.min()), float(times.max())
+        self._check_known(first, last)
+        number = max(self._number(first), 0)
+        if number == self._number(last):
+            return quantity(self._segment(number), np.minimum(times, self.now))
+        return self.hold(first, last).sample(quantity, times)
 
     def mean(
         self,
@@ -161,8 +159,14 @@ class Timeline:
 
     def turned(self, gate: float) -> float:
         """Return by how much (rad, signed) the shaft has turned in the last `gate` s."""
-        start, end = self.angles(np.array([self.now - gate, self.now]))
-        return float(end - start)
+        begin, end = self.now - gate, self.now
+        self._check_known(begin, end)
+        present, earlier = self.present.motion, self._segment(max(self._number(begin), 0)).motion
+        if earlier is present:
+            start, stop = present.angle(np.array([begin, end])).tolist()
+        else:
+            start, stop = float(earlier.angle(np.array([begin]))[0]), float(present.angle(np.array([end]))[0])
+        return float(stop - start)
 
     def travelled(self, gate: float, until: float | None = None) -> float:
         """Return how far (rad) the shaft has turned in the `gate` s before `until` (s; now), either way."""
@@ -202,8 +206,21 @@ class Timeline:
 
     # Going on
 
+    def _before_change(self) -> Before:
+        if self._present is not None or self._clock.now() > self.now:
+            self._advance()
+        # The state that the old settings have led to: taken before they change.
+        return self.state, self.settings.snapshot()
+
+    def _after_change(self, before: Before) -> None:
+        state, settings = before
+        if self._state is not state or self.settings.snapshot() != settings:
+            self._cut(self.now, self.state)
+
     def _advance(self) -> None:
-        now = self._clock.now()
+        now, present = self._clock.now(), self._present
+        if present is not None and now == self.now < present.end:
+            return
         patience = _PATIENCE
         while self.present.end <= now:
             end = self.present.end
@@ -218,7 +235,8 @@ class Timeline:
             old = 0
             while old < len(self._past) and self._past[old].end < now - HISTORY:
                 old += 1
-            del self._past[:old], self._starts[:old]
+            if old:
+                del self._past[:old], self._starts[:old]
 
     def _cut(self, time: float, state: State) -> None:
         """End the present segment; the next one begins."""
@@ -275,3 +293,50 @@ class Timeline:
             breaking_away=outcome == "breakaway",
             field=field,
         )
+
+
+class _Observing(AbstractContextManager[None]):
+    """Holds a timeline's lock with the bench brought to the present; to be entered as often as one likes."""
+
+    def __init__(self, lock: threading.RLock, advance: Callable[[], None]) -> None:
+        self._lock = lock
+        self._advance = advance
+
+    def __enter__(self) -> None:
+        self._lock.acquire()
+        try:
+            self._advance()
+        except BaseException:
+            self._lock.release()
+            raise
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+
+class _Changing(AbstractContextManager[Settings]):
+    """Holds a timeline's lock for one change of the settings; an error in the block leaves the laws as they are."""
+
+    def __init__(
+        self, lock: threading.RLock, settings: Settings, begin: Callable[[], Before], end: Callable[[Before], None]
+    ) -> None:
+        self._lock = lock
+        self._settings = settings
+        self._begin = begin
+        self._end = end
+
+    def __enter__(self) -> Settings:
+        self._lock.acquire()
+        try:
+            self._before = self._begin()
+        except BaseException:
+            self._lock.release()
+            raise
+        return self._settings
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is None:
+                self._end(self._before)
+        finally:
+            self._lock.release()
