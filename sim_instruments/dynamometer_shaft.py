@@ -75,7 +75,8 @@ class DynamometerShaft:
     @property
     def enabled(self) -> bool:
         """Whether the drive is on."""
-        with self._timeline.observing():
+        with self._timeline.lock:
+            # Nothing that happens by itself switches it.
             return self._timeline.settings.dynamometer.enabled
 
     @property

@@ -52,8 +52,13 @@ class InverterOutput:
     @property
     def enabled(self) -> bool:
         """Whether the bridge is on."""
+        inverter = self._timeline.settings.inverter
+        with self._timeline.lock:
+            # Nothing but `enable` puts it on.
+            if not inverter.enabled:
+                return False
         with self._timeline.observing():
-            return self._timeline.settings.inverter.enabled
+            return inverter.enabled
 
     @property
     def fault(self) -> str | None:

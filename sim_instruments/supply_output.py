@@ -60,14 +60,24 @@ class SupplyOutput:
     @property
     def tripped(self) -> Literal["voltage", "current"] | None:
         """Which protection has switched the output off, or None."""
+        supply = self._timeline.settings.supply
+        with self._timeline.lock:
+            # Only an output that is on trips.
+            if not supply.on:
+                return supply.tripped
         with self._timeline.observing():
-            return self._timeline.settings.supply.tripped
+            return supply.tripped
 
     @property
     def is_on(self) -> bool:
         """Whether the output is on."""
+        supply = self._timeline.settings.supply
+        with self._timeline.lock:
+            # Nothing but `switch` puts it on.
+            if not supply.on:
+                return False
         with self._timeline.observing():
-            return self._timeline.settings.supply.on
+            return supply.on
 
     def voltage(self, aperture: float = 0.0) -> float:
         """Return the mean voltage (V) at the output's terminals over the last `aperture` s; 0 is the present value."""
