@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
+#: When (s) time is to stop on its way, the order in which that was asked for, and what then runs.
+Alarm = tuple[float, int, Callable[[], None]]
+
 
 class BenchClock(Protocol):
     """The time of a bench, whoever moves it on."""
@@ -37,13 +40,14 @@ class VirtualClock:
             raise ValueError(f"a virtual clock needs at least one participant, not {participants}")
         self._time = 0.0
         self._participants = participants
-        self._condition = threading.Condition()
+        self._lock = threading.RLock()
+        self._condition = threading.Condition(self._lock)
         self._order = itertools.count()
         self._sleepers: list[tuple[float, int]] = []
         self._advancing = False
         self._advancer: int | None = None
         self._callbacks: list[Callable[[float], None]] = []
-        self._alarms: list[tuple[float, int, Callable[[], None]]] = []
+        self._alarms: list[Alarm] = []
 
     @property
     def participants(self) -> int:
@@ -56,12 +60,12 @@ class VirtualClock:
 
     def join(self) -> None:
         """Add a participant: from now on, time also waits for it."""
-        with self._condition:
+        with self._lock:
             self._participants += 1
 
     def leave(self) -> None:
         """Remove a participant, which may let time move for the others. Raises RuntimeError where none is left."""
-        with self._condition:
+        with self._lock:
             if self._participants == 0:
                 raise RuntimeError("leave() without a matching join(): the virtual clock has no participants left")
             self._participants -= 1
@@ -81,11 +85,11 @@ class VirtualClock:
 
         It runs on the thread whose sleeping made time jump; it must not sleep on this clock.
         """
-        with self._condition:
+        with self._lock:
             self._callbacks.append(callback)
 
         def remove() -> None:
-            with self._condition:
+            with self._lock:
                 if callback in self._callbacks:
                     self._callbacks.remove(callback)
 
@@ -96,12 +100,12 @@ class VirtualClock:
 
         It runs like those of `on_advance`, after them. A time that has passed is the next one that comes.
         """
-        with self._condition:
+        with self._lock:
             alarm = (time, next(self._order), callback)
             heapq.heappush(self._alarms, alarm)
 
         def cancel() -> None:
-            with self._condition:
+            with self._lock:
                 if alarm in self._alarms:
                     self._alarms.remove(alarm)
                     heapq.heapify(self._alarms)
@@ -116,19 +120,35 @@ class VirtualClock:
             return
         if self._advancer == threading.get_ident():
             raise RuntimeError("a callback of on_advance() must not sleep: the clock waits for it")
-        with self._condition:
+        with self._lock:
             ticket = (self._time + seconds, next(self._order))
-            heapq.heappush(self._sleepers, ticket)
+            alone = self._is_alone_until(ticket[0])
+            if alone:
+                self._begin_jump(ticket[0])
+            else:
+                heapq.heappush(self._sleepers, ticket)
+        if alone:
+            self._finish_jump(None)
+            return
         try:
             self._advance()
-            with self._condition:
+            with self._lock:
                 while ticket in self._sleepers or self._advancing:
                     self._condition.wait()
         finally:
-            with self._condition:
+            with self._lock:
                 if ticket in self._sleepers:
                     self._sleepers.remove(ticket)
                     heapq.heapify(self._sleepers)
+
+    def _is_alone_until(self, time: float) -> bool:
+        """Return whether nobody else is waited for, sleeps, or has an alarm due by a time (s)."""
+        return (
+            self._participants <= 1
+            and not self._sleepers
+            and not self._advancing
+            and not (self._alarms and self._alarms[0][0] <= time)
+        )
 
     def _advance(self) -> None:
         """Jump to the earliest wake-up where everybody sleeps, by way of the alarms before it."""
@@ -137,28 +157,35 @@ class VirtualClock:
 
     def _jump(self) -> bool:
         """Jump once; return whether an alarm was why, so that time has still to go on."""
-        with self._condition:
+        with self._lock:
             if self._advancing or not self._sleepers or len(self._sleepers) < self._participants:
                 return False
             alarm = None
             if self._alarms and self._alarms[0][0] <= self._sleepers[0][0]:
                 alarm = heapq.heappop(self._alarms)
-            self._time = max(self._time, alarm[0] if alarm else self._sleepers[0][0])
-            self._advancing = True
-            self._advancer = threading.get_ident()
-            time, callbacks = self._time, list(self._callbacks)
+            self._begin_jump(alarm[0] if alarm else self._sleepers[0][0])
+        self._finish_jump(alarm)
+        return alarm is not None
+
+    def _begin_jump(self, time: float) -> None:
+        """Have the time (s) be this one; the clock's lock is held."""
+        self._time = max(self._time, time)
+        self._advancing = True
+        self._advancer = threading.get_ident()
+
+    def _finish_jump(self, alarm: Alarm | None) -> None:
+        """Tell everybody of a jump, and let go on who has slept until then, unless an alarm has stopped time before."""
         # Callbacks run without the clock's own lock: they may take other locks whose holders ask for the time.
         try:
-            for callback in callbacks:
-                callback(time)
+            for callback in tuple(self._callbacks):
+                callback(self._time)
             if alarm is not None:
                 alarm[2]()
         finally:
-            with self._condition:
+            with self._lock:
                 # Those due leave the queue here, not when their thread gets to run: they no longer count as asleep.
                 while alarm is None and self._sleepers and self._sleepers[0][0] <= self._time:
                     heapq.heappop(self._sleepers)
                 self._advancing = False
                 self._advancer = None
                 self._condition.notify_all()
-        return alarm is not None
