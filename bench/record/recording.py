@@ -27,6 +27,9 @@ _COMMANDS = frozenset(
     }
 )
 
+#: Types that a journal's line holds as they are.
+_PLAIN = frozenset({float, int, str, bool, dict, list, type(None)})
+
 
 class WaveformSink(Protocol):
     """Where samples go; the journal only holds the reference and the file's hash."""
@@ -57,8 +60,10 @@ class Recording:
         return recorded
 
     def _recorded(self, method: str) -> Callable[..., Any]:
+        commands = (self._name, method) in _COMMANDS
+
         def recorded(*arguments: Any, **named: Any) -> Any:
-            if (self._name, method) in _COMMANDS:
+            if commands:
                 said = _said(arguments, named)
                 self._recorder.event("commanding", instrument=self._name, call=method, **said)
             try:
@@ -167,12 +172,16 @@ def _said(arguments: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any
 
 def _flat(value: Any) -> Any:
     """Return a reading in JSON's types by the short way; the journal takes the long way for whatever is left."""
-    if isinstance(value, float | int | str | dict | list) and not isinstance(value, Enum):
+    kind = type(value)
+    if kind in _PLAIN:
         return value
     if isinstance(value, Enum):
         return value.value
-    names = _field_names(type(value))  # type: ignore[arg-type]  # a class can be hashed
-    return {name: _flat(getattr(value, name)) for name in names} if names is not None else value
+    names = _field_names(kind)  # type: ignore[arg-type]  # a class can be hashed
+    if names is None:
+        return value
+    items = ((name, getattr(value, name)) for name in names)
+    return {name: item if type(item) in _PLAIN else _flat(item) for name, item in items}
 
 
 @cache
