@@ -43,12 +43,15 @@ class Dyn200:
         self._errors = errors or DynamometerErrors()
         self._noise = _TORQUE_NOISE * rated_torque
         self._zero = 0.0
-        self._settings = {
-            _TORQUE_FILTER: 2,
-            _TORQUE_DECIMALS: torque_decimals,
-            _SPEED_FILTER: 2,
-            _SPEED_DECIMALS: speed_decimals,
-        }
+        self._settings: dict[int, int] = {}
+        self._registers = [0] * (self.ranges[0][0] + self.ranges[0][1])
+        for number, value in (
+            (_TORQUE_FILTER, 2),
+            (_TORQUE_DECIMALS, torque_decimals),
+            (_SPEED_FILTER, 2),
+            (_SPEED_DECIMALS, speed_decimals),
+        ):
+            self._set(number, value)
 
     def read(self, address: int, count: int) -> list[int]:
         """Return registers, torque, speed and power of one instant. Raises RegisterError 2."""
@@ -56,9 +59,7 @@ class Dyn200:
             raise RegisterError(
                 ILLEGAL_ADDRESS, f"DYN-200 has no registers {address:#04x} … {address + count - 1:#04x}"
             )
-        block = [0] * (self.ranges[0][0] + self.ranges[0][1])
-        for number, value in self._settings.items():
-            block[number : number + 2] = double_word(value)
+        block = self._registers.copy()
         torque, speed = self._sense()
         speed_rpm = speed * 60.0 / (2.0 * math.pi)
         block[_TORQUE : _TORQUE + 2] = double_word(round(torque * 10.0 ** self._settings[_TORQUE_DECIMALS]))
@@ -77,9 +78,13 @@ class Dyn200:
             level = values[0] << 16 | values[1]
             if not 0 <= level <= 99:
                 raise RegisterError(ILLEGAL_VALUE, f"DYN-200 filter {level} is outside 0 … 99")
-            self._settings[address] = level
+            self._set(address, level)
         else:
             raise RegisterError(ILLEGAL_ADDRESS, f"DYN-200 register {address:#04x} cannot be written")
+
+    def _set(self, number: int, value: int) -> None:
+        self._settings[number] = value
+        self._registers[number : number + 2] = double_word(value)
 
     def _sense(self) -> tuple[float, float]:
         """Return torque (N·m) and speed (rad/s), each over its filter."""

@@ -14,6 +14,8 @@ _TIMES = {
     "MED": (380.0, 180.0, 110.0, 92.0, 89.0, 88.0, 88.0),
     "SHOR": (330.0, 100.0, 20.0, 7.7, 5.7, 5.6, 5.6),
 }
+_LOG_FREQUENCIES = np.log(_FREQUENCIES)
+_LOG_TIMES = {aperture: np.log(times) for aperture, times in _TIMES.items()}
 # Noise of one reading, as the share of the data sheet's error that repeats differently each time.
 _NOISE_SHARE = {"LONG": 0.01, "MED": 0.02, "SHOR": 0.05}
 _BASIC_NOISE = {"LONG": 5.0e-6, "MED": 1.0e-5, "SHOR": 5.0e-5}
@@ -22,8 +24,7 @@ _INTEGRATED_SHARE = 0.8
 
 def measurement_time(aperture: Aperture, frequency: float) -> float:
     """Return the time (s) of one measurement at a frequency (Hz)."""
-    times = np.log(_TIMES[aperture])
-    return float(np.exp(np.interp(math.log(frequency), np.log(_FREQUENCIES), times))) / 1000.0
+    return float(np.exp(np.interp(math.log(frequency), _LOG_FREQUENCIES, _LOG_TIMES[aperture]))) / 1000.0
 
 
 def integration_time(aperture: Aperture, frequency: float) -> float:

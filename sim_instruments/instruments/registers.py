@@ -44,10 +44,12 @@ class BitDevice(Protocol):
 
 
 def exists(ranges: tuple[tuple[int, int], ...], address: int, count: int) -> bool:
-    """Return whether all the registers exist."""
-    return all(
-        any(start <= wanted < start + length for start, length in ranges) for wanted in range(address, address + count)
-    )
+    """Return whether all the registers exist; the ranges are in ascending order."""
+    end = address + count
+    for start, length in ranges:
+        if start <= address < start + length:
+            address = start + length
+    return address >= end
 
 
 def double_word(value: int) -> list[int]:
