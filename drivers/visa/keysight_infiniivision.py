@@ -1,5 +1,6 @@
 """Keysight InfiniiVision 3000 and 4000 X-Series oscilloscopes (Programmer's Guide 3000T X-Series)."""
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -58,6 +59,8 @@ class KeysightInfiniiVision:
         self._ranges: dict[int, ChannelSettings] = {}
         self._record_time, self._points, self._pre_trigger = 1e-3, 1000, 0.0
         self._trigger = Trigger(None)
+        #: When (s) the record that was armed last can be complete: triggered as soon as it may be.
+        self._earliest = -math.inf
         session.check_errors()
 
     @property
@@ -150,7 +153,9 @@ class KeysightInfiniiVision:
         # An event before this part of the record is filled does not trigger.
         if self._pre_trigger > 0:
             self._clock.sleep(self._pre_trigger * self._record_time)
-        deadline = self._clock.now() + ARMING_TIME
+        armed = self._clock.now()
+        self._earliest = armed + (1.0 - self._pre_trigger) * self._record_time
+        deadline = armed + ARMING_TIME
         while True:
             state = self._state()
             if state & ARMED or not state & RUNNING:
@@ -167,7 +172,10 @@ class KeysightInfiniiVision:
         """
         for channel in channels:
             self._probe(channel)
-        deadline = self._clock.now() + timeout
+        started = self._clock.now()
+        deadline = started + timeout
+        if started < self._earliest:
+            self._clock.sleep(min(self._earliest - started, timeout))
         while self._state() & RUNNING:
             if self._clock.now() >= deadline:
                 self._session.write(":STOP")

@@ -75,7 +75,7 @@ class InfiniiVisionOptions:
     """Settings of a Keysight InfiniiVision: the probe on each channel used, and calibrations.
 
     `calibration` replaces, for a channel, the accuracy of oscilloscope and probe together.
-    `poll_interval` (s) is the longest time between two looks at the acquisition's state.
+    `poll_interval` (s) is the longest time between two looks at the acquisition's state once the record can be complete.
     """
 
     probes: Mapping[int, Probe] = field(default_factory=dict)
