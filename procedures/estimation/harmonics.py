@@ -8,6 +8,9 @@ from numpy.polynomial import chebyshev
 
 from procedures.estimation.fit import EstimationError, FloatArray
 
+#: A step of the course below this share of its standard uncertainty is the last one.
+_LAST_STEP = 3e-5
+
 
 @dataclass(frozen=True)
 class HarmonicModel:
@@ -44,34 +47,60 @@ class HarmonicModel:
 
 
 @dataclass(frozen=True)
+class _Shapes:
+    """The shapes that a course is made of: Chebyshev polynomials of degree 1 … d over the record, and their slopes (1/s), (d, n)."""
+
+    values: FloatArray
+    slopes: FloatArray
+
+    @classmethod
+    def over(cls, x: FloatArray, half: float, degree: int) -> "_Shapes":
+        values = chebyshev.chebvander(x, degree).T
+        # T'ₖ = k·Uₖ₋₁, and Uₖ = x·Uₖ₋₁ + Tₖ.
+        slopes, second = np.empty((degree, x.size)), np.ones_like(x)
+        for k in range(1, degree + 1):
+            slopes[k - 1] = k / half * second
+            second = x * second + values[k]
+        return cls(np.ascontiguousarray(values[1:]), slopes)
+
+
+@dataclass(frozen=True)
 class _Wave:
-    """The waveform's building blocks along one course: φ' (n,), sine and cosine of k·φ (n, H)."""
+    """The waveform's building blocks along one course: φ' (n,), and the `design` (1 + 2H, n), whose rows belong to the offset,
+    the real and the imaginary flux linkages.
+    """
 
     rate: FloatArray
-    sine: FloatArray
-    cosine: FloatArray
+    design: FloatArray
     orders: FloatArray
 
     @classmethod
-    def along(cls, x: FloatArray, half: float, course: FloatArray, orders: FloatArray) -> "_Wave":
-        phase = chebyshev.chebval(x, course)
-        rate = chebyshev.chebval(x, chebyshev.chebder(course)) / half + 0 * x
-        turning = np.exp(1j * phase)
-        powers = np.column_stack([turning ** int(k) for k in orders])
-        return cls(np.asarray(rate, dtype=np.float64), powers.imag, powers.real, orders)
+    def along(cls, shapes: _Shapes, course: FloatArray, orders: FloatArray) -> "_Wave":
+        phase, rate = course[1:] @ shapes.values, course[1:] @ shapes.slopes
+        turning = np.empty(phase.size, dtype=np.complex128)
+        turning.real, turning.imag = np.cos(phase), np.sin(phase)
+        count = orders.size
+        design = np.empty((1 + 2 * count, phase.size))
+        design[0] = 1.0
+        power, reached = np.ones_like(turning), 0
+        for row, order in enumerate(orders.astype(int), 1):
+            power = power * turning ** (int(order) - reached)
+            reached = int(order)
+            weight = -order * rate
+            np.multiply(weight, power.imag, out=design[row])
+            np.multiply(weight, power.real, out=design[row + count])
+        return cls(rate, design, orders)
 
-    def design(self) -> FloatArray:
-        """Return the columns for the offset, the real and the imaginary flux linkages."""
-        weight = self.rate[:, None] * self.orders
-        return np.column_stack((np.ones_like(self.rate), -weight * self.sine, -weight * self.cosine))
-
-    def by_course(self, values: FloatArray, basis: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Return the derivatives of one channel's voltage by the course's coefficients; `values` are its offset and fluxes."""
+    def by_course(self, values: FloatArray, fitted: FloatArray, shapes: _Shapes) -> FloatArray:
+        """Return the derivatives (C, d, n) of the voltages by the course's coefficients; `values` are offsets and fluxes."""
         count = self.orders.size
-        real, imaginary = values[1 : 1 + count], values[1 + count :]
-        by_phase = self.rate * (self.sine @ (self.orders**2 * imaginary) - self.cosine @ (self.orders**2 * real))
-        by_rate = -self.sine @ (self.orders * real) - self.cosine @ (self.orders * imaginary)
-        return np.asarray(by_phase[:, None] * basis + by_rate[:, None] * slopes, dtype=np.float64)
+        real, imaginary = values[:, 1 : 1 + count], values[:, 1 + count :]
+        # By its angle a wave turns into the one a quarter of a period ahead; by its speed it grows.
+        by_phase = np.hstack((-self.orders * imaginary, self.orders * real)) @ self.design[1:]
+        by_rate = (fitted - values[:, :1]) / self.rate
+        result: FloatArray = by_phase[:, None] * shapes.values
+        result += by_rate[:, None] * shapes.slopes
+        return result
 
 
 def thin(time: FloatArray, channels: FloatArray, highest_frequency: float) -> tuple[FloatArray, FloatArray, int]:
@@ -96,9 +125,9 @@ def at_full_rate(
     turn = numbers * float(model.course[1]) / model.half * step / 2
     left = np.sin(block * turn) / (block * np.sin(turn))
     flux = model.flux / left
-    x = model.place(time)
     values = np.column_stack((model.offsets, flux.real, flux.imag))
-    residuals = channels - values @ _Wave.along(x, model.half, model.course, numbers).design().T
+    shapes = _Shapes.over(model.place(time), model.half, model.course.size - 1)
+    residuals = channels - values @ _Wave.along(shapes, model.course, numbers).design
     both = np.concatenate((left, left))
     return replace(model, flux=flux, flux_covariance=model.flux_covariance / np.outer(both, both), residuals=residuals)
 
@@ -117,54 +146,45 @@ def fit_harmonics(
     Channels are weighted by their own residuals. Raises EstimationError where the refinement does not converge.
     """
     middle, half = float(time[0] + time[-1]) / 2, float(time[-1] - time[0]) / 2
-    x = (time - middle) / half
     numbers = np.asarray(orders, dtype=np.float64)
     degree, n = course.size - 1, time.size
+    shapes = _Shapes.over((time - middle) / half, half, degree)
     course = course.astype(np.float64).copy()
     course[0] = 0.0
-    weights = 1.0 / np.maximum(np.var(channels, axis=1), 1e-300)
-    basis = np.asarray(chebyshev.chebvander(x, degree)[:, 1:], dtype=np.float64)
-    units = np.eye(degree + 1)[1:]
-    columns = [chebyshev.chebval(x, chebyshev.chebder(unit)) / half + 0 * x for unit in units]
-    slopes = np.asarray(np.column_stack(columns), dtype=np.float64)
-    previous, settled = np.inf, False
+    least = 1e-24 * np.var(channels, axis=1) + 1e-300
     for _ in range(iterations):
-        wave = _Wave.along(x, half, course, numbers)
-        design = wave.design()
+        wave = _Wave.along(shapes, course, numbers)
+        design = wave.design
         # Harmonics over a period or more hardly overlap: the normal equations lose nothing, and take a fifth of the time.
-        linear = _inverse(design.T @ design)
-        values = channels @ design @ linear
-        residuals = channels - values @ design.T
-        normal, gradient = np.zeros((degree, degree)), np.zeros(degree)
-        for k in range(channels.shape[0]):
-            slope = wave.by_course(values[k], basis, slopes)
-            slope = slope - design @ (linear @ (design.T @ slope))
-            normal += weights[k] * slope.T @ slope
-            gradient += weights[k] * slope.T @ residuals[k]
-        # A step of phase beyond a fifth of a turn would leave the region where the derivatives hold.
-        change = np.linalg.lstsq(normal, gradient, rcond=1e-14)[0]
+        linear = _inverse(design @ design.T)
+        values = channels @ design.T @ linear
+        fitted = values @ design
+        residuals = channels - fitted
+        weights = 1.0 / np.maximum(np.mean(residuals**2, axis=1), least)
+        # What the amplitudes take up of a change of course does not count.
+        slopes = wave.by_course(values, fitted, shapes)
+        crossing = slopes @ design.T @ linear
+        slopes -= crossing @ design
+        squares = slopes @ slopes.transpose(0, 2, 1)
+        gradient = weights @ (slopes @ residuals[:, :, None])[:, :, 0]
+        change = np.linalg.lstsq(np.tensordot(weights, squares, 1), gradient, rcond=1e-14)[0]
         longest = float(np.sum(np.abs(change)))
-        if settled or longest < 1e-10:
+        # A step of phase beyond a fifth of a turn would leave the region where the derivatives hold.
+        change *= min(1.0, 1.2 / max(longest, 1e-300))
+        course[1:] += change
+        # The step's square in units of its variance: the last one is so small that the derivatives tell what it does.
+        if gradient @ change < _LAST_STEP**2 or longest < 1e-10:
+            values -= change @ crossing
+            residuals -= change @ slopes
             break
-        course[1:] += change * min(1.0, 1.2 / max(longest, 1e-300))
-        weights = 1.0 / np.maximum(np.mean(residuals**2, axis=1), 1e-24 * np.var(channels, axis=1) + 1e-300)
-        total = float(np.sum(np.log(np.mean(residuals**2, axis=1) + 1e-24 * np.var(channels, axis=1) + 1e-300)))
-        settled = abs(previous - total) < 1e-10 and longest < 1e-5
-        previous = total
     else:
         raise EstimationError("the fit of the waveform does not converge; check that it is a back-EMF at steady speed")
-    freedom = n - design.shape[1] - degree / channels.shape[0]
+    freedom = n - design.shape[0] - degree / channels.shape[0]
     noise = np.sqrt(np.sum(residuals**2, axis=1) / freedom)
-    variance = np.maximum(noise**2, 1e-24 * np.var(channels, axis=1))
-    spread = np.zeros((degree, degree))
-    crossing = []
-    for k in range(channels.shape[0]):
-        slope = wave.by_course(values[k], basis, slopes)
-        crossing.append(linear @ (design.T @ slope))
-        left = slope - design @ crossing[-1]
-        spread += left.T @ left / variance[k]
+    variance = np.maximum(noise**2, least)
+    spread = np.tensordot(1.0 / variance, squares, 1)
     course_covariance = np.asarray(np.linalg.pinv(spread, rcond=1e-14, hermitian=True), dtype=np.float64)
-    covariances = [v * linear + c @ course_covariance @ c.T for v, c in zip(variance, crossing, strict=True)]
+    covariances = [v * linear + c.T @ course_covariance @ c for v, c in zip(variance, crossing, strict=True)]
     count = numbers.size
     return HarmonicModel(
         middle=middle,

@@ -9,6 +9,10 @@ from procedures.estimation.noise import white_noise
 
 #: Points that suffice for a start value where the record holds a few periods.
 _ENOUGH = 1000
+#: A transform's points over the record's, so that its maximum is not missed between two of them.
+_PADDED = 2
+#: With fewer periods leakage moves a spectrum's peak; steps a period in which the best frequency is then looked for.
+_FEW, _FINE = 4.0, 40
 
 
 def crossings(time: FloatArray, values: FloatArray, level: float) -> FloatArray:
@@ -64,32 +68,47 @@ def start_frequency(time: FloatArray, channels: FloatArray) -> float:
     size = np.sqrt(np.mean(centred**2, axis=1))
     if np.all(size == 0):
         raise EstimationError("the waveform is constant; check the probes and that the shaft turns")
-    centred = centred / np.where(size > 0, size, 1.0)[:, None]
-    power = np.sum(np.abs(np.fft.rfft(centred * np.hanning(n), 8 * n)) ** 2, axis=0)
-    frequencies = np.fft.rfftfreq(8 * n, span / n)
-    highest = int(np.argmax(power[4:])) + 4
-    rough = float(frequencies[highest])
-    if rough * span < 4.0:
-        # Few periods: leakage moves the peak, so the waveform itself is compared.
-        grid = np.linspace(0.3, 5.0, 189) / span
-        left = []
-        block = max(1, n // _ENOUGH)
-        whole = n // block * block
-        since = time[:whole].reshape(-1, block).mean(axis=1) - time[0]
-        few = centred[:, :whole].reshape(centred.shape[0], -1, block).mean(axis=2)
-        for f in grid:
-            angle = 2 * np.pi * f * since
-            design = np.column_stack((np.ones(since.size), np.cos(angle), np.sin(angle)))
-            q, _ = np.linalg.qr(design)
-            left.append(float(np.sum(few**2) - np.sum((few @ q) ** 2)))
-        rough = float(grid[int(np.argmin(left))])
+    centred /= np.where(size > 0, size, 1.0)[:, None]
+    spectrum = np.fft.rfft(centred * np.hanning(n), _PADDED * n)
+    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
+    first = _PADDED // 2
+    highest = int(np.argmax(power[first:-1])) + first
+    # A parabola through the logarithms of the highest value and its neighbours.
+    before, at, after = np.log(power[highest - 1 : highest + 2] + 1e-300)
+    aside = float(0.5 * (before - after) / min(before - 2.0 * at + after, -1e-9))
+    power[highest] = np.exp(at - 0.25 * (before - after) * aside)
+    rough = (highest + aside) / (_PADDED * span)
+    if rough * span < _FEW:
+        # Leakage moves the peak, so the waveform itself is compared.
+        rough = _nearest_sine(centred) / span
     if rough * span < 1.0:
         raise EstimationError(
             f"the record holds no whole period (about {rough * span:.2f} of one); turn faster or record longer"
         )
-    band = (frequencies > 0.5 * rough) & (frequencies < 1.5 * rough)
-    if float(np.max(power[band])) < 16 * float(np.mean(power)) * 1.0 and float(np.max(power)) < 30 * float(
-        np.median(power)
-    ):
+    band = power[int(0.5 * rough * span * _PADDED) + 1 : int(1.5 * rough * span * _PADDED) + 1]
+    if np.max(band) < 16 * np.mean(power) and np.max(power) < 30 * np.median(power):
         raise EstimationError("nothing periodic stands out of the noise; turn faster or use a finer range")
     return rough
+
+
+def _nearest_sine(centred: FloatArray) -> float:
+    """Return how many periods, up to a few, of a sine and an offset leave least of all channels (C, n)."""
+    block = max(1, centred.shape[1] // _ENOUGH)
+    count = centred.shape[1] // block
+    few = centred[:, : count * block].reshape(len(centred), count, block).mean(axis=2)
+    share = centred.shape[1] / (count * block)
+    # Padded so far that a transform holds the sums with cosine and sine at every step of the search; twice as far the sums of
+    # their squares and products, by the angles' sums.
+    steps = np.arange(round(0.3 * _FINE), round(1.25 * _FEW * _FINE) + 1)
+    sums = np.fft.rfft(few, _FINE * count)[:, steps]
+    ones = np.fft.fft(np.ones(count), _FINE * count)
+    once, twice = ones[steps], ones[2 * steps]
+    normal = np.empty((steps.size, 3, 3))
+    normal[:, 0, 0] = count
+    normal[:, 0, 1] = normal[:, 1, 0] = once.real
+    normal[:, 0, 2] = normal[:, 2, 0] = -once.imag
+    normal[:, 1, 1], normal[:, 2, 2] = 0.5 * (count + twice.real), 0.5 * (count - twice.real)
+    normal[:, 1, 2] = normal[:, 2, 1] = -0.5 * twice.imag
+    with_waves = np.stack((np.broadcast_to(few.sum(axis=1), sums.T.shape), sums.real.T, -sums.imag.T), axis=1)
+    taken = np.sum(with_waves * np.linalg.solve(normal, with_waves), axis=(1, 2))
+    return float(steps[np.argmax(taken)]) / _FINE * share
