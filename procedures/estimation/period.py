@@ -111,4 +111,4 @@ def _nearest_sine(centred: FloatArray) -> float:
     normal[:, 1, 2] = normal[:, 2, 1] = -0.5 * twice.imag
     with_waves = np.stack((np.broadcast_to(few.sum(axis=1), sums.T.shape), sums.real.T, -sums.imag.T), axis=1)
     taken = np.sum(with_waves * np.linalg.solve(normal, with_waves), axis=(1, 2))
-    return float(steps[np.argmax(taken)]) / _FINE * share
+    return float(steps[np.argmax(taken)] * share / _FINE)
