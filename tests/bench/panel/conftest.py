@@ -7,11 +7,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Callable, Iterator
 from pathlib import Path
-
-import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = [
@@ -54,46 +50,3 @@ class Server:
         self._process.terminate()
         _, said = self._process.communicate(timeout=20)
         return said.decode()
-
-
-@pytest.fixture
-def serve(tmp_path: Path) -> Iterator[Callable[..., Server]]:
-    started: list[Server] = []
-
-    def make(*options: str) -> Server:
-        server = Server(tmp_path / "runs", *options)
-        server.start()
-        started.append(server)
-        return server
-
-    yield make
-    said = [server.stop() for server in started]
-    assert not [words for words in said if "Traceback" in words]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """Keep a browser for one module only: its driver's event loop runs in this thread as long as it is there."""
-    if CHROMIUM is None:
-        pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
-    expect.set_options(timeout=20_000)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def new_page(browser: Browser) -> Iterator[Callable[[], Page]]:
-    """Each page is a browser of its own: no cookie is shared."""
-    contexts = []
-
-    def make() -> Page:
-        context = browser.new_context(viewport={"width": 1400, "height": 900})
-        context.set_default_timeout(20_000)
-        contexts.append(context)
-        return context.new_page()
-
-    yield make
-    for context in contexts:
-        context.close()

@@ -8,6 +8,7 @@ from playwright.sync_api import Page, expect
 
 from bench.cli import main
 from bench.panel.access import add_person
+from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.conftest import Server
 
 Serve = Callable[..., Server]
@@ -69,21 +70,21 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     assert "stator_resistance" in Path(download.value.path()).read_text()
 
 
-def test_a_choice_is_rehearsed_before_it_is_run(serve: Serve, new_page: NewPage) -> None:
-    server, page = serve("--virtual"), new_page()
-    page.goto(server.url)
+def test_a_choice_is_rehearsed_before_it_is_run(panel: Panel, new_page: NewPage) -> None:
+    page, before = new_page(), set(panel.runs.glob("*/journal.jsonl"))
+    page.goto(panel.url)
     page.get_by_label("Motor type").click()
     page.get_by_text("lg-400w (virtual)").click()
     page.get_by_role("button", name="None").click()
     page.get_by_role("checkbox", name=re.compile("^Stator resistance ·")).click()
     page.get_by_role("button", name="Rehearse").click()
     expect(page.get_by_text(re.compile(r"about \d+\.\d min, \d+ s of it by hand"))).to_be_visible()
-    assert not list(server.runs.glob("*/journal.jsonl"))
+    assert set(panel.runs.glob("*/journal.jsonl")) == before
 
 
-def test_a_motor_is_entered_by_its_nameplate(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    server, page = serve("--virtual", "--motors", str(tmp_path / "motors")), new_page()
-    page.goto(f"{server.url}/motor")
+def test_a_motor_is_entered_by_its_nameplate(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    page.goto(f"{panel.url}/motor")
     page.get_by_label("Name *").fill("Pump drive 3")
     page.get_by_label("Connection of the windings").click()
     page.get_by_role("option", name="delta").click()
@@ -94,7 +95,7 @@ def test_a_motor_is_entered_by_its_nameplate(serve: Serve, new_page: NewPage, tm
     page.get_by_label("Colour of wire A").fill("red")
     page.get_by_role("button", name="Save").click()
     page.wait_for_url("**/?motor=pump-drive-3")
-    plate = tomllib.loads((tmp_path / "motors" / "pump-drive-3.toml").read_text())["nameplate"]
+    plate = tomllib.loads((panel.motors / "pump-drive-3.toml").read_text())["nameplate"]
     assert plate == {"name": "Pump drive 3", "connection": "delta", "rated_current": 2.5, "wire_colours": {"A": "red"}}
 
 

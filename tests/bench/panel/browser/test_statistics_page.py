@@ -14,6 +14,7 @@ from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
+from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.conftest import Server
 
 Serve = Callable[..., Server]
@@ -48,17 +49,16 @@ def record(number: int, batch: str, serial: str, model: str, values: dict[str, f
     )
 
 
-def keep(folder: Path, *batches: tuple[str, str, Iterable[tuple[str, dict[str, float]]]]) -> str:
+def keep(path: Path, *batches: tuple[str, str, Iterable[tuple[str, dict[str, float]]]]) -> str:
     """Keep batches' motors, each a serial number and its figures; return the file."""
-    path = str(folder / "records.sqlite")
-    engine = open_database(path)
+    engine = open_database(str(path))
     records, number = Records(engine), 0
     for batch, model, motors in batches:
         for serial, values in motors:
             number += 1
             records.save(record(number, batch, serial or f"P-{number:03d}", model, values))
     engine.dispose()
-    return path
+    return str(path)
 
 
 def motors(count: int, seed: int) -> list[tuple[str, dict[str, float]]]:
@@ -110,13 +110,11 @@ def shows_yields(page: Page, found: dict[str, Any]) -> None:
         expect(shown).to_contain_text(f"{100.0 * low:.2f} … {100.0 * high:.2f} %")
 
 
-def test_it_shows_what_the_command_says(
-    serve: Serve, new_page: NewPage, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_shows_what_the_command_says(panel: Panel, new_page: NewPage, capsys: pytest.CaptureFixture[str]) -> None:
     later = [*motors(60, 2), ("P-FAR", {"stator_resistance": 12.0, "cogging_torque": 0.03})]
-    records = keep(tmp_path, ("A", "LG-400W", motors(40, 1)), ("B", "LG-400W", later))
-    server, page = serve("--virtual", "--records", records), new_page()
-    page.goto(server.url)
+    records = keep(panel.records, ("A", "LG-400W", motors(40, 1)), ("B", "LG-400W", later))
+    page = new_page()
+    page.goto(panel.url)
     page.get_by_role("link", name="Statistics").click()
 
     # The latest batch, and the parameter that failed most.
@@ -146,13 +144,11 @@ def test_it_shows_what_the_command_says(
     shows_index(page, "Cpk", whole["parameters"]["cogging_torque"]["cpk"])
 
 
-def test_golden_motors_and_a_second_type(
-    serve: Serve, new_page: NewPage, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_golden_motors_and_a_second_type(panel: Panel, new_page: NewPage, capsys: pytest.CaptureFixture[str]) -> None:
     drifting = [("GOLD", {"stator_resistance": 10.0 + 0.01 * n + 0.001 * (n % 2)}) for n in range(8)]
-    records = keep(tmp_path, ("A", "LG-400W", [*motors(30, 1), *drifting]), ("B", "other", motors(10, 2)))
-    server, page = serve("--virtual", "--records", records), new_page()
-    page.goto(f"{server.url}/statistics")
+    records = keep(panel.records, ("A", "LG-400W", [*motors(30, 1), *drifting]), ("B", "other", motors(10, 2)))
+    page = new_page()
+    page.goto(f"{panel.url}/statistics")
     shows_yields(page, told(capsys, records, "--model", "other"))
     choose(page, "Motor type", "LG-400W")
     choose(page, "Parameter", "Stator resistance")
@@ -167,35 +163,43 @@ def test_golden_motors_and_a_second_type(
 
 
 @pytest.mark.parametrize(
-    ("records", "english", "chinese"),
+    ("content", "english", "chinese"),
     [
-        ("nowhere.sqlite", "There are no records at", "处尚无记录"),
-        ("text.sqlite", "The records cannot be read", "无法读取记录"),
-        ("postgresql://nobody@127.0.0.1:1/none", "The records cannot be read", "无法读取记录"),
+        (None, "There are no records at", "处尚无记录"),
+        ("these are no records\n" * 100, "The records cannot be read", "无法读取记录"),
     ],
+    ids=["none", "text"],
 )
 def test_records_that_cannot_be_read(
-    serve: Serve, new_page: NewPage, tmp_path: Path, records: str, english: str, chinese: str
+    panel: Panel, new_page: NewPage, content: str | None, english: str, chinese: str
 ) -> None:
-    (tmp_path / "text.sqlite").write_text("these are no records\n" * 100)
-    reference = records if "://" in records else str(tmp_path / records)
-    server, page = serve("--virtual", "--records", reference), new_page()
+    if content is not None:
+        panel.records.write_text(content)
+    says_why(new_page(), panel, english, chinese)
+    assert panel.records.exists() == (content is not None)
+
+
+def test_records_of_a_server_that_is_away(serve: Serve, new_page: NewPage) -> None:
+    server = serve("--virtual", "--records", "postgresql://nobody@127.0.0.1:1/none")
+    says_why(new_page(), server, "The records cannot be read", "无法读取记录")
+
+
+def says_why(page: Page, server: Server, english: str, chinese: str) -> None:
     page.goto(f"{server.url}/statistics")
     expect(page.get_by_role("alert")).to_contain_text(english)
     page.get_by_role("button", name="中文").click()
     expect(page.get_by_role("alert")).to_contain_text(chinese)
-    assert not (tmp_path / "nowhere.sqlite").exists()
 
 
-def test_names_that_nothing_has(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    records = keep(tmp_path, ("A", "LG-400W", motors(12, 1)))
-    server, page = serve("--virtual", "--records", records), new_page()
+def test_names_that_nothing_has(panel: Panel, new_page: NewPage) -> None:
+    keep(panel.records, ("A", "LG-400W", motors(12, 1)))
+    page = new_page()
     for asked, words in (
         ("batch=Z", "There is no batch Z."),
         ("model=Z", "There are no records of the type Z."),
         ("parameter=inertia", "There are no figures of inertia here."),
     ):
-        page.goto(f"{server.url}/statistics?{asked}")
+        page.goto(f"{panel.url}/statistics?{asked}")
         expect(page.get_by_role("alert")).to_have_text(words)
     choose(page, "Parameter", "Stator resistance")
     expect(part(page, "capability")).to_contain_text("Cpk")

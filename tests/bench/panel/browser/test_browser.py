@@ -6,6 +6,7 @@ from pathlib import Path
 
 from playwright.sync_api import Error, Page, expect
 
+from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.conftest import Server
 
 Serve = Callable[..., Server]
@@ -49,21 +50,21 @@ def kinds(server: Server, run: str) -> list[str]:
     return [json.loads(line)["kind"] for line in lines]
 
 
-def test_a_whole_run_clicked_through(serve: Serve, new_page: NewPage) -> None:
-    server, page = serve("--virtual"), new_page()
-    run = begin(page, server, "Pole pairs by stable positions", "Stator resistance ·")
+def test_a_whole_run_clicked_through(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    run = begin(page, panel, "Pole pairs by stable positions", "Stator resistance ·")
     expect(page.get_by_role("button", name="Abort the run")).to_be_visible()
     answer_until_end(page)
     expect(page.get_by_role("cell", name="Pole pairs", exact=True)).to_be_visible()
     expect(page.get_by_role("cell", name="Stator resistance", exact=True)).to_be_visible()
-    began = json.loads((server.runs / run / "journal.jsonl").read_text().splitlines()[0])["data"]
+    began = json.loads((panel.runs / run / "journal.jsonl").read_text().splitlines()[0])["data"]
     assert began["person"] == "J. Doe"
     assert began["motor"]["serial_number"] == "SN-0815"
 
 
-def test_the_connections_are_drawn_and_told(serve: Serve, new_page: NewPage) -> None:
-    server, page = serve("--virtual"), new_page()
-    begin(page, server, "Pole pairs by stable positions")
+def test_the_connections_are_drawn_and_told(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    begin(page, panel, "Pole pairs by stable positions")
     picture = page.get_by_role("img", name=re.compile("^Connections"))
     while not picture.is_visible():
         page.get_by_role("button", name="Done").click()
@@ -71,9 +72,9 @@ def test_the_connections_are_drawn_and_told(serve: Serve, new_page: NewPage) -> 
     assert "A (white) → supply, plus" in str(picture.get_attribute("aria-label"))
 
 
-def test_abort_takes_the_way_down_and_cannot_be_overlooked(serve: Serve, new_page: NewPage) -> None:
-    server, page = serve("--virtual"), new_page()
-    run = begin(page, server, "Pole pairs by stable positions")
+def test_abort_takes_the_way_down_and_cannot_be_overlooked(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    run = begin(page, panel, "Pole pairs by stable positions")
     energised, done = page.get_by_text("ENERGISED: DC supply"), page.get_by_role("button", name="Done")
     for _ in range(200):
         if energised.is_visible():
@@ -85,13 +86,13 @@ def test_abort_takes_the_way_down_and_cannot_be_overlooked(serve: Serve, new_pag
     expect(energised).to_be_visible()
     page.get_by_role("button", name="Abort the run").click()
     expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_contain_text("J. Doe")
-    assert "made_safe" in kinds(server, run)
+    assert "made_safe" in kinds(panel, run)
     expect(page.get_by_role("button", name="Go on where it ended")).to_be_visible()
 
 
-def test_a_reloaded_and_a_second_browser_show_the_run_where_it_is(serve: Serve, new_page: NewPage) -> None:
-    server, page = serve("--virtual"), new_page()
-    begin(page, server, "Pole pairs by stable positions")
+def test_a_reloaded_and_a_second_browser_show_the_run_where_it_is(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    begin(page, panel, "Pole pairs by stable positions")
     task = page.get_by_text("Take the motor's shaft off the dynamometer")
     expect(task).to_be_visible()
     page.reload()
@@ -108,25 +109,25 @@ def test_a_reloaded_and_a_second_browser_show_the_run_where_it_is(serve: Serve, 
     expect(page.get_by_role("cell", name="Pole pairs", exact=True)).to_be_visible()
 
 
-def test_a_restarted_server_finds_the_run_again(serve: Serve, new_page: NewPage) -> None:
-    server, page = serve("--virtual"), new_page()
-    run = begin(page, server, "Pole pairs by stable positions")
+def test_a_restarted_server_finds_the_run_again(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    run = begin(page, panel, "Pole pairs by stable positions")
     page.get_by_role("button", name="Done").click()
-    server.stop()
-    server.start()
+    panel.stop()
+    panel.start()
     again = new_page()
-    again.goto(server.url)
+    again.goto(panel.url)
     expect(again.get_by_text(f"A run is going on: {run}")).to_be_visible()
     again.get_by_role("button", name="Show it").click()
     again.wait_for_url("**/runs/**")
     answer_until_end(again)
     expect(again.get_by_role("cell", name="Pole pairs", exact=True)).to_be_visible()
-    assert kinds(server, run).count("run_started") == 1
+    assert kinds(panel, run).count("run_started") == 1
 
 
-def test_chinese(serve: Serve, new_page: NewPage) -> None:
-    server, page = serve("--virtual"), new_page()
-    begin(page, server, "Pole pairs by stable positions")
+def test_chinese(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    begin(page, panel, "Pole pairs by stable positions")
     page.get_by_role("button", name="中文").click()
     expect(page.get_by_role("button", name="完成")).to_be_visible()
     answer_until_end(page, done="完成")

@@ -5,14 +5,13 @@ from pathlib import Path
 from playwright.sync_api import Page, expect
 
 from bench.panel.launch import LINE
-from tests.bench.panel.conftest import Server
+from tests.bench.panel.browser.conftest import Panel
 
-Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
-EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "eol"
+EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
 QUICK = """
 [plan]
-name = "quick"
+name = "{name}"
 motor = "{motor}"
 guard = "shared"
 keep_waveforms = "none"
@@ -28,20 +27,15 @@ high = 10.0
 """
 
 
-def plans(folder: Path, low: float = 0.0) -> str:
-    made = folder / "plans"
-    made.mkdir()
-    (made / "quick.toml").write_text(QUICK.format(motor=EXAMPLE / "motor.toml", low=low))
-    return str(made)
+def plan(panel: Panel, name: str, low: float = 0.0) -> None:
+    """Write the plan to choose; its name is the batch's."""
+    panel.plans.mkdir()
+    content = QUICK.format(name=name, motor=EXAMPLE / "motor.toml", low=low)
+    (panel.plans / f"{name}.toml").write_text(content)
 
 
-def line(folder: Path, low: float = 0.0) -> tuple[str, ...]:
-    """Return the server's options for a line of virtual benches."""
-    return "--virtual", "--records", str(folder / "records.sqlite"), "--plans", plans(folder, low)
-
-
-def open_line(page: Page, server: Server, *, sockets: int = 2) -> None:
-    page.goto(f"{server.url}/line")
+def open_line(page: Page, panel: Panel, *, sockets: int = 2) -> None:
+    page.goto(f"{panel.url}/line")
     page.get_by_label("Operator's name").fill("J. Doe")
     page.get_by_label("Virtual sockets").fill(str(sockets))
     page.get_by_label("Virtual sockets").blur()
@@ -63,12 +57,10 @@ def count(page: Page, what: str) -> "Page":
     return page.locator(f'[data-count="{what}"] .mb-count')  # type: ignore[return-value]
 
 
-def test_motors_scanned_one_after_the_other(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    server, page = (
-        serve(*line(tmp_path)),
-        new_page(),
-    )
-    open_line(page, server)
+def test_motors_scanned_one_after_the_other(panel: Panel, new_page: NewPage) -> None:
+    plan(panel, "three")
+    page = new_page()
+    open_line(page, panel)
     for serial in ("SN-1", "SN-2", "SN-3"):
         scan(page, serial)
     expect(count(page, "PASS")).to_have_text("✓ 3")
@@ -83,15 +75,13 @@ def test_motors_scanned_one_after_the_other(serve: Serve, new_page: NewPage, tmp
     expect(page.get_by_label("工位 1").get_by_text("✓ 合格")).to_be_visible()
     page.keyboard.press("Control+End")
     expect(page.get_by_text("批次已结束。")).to_be_visible()
-    assert not list(server.runs.glob(f"*/{LINE}"))
+    assert not list(panel.runs.glob(f"*/{LINE}"))
 
 
-def test_a_motor_outside_its_limits(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    server, page = (
-        serve(*line(tmp_path, low=5.0)),
-        new_page(),
-    )
-    open_line(page, server, sockets=1)
+def test_a_motor_outside_its_limits(panel: Panel, new_page: NewPage) -> None:
+    plan(panel, "strict", low=5.0)
+    page = new_page()
+    open_line(page, panel, sockets=1)
     scan(page, "SN-1")
     tile = page.get_by_label("Socket 1")
     expect(tile.get_by_text("✗ FAIL")).to_be_visible()
@@ -100,24 +90,21 @@ def test_a_motor_outside_its_limits(serve: Serve, new_page: NewPage, tmp_path: P
     expect(page.get_by_text("The batch has ended.")).to_be_visible()
 
 
-def test_another_browser_and_a_new_server_show_the_same_line(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
-    server, page, other = (
-        serve(*line(tmp_path)),
-        new_page(),
-        new_page(),
-    )
-    open_line(page, server)
+def test_another_browser_and_a_new_server_show_the_same_line(panel: Panel, new_page: NewPage) -> None:
+    plan(panel, "seen")
+    page, other = new_page(), new_page()
+    open_line(page, panel)
     scan(page, "SN-1")
     expect(count(page, "PASS")).to_have_text("✓ 1")
-    other.goto(f"{server.url}/line")
+    other.goto(f"{panel.url}/line")
     expect(count(other, "PASS")).to_have_text("✓ 1")
     other.get_by_label("Scan a serial number").click()
     scan(other, "SN-2")
     expect(other.get_by_text("Another has the control: take it first.")).to_be_visible()
 
-    server.stop()
-    server.start()
-    page.goto(f"{server.url}/line")
+    panel.stop()
+    panel.start()
+    page.goto(f"{panel.url}/line")
     expect(count(page, "PASS")).to_have_text("✓ 1")
     scan(page, "SN-2")
     expect(count(page, "PASS")).to_have_text("✓ 2")

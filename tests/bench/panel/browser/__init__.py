@@ -1,0 +1,1 @@
+"""Tests that click: a package, so that its browser is gone before the tests after it."""

@@ -1,0 +1,118 @@
+import json
+import os
+import shutil
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+
+from bench.operators.line import FILE
+from bench.panel.launch import LINE
+from tests.bench.panel.conftest import CHROMIUM, FLAGS, Server
+
+#: What moves on a page is drawn by the processor here, and nobody watches.
+STILL = """
+document.addEventListener("DOMContentLoaded", () => {
+    const style = document.createElement("style");
+    style.textContent = "*, *::before, *::after { animation: none !important; transition: none !important; }";
+    document.head.append(style);
+});
+"""
+#: A run ends within this time (s), however busy the machine.
+PATIENCE = 60.0
+
+
+class Panel(Server):
+    """A server of virtual benches that many tests ask; each finds nothing going on, no records, plans or motors."""
+
+    def __init__(self, folder: Path) -> None:
+        self.records, self.plans, self.motors = folder / "records.sqlite", folder / "plans", folder / "motors"
+        kept = ("--records", str(self.records), "--plans", str(self.plans), "--motors", str(self.motors))
+        super().__init__(folder / "runs", "--virtual", *kept)
+
+    def tidy(self) -> None:
+        """End what goes on and forget what was kept; runs that have ended stay."""
+        for announced in [*self.runs.glob(f"*/{FILE}"), *self.runs.glob(f"*/{LINE}")]:
+            self._end(announced)
+        for path in self.records.parent.glob(f"{self.records.name}*"):
+            path.unlink()
+        for folder in (self.plans, self.motors):
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _end(self, announced: Path) -> None:
+        with suppress(FileNotFoundError, ProcessLookupError):
+            os.kill(json.loads(announced.read_text(encoding="utf-8"))["pid"], signal.SIGTERM)
+        begun = time.monotonic()
+        while announced.exists():
+            assert time.monotonic() - begun < PATIENCE, f"{announced} is still there"
+            time.sleep(0.02)  # noqa: TID251  a process' end has no event
+
+
+@pytest.fixture(scope="package")
+def shared_panel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Panel]:
+    panel = Panel(tmp_path_factory.mktemp("panel"))
+    panel.start()
+    yield panel
+    assert "Traceback" not in panel.stop()
+
+
+@pytest.fixture
+def panel(shared_panel: Panel) -> Iterator[Panel]:
+    yield shared_panel
+    shared_panel.tidy()
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Callable[..., Server]]:
+    """Start a server with options of its own."""
+    started: list[Server] = []
+
+    def make(*options: str) -> Server:
+        server = Server(tmp_path / "runs", *options)
+        server.start()
+        started.append(server)
+        return server
+
+    yield make
+    said = [server.stop() for server in started]
+    assert not [words for words in said if "Traceback" in words]
+
+
+@pytest.fixture(scope="package")
+def browser() -> Iterator[Browser]:
+    """Keep a browser for these tests only: its driver's event loop runs in this thread as long as it is there."""
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
+    expect.set_options(timeout=20_000)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="package")
+def contexts() -> list[BrowserContext]:
+    return []
+
+
+@pytest.fixture
+def new_page(browser: Browser, contexts: list[BrowserContext]) -> Iterator[Callable[[], Page]]:
+    """Each page is a browser of its own: no cookie is shared. What a test leaves behind is the scripts that were loaded."""
+    pages: list[Page] = []
+
+    def make() -> Page:
+        if len(pages) == len(contexts):
+            contexts.append(browser.new_context(viewport={"width": 1400, "height": 900}))
+            contexts[-1].set_default_timeout(20_000)
+            contexts[-1].add_init_script(STILL)
+        pages.append(contexts[len(pages)].new_page())
+        return pages[-1]
+
+    yield make
+    for page in pages:
+        page.close()
+        page.context.clear_cookies()
