@@ -9,6 +9,7 @@ from sim_instruments.physics.crossing import first_rise
 from sim_instruments.physics.motion import Drag, Ramp, Rest
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.swing import Grip, Shaft, Swing
+from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray
 from sim_instruments.plan import Plan
 from sim_instruments.segment import DynamometerLaw, Outcome, Segment
@@ -91,9 +92,11 @@ def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Se
     # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
     creeps = 0.0 < abs(state.speed) <= _SLOW and abs(lasting) <= grip
     if (state.speed == 0.0 or creeps) and not state.breaking_away and abs(now) <= grip:
-        constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
         until = min(end, output.end)
-        breaks = first_rise(lambda t: np.abs(push(t)) - grip, time, until, constants)
+        breaks = math.inf
+        if not (isinstance(circuit, LinearTransient) and circuit.settled):
+            constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
+            breaks = first_rise(lambda t: np.abs(push(t)) - grip, time, until, constants)
         if breaks < until:
             return made.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
         return made.segment(Rest(state.angle), circuit, end, law, live=True)

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import null_space
 
 from sim_instruments.parts import Parts
 from sim_instruments.physics.network import Network
@@ -77,7 +76,7 @@ def pull_to_next(parts: Parts, settings: Settings, state: State, direction: int)
 
 def _drag(windings: Windings, network: Network, angles: FloatArray) -> float:
     """Return the largest braking torque per speed (N·m·s/rad) of the currents that the supply does not regulate."""
-    free = null_space(network.drive[np.newaxis, :])
+    free = network.reach
     if not free.shape[1]:
         return 0.0
     emf = windings.pole_pairs * (free.T @ network.basis.T @ windings.emf_per_speed(angles))

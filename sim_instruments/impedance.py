@@ -56,10 +56,9 @@ def _leakage(windings: Windings, network: Network, begin: float, end: float, win
         return 0j
     middle = 0.5 * (begin + end)
     total = 0j
-    weights = open_circuit_weights(network)
-    for order, amplitude, phase in windings.harmonics:
-        phasor = complex(weights @ windings.emf_phasors(order, amplitude, phase)) * speed
-        phasor *= cmath.exp(1j * order * middle)
+    phasors = (open_circuit_weights(network) @ windings.emf_phasors).tolist()
+    for order, phasor in zip(windings.emf_orders, phasors, strict=True):
+        phasor *= speed * cmath.exp(1j * order * middle)
         total += phasor * _sinc(0.5 * (order * speed - angular) * window)
         total += phasor.conjugate() * _sinc(0.5 * (order * speed + angular) * window)
     return total
@@ -73,4 +72,4 @@ def open_circuit_weights(network: Network) -> FloatArray:
 
 
 def _sinc(x: float) -> float:
-    return float(np.sinc(x / math.pi))
+    return math.sin(x) / x if x else 1.0

@@ -1,6 +1,7 @@
 """What the laws of the next segment are made from."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,21 +95,30 @@ class Plan:
 
     def _threshold(self, circuit: StandingCircuit, output: Regime) -> float:
         thresholds, network = output.thresholds, self.network
-        constants = 1.0 / circuit.rates
-        if isinstance(output.source, CurrentSource):
-            if math.isinf(thresholds.voltage):
-                return math.inf
-            return first_rise(
-                lambda t: circuit.source_voltage(t) - thresholds.voltage, self.time, output.end, constants
-            )
-        if math.isinf(thresholds.current):
+        regulated = isinstance(output.source, CurrentSource)
+        level = thresholds.voltage if regulated else thresholds.current
+        if math.isinf(level):
             return math.inf
-        sign = thresholds.current_direction
+        sign = 1 if regulated else thresholds.current_direction
+        course: Callable[[FloatArray], FloatArray]
+        if isinstance(circuit, LinearTransient):
+            exponentials = circuit.source_course()
+            if exponentials.stays_below(level, sign):
+                return math.inf
+            course = exponentials.at
+            # A course that leaves its level for the other side must not seem to pass it.
+            level += sign * exponentials.rounding
+        elif regulated:
+            course = circuit.source_voltage
+        else:
+            course = lambda times: network.source_current(circuit.winding_currents(times))  # noqa: E731
 
         def excess(times: FloatArray) -> FloatArray:
-            current = network.source_current(circuit.winding_currents(times))
-            return sign * (current - thresholds.current)
+            return sign * (course(times) - level)
 
+        constants = 1.0 / circuit.rates
+        if isinstance(output.source, CurrentSource):
+            return first_rise(excess, self.time, output.end, constants)
         if sign < 0 and float(excess(np.array([self.time]))[0]) >= 0.0:
             return self.time if output.source.voltage == 0.0 else output.end
         return first_rise(excess, self.time, output.end, constants)

@@ -50,6 +50,13 @@ class Network:
         return self._wiring.reach
 
     @property
+    def principal_loops(self) -> tuple[tuple[bool, bool, bool], FloatArray]:
+        """Which there are of the source's loop, the other one, and a delta's zero sequence, and their directions
+        (loops, 3) in the loops.
+        """
+        return self._wiring.principal
+
+    @property
     def drives_current(self) -> bool:
         """Whether the source has a path through the motor."""
         return bool(self.loops) and float(self.drive @ self.drive) > 1e-12
@@ -159,8 +166,16 @@ class Network:
             + np.sin(2 * angles)[:, np.newaxis, np.newaxis] * parts[1]
         )
         matrix = self.damping + 1j * angular_frequency * inertance
-        loops = np.linalg.solve(matrix, np.broadcast_to(self.drive[:, np.newaxis], (len(angles), self.loops, 1)))
-        result: np.ndarray = 1.0 / (self.drive @ loops[:, :, 0].T)
+        result: np.ndarray
+        if self.loops == 1:
+            result = matrix[:, 0, 0] / self.drive[0] ** 2
+        elif self.loops == 2:
+            first, mutual, second = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1]
+            a, b = self.drive.tolist()
+            result = (first * second - mutual**2) / (a * a * second - 2.0 * a * b * mutual + b * b * first)
+        else:
+            right = np.broadcast_to(self.drive[:, np.newaxis], (len(angles), self.loops, 1))
+            result = 1.0 / (self.drive @ np.linalg.solve(matrix, right)[:, :, 0].T)
         return result
 
 

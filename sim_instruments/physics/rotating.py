@@ -5,7 +5,7 @@ import numpy as np
 from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network, modes
 from sim_instruments.physics.source import Source, VoltageSource
-from sim_instruments.physics.windings import FloatArray
+from sim_instruments.physics.windings import FloatArray, turned
 
 
 class Rotating:
@@ -32,27 +32,33 @@ class Rotating:
         self._rates, shapes = modes(reach.T @ network.damping @ reach, reach.T @ network.mean_inertance @ reach)
         self._shapes = reach @ shapes
         self._direct = offset + self._shapes @ (self._shapes.T @ force / self._rates)
+        # Harmonics that the closed paths do not see at all drive nothing.
+        phasors = self._shapes.T @ (network.basis.T @ network.windings.emf_phasors)
+        driving = np.any(np.abs(phasors) > 1e-12 * abs(network.windings.flux_linkage), axis=0)
+        self._orders = tuple(
+            order for order, drives in zip(network.windings.emf_orders, driving, strict=True) if drives
+        )
+        self._phasors = phasors[:, driving]
 
-    def _phasors(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _currents(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return loop currents and their slopes, shapes (loops, n)."""
-        windings = self.network.windings
-        speed = self.motion.speed(times) * windings.pole_pairs
-        angle = self.motion.angle(times) * windings.pole_pairs
         currents = np.repeat(self._direct[:, np.newaxis], len(times), axis=1)
         slopes = np.zeros_like(currents)
-        for order, amplitude, phase in windings.harmonics if len(self._rates) else ():
-            emf = self._shapes.T @ (self.network.basis.T @ windings.emf_phasors(order, amplitude, phase))
-            if np.all(np.abs(emf) <= 1e-12 * abs(amplitude)):
-                continue
-            turning = speed * np.exp(1j * order * angle)
-            modal = -emf[:, np.newaxis] * turning / (self._rates[:, np.newaxis] + 1j * order * speed)
+        if not self._orders:
+            return currents, slopes
+        pole_pairs = self.network.windings.pole_pairs
+        speed = self.motion.speed(times) * pole_pairs
+        turning = turned(self.motion.angle(times) * pole_pairs, self._orders)
+        for order, emf, turn in zip(self._orders, self._phasors.T, turning, strict=True):
+            frequency = 1j * order * speed
+            modal = -emf[:, np.newaxis] * (speed * turn) / (self._rates[:, np.newaxis] + frequency)
             currents += self._shapes @ modal.real
-            slopes += self._shapes @ (1j * order * speed * modal).real
+            slopes += self._shapes @ (frequency * modal).real
         return currents, slopes
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
-        result: FloatArray = self.network.basis @ self._phasors(times)[0]
+        result: FloatArray = self.network.basis @ self._currents(times)[0]
         return result
 
     def drops(self, times: FloatArray) -> FloatArray:
@@ -60,7 +66,7 @@ class Rotating:
         windings = self.network.windings
         result: FloatArray = self._emf(times)
         if self.network.loops:
-            currents, slopes = self._phasors(times)
+            currents, slopes = self._currents(times)
             result = result + windings.resistance[:, np.newaxis] * (self.network.basis @ currents)
             result = result + windings.inductance_mean @ (self.network.basis @ slopes)
         return result
@@ -70,7 +76,7 @@ class Rotating:
         if isinstance(self.source, VoltageSource):
             return self.source.at(times)
         network = self.network
-        currents, slopes = self._phasors(times)
+        currents, slopes = self._currents(times)
         needed = network.mean_inertance @ slopes + network.damping @ currents + network.basis.T @ self._emf(times)
         result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
         return result

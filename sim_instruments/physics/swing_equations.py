@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.linalg import null_space
 
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
@@ -45,7 +45,7 @@ class SwingEquations:
         self._p = windings.pole_pairs
         self._shaft = shaft
         self._cogging = motor.cogging_torque, motor.cogging_order, motor.cogging_phase
-        self._columns, self._turn = _turned(network)
+        self._columns, self._turn = network.principal_loops
         #: Winding currents are basis·x, x being the currents of loops 0, 1, 2 (zero where the circuit has not one).
         self.basis: FloatArray = network.basis @ self._turn
         mean, cos, sin = (
@@ -64,8 +64,7 @@ class SwingEquations:
         self._drive = float((self._turn.T @ network.drive)[0])
         # Magnets in the loops: e = ω·Re[Σ c_h·exp(j·h·θ)].
         self._magnets = []
-        for order, amplitude, phase in windings.harmonics:
-            a, b, c = (self.basis.T @ windings.emf_phasors(order, amplitude, phase)).tolist()
+        for order, (a, b, c) in zip(windings.emf_orders, (self.basis.T @ windings.emf_phasors).T.tolist(), strict=True):
             self._magnets.append((order, a.real, a.imag, b.real, b.imag, c.real, c.imag))
         self._regulated = isinstance(source, CurrentSource)
         self._current = self._voltage = self._voltage_slope = 0.0
@@ -114,6 +113,11 @@ class SwingEquations:
 
     def lasting_push(self, state: list[float]) -> float:
         """Return the torque (N·m) without friction on a shaft that stands there, once the free currents have settled."""
+        return self.push([state[0], 0.0, *self._settled])
+
+    @cached_property
+    def _settled(self) -> list[float]:
+        """The currents (A) of a state, once they have settled round a shaft that stands."""
         damping = self._damping
         if self._regulated:
             free = np.linalg.solve(damping[1:, 1:], -damping[1:, 0] * self._current)
@@ -121,8 +125,7 @@ class SwingEquations:
         else:
             currents = np.linalg.solve(damping, np.array([self._drive * self._voltage, 0.0, 0.0]))
         x: list[float] = currents.tolist()
-        standing = [state[0], 0.0, *x[self._regulated : 1], *x[1 : 1 + self._has_1], *x[2 : 3 - self._follows]]
-        return self.push(standing)
+        return [*x[self._regulated : 1], *x[1 : 1 + self._has_1], *x[2 : 3 - self._follows]]
 
     def _written_out(self) -> Law:
         """Return the law with everything that does not change in its own variables, which is what makes it quick."""
@@ -189,18 +192,3 @@ class SwingEquations:
             return derivatives, watched, torque
 
         return law
-
-
-def _turned(network: Network) -> tuple[tuple[bool, bool, bool], FloatArray]:
-    """Return which of the three loops the network has, and their directions in its own loops as columns."""
-    columns = np.zeros((network.loops, 3))
-    columns[:, 0] = network.drive / np.linalg.norm(network.drive)
-    # No source drives a current that only circulates.
-    zero = network.basis.T @ np.full(3, 1.0 / np.sqrt(3.0))
-    circulates = bool(zero @ zero > 1.0 - 1e-9)
-    if circulates:
-        columns[:, 2] = zero
-    others = null_space(columns.T, rcond=1e-9)
-    if others.shape[1]:
-        columns[:, 1] = others[:, 0]
-    return (True, bool(others.shape[1]), circulates), columns

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sim_instruments.physics.exponentials import Exponentials
 from sim_instruments.physics.network import Network, modes
 from sim_instruments.physics.source import Source, VoltageSource
 from sim_instruments.physics.windings import FloatArray
@@ -36,6 +37,12 @@ class LinearTransient:
         self._steady_slope = slope_share
         inner = self._inertance @ (initial - self._offset)
         self._free = self._shapes.T @ inner - self._steady
+
+    @property
+    def settled(self) -> bool:
+        """Whether the currents stay as they are."""
+        free = np.abs(self._free)
+        return not self._steady_slope.any() and bool((free <= _NOTHING + 1e-12 * np.abs(self._steady)).all())
 
     @property
     def dead(self) -> bool:
@@ -87,6 +94,24 @@ class LinearTransient:
             windings.resistance[:, np.newaxis] * self.winding_currents(times) + windings.inductance(self.angle) @ slopes
         )
         return result
+
+    def source_course(self) -> Exponentials:
+        """Return the source's current (A) under a voltage, or the voltage (V) behind its resistance under a current."""
+        network = self.network
+        steady, shapes = self._shapes @ self._steady, self._shapes
+        if isinstance(self.source, VoltageSource):
+            share = network.drive @ shapes
+            return Exponentials(
+                self.start,
+                float(network.drive @ (self._offset + steady)),
+                float(share @ self._steady_slope),
+                share * self._free,
+                self.rates,
+            )
+        share = network.drive / float(network.drive @ network.drive)
+        modal = share @ network.damping @ shapes - (share @ self._inertance @ shapes) * self.rates
+        constant = float(share @ network.damping @ (self._offset + steady))
+        return Exponentials(self.start, constant, 0.0, modal * self._free, self.rates)
 
     def slowest_time_constant(self) -> float:
         """Return the longest time constant (s), 0 where nothing changes."""

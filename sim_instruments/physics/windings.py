@@ -1,6 +1,7 @@
 """Three windings and a rotor: inductance, flux, EMF and torque for any winding currents."""
 
 import math
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -10,6 +11,7 @@ from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.saturation import Saturation
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 _CLARKE = np.array([[1.0, -0.5, -0.5], [0.0, math.sqrt(0.75), -math.sqrt(0.75)]])
 _AXES = np.arange(3) * (2.0 * math.pi / 3.0)
@@ -36,6 +38,33 @@ def _inductances(ld: float, lq: float, zero_sequence: float) -> tuple[FloatArray
     return parts
 
 
+@lru_cache(maxsize=64)
+def _emf_shape(
+    shares: tuple[float, ...], harmonics: tuple[tuple[int, float, float], ...]
+) -> tuple[tuple[int, ...], ComplexArray]:
+    """Return the orders of the magnets' EMF, and its phasors per flux linkage (3, orders; read-only)."""
+    orders = np.array([order for order, _, _ in harmonics])
+    amplitudes = np.array([amplitude for _, amplitude, _ in harmonics])
+    phases = np.array([phase for _, _, phase in harmonics])
+    shape: ComplexArray = 1j * amplitudes * np.exp(1j * (phases - np.multiply.outer(_AXES, orders)))
+    shape *= np.array(shares)[:, np.newaxis]
+    shape.flags.writeable = False
+    return tuple(orders.tolist()), shape
+
+
+def turned(angles: FloatArray, orders: Sequence[int]) -> ComplexArray:
+    """Return exp(j·order·angle), shape (orders, n); orders are positive."""
+    # Products of powers: a sine costs many times what a product does.
+    powers: dict[int, ComplexArray] = {1: np.exp(1j * angles)}
+
+    def power(order: int) -> ComplexArray:
+        if order not in powers:
+            powers[order] = power(order // 2) * power(order - order // 2)
+        return powers[order]
+
+    return np.array([power(order) for order in orders])
+
+
 class Windings:
     """A motor's windings at one temperature. Angles are electrical, from winding 0's axis to the d axis."""
 
@@ -48,12 +77,10 @@ class Windings:
         self.inductance_mean, self.inductance_cos, self.inductance_sin = _inductances(
             motor.d_axis_inductance, motor.q_axis_inductance, motor.winding_zero_sequence_inductance
         )
-        self._shares = np.array(motor.emf_shares)
-        #: (order, EMF amplitude per electrical speed, phase)
-        self.harmonics = (
-            (1, self.flux_linkage, 0.0),
-            *((order, self.flux_linkage * amplitude, phase) for order, amplitude, phase in motor.flux_harmonics),
-        )
+        #: Orders of the magnets' EMF, and its phasors per electrical speed (V·s/rad, shape (3, orders)), turning with
+        #: exp(j·order·θ).
+        self.emf_orders, shape = _emf_shape(tuple(motor.emf_shares), ((1, 1.0, 0.0), *motor.flux_harmonics))
+        self.emf_phasors: ComplexArray = self.flux_linkage * shape
 
     @cached_property
     def saturation(self) -> Saturation | None:
@@ -119,12 +146,8 @@ class Windings:
 
     def emf_per_speed(self, angles: FloatArray) -> FloatArray:
         """Return EMF over electrical speed (V·s/rad, shape (3, n)) at n electrical angles: dψ/dθ of the magnets."""
-        shifted = angles[np.newaxis, :] - _AXES[:, np.newaxis]
-        total: FloatArray = np.zeros_like(shifted)
-        for order, amplitude, phase in self.harmonics:
-            total -= amplitude * np.sin(order * shifted + phase)
-        total *= self._shares[:, np.newaxis]
-        return total
+        result: FloatArray = (self.emf_phasors @ turned(angles, self.emf_orders)).real
+        return result
 
     def torque(self, angles: FloatArray, currents: FloatArray) -> FloatArray:
         """Return the electromagnetic torque (N·m, shape (n,)) from the coenergy, at angles (n,) and currents (3, n)."""
@@ -137,9 +160,4 @@ class Windings:
         """Return the cogging torque (N·m) at mechanical angles (rad); without a phase, zero is one of its rest positions."""
         motor = self.motor
         result: FloatArray = -motor.cogging_torque * np.sin(motor.cogging_order * shaft_angle + motor.cogging_phase)
-        return result
-
-    def emf_phasors(self, order: int, amplitude: float, phase: float) -> NDArray[np.complex128]:
-        """Return one harmonic's EMF per electrical speed as phasors (3,) that turn with exp(j·order·θ)."""
-        result: NDArray[np.complex128] = 1j * amplitude * np.exp(1j * (phase - order * _AXES)) * self._shares
         return result

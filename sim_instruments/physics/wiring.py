@@ -18,7 +18,8 @@ class Wiring:
 
     `source` is None where it has no closed path; `plus` are the windings' shares in its current, `drive` the loops',
     `reach` the loops that are left when its current is fixed. A resistance in each wire that carries current adds it times
-    `leads` (3×3) to those of the windings, one behind the source's + pole times `behind`.
+    `leads` (3×3) to those of the windings, one behind the source's + pole times `behind`. `principal` says which there are of
+    the loop of the source's current, the other one, and a delta's zero sequence, and gives their directions (loops, 3).
     """
 
     source: tuple[str, str] | None
@@ -28,6 +29,7 @@ class Wiring:
     reach: FloatArray
     leads: FloatArray
     behind: FloatArray
+    principal: tuple[tuple[bool, bool, bool], FloatArray]
 
 
 @lru_cache(maxsize=_KEPT)
@@ -51,7 +53,24 @@ def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | 
     joined = np.array([float(len(groups.get(socket, ())) > 1 or socket in (closed or ())) for socket in sockets])
     reach = null_space(drive[np.newaxis, :]) if len(drive) else np.zeros((0, 0))
     leads = incidence.T @ np.diag(joined) @ incidence
+    present, directions = _principal(basis, drive)
     arrays = (basis, plus, drive, reach, leads, np.outer(plus, plus))
-    for shared in arrays:
+    for shared in (*arrays, directions):
         shared.flags.writeable = False
-    return Wiring(closed, *arrays)
+    return Wiring(closed, *arrays, (present, directions))
+
+
+def _principal(basis: FloatArray, drive: FloatArray) -> tuple[tuple[bool, bool, bool], FloatArray]:
+    columns = np.zeros((len(drive), 3))
+    driven = float(drive @ drive) > 1e-12
+    if driven:
+        columns[:, 0] = drive / np.linalg.norm(drive)
+    # No source drives a current that only circulates.
+    zero = basis.T @ np.full(3, 1.0 / np.sqrt(3.0))
+    circulates = bool(zero @ zero > 1.0 - 1e-9)
+    if circulates:
+        columns[:, 2] = zero
+    others = null_space(columns.T, rcond=1e-9) if len(drive) else columns[:, :0]
+    if others.shape[1]:
+        columns[:, 1] = others[:, 0]
+    return (driven, bool(others.shape[1]), circulates), columns

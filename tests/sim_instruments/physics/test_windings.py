@@ -106,12 +106,14 @@ def test_torque_is_the_dq_formula_for_wye_and_delta(lab: Any, angle: float, curr
 
 @given(angle=st.floats(0.0, 6.3), currents=st.tuples(*[st.floats(-5.0, 5.0)] * 3))
 def test_torque_is_the_slope_of_the_coenergy(lab: Any, angle: float, currents: tuple[float, float, float]) -> None:
-    windings = Windings(lab.lg_400w(q_axis_inductance=2e-4, flux_harmonics=((3, 0.1, 0.4), (5, -0.05, 0.0))), 25.0)
+    harmonics = ((3, 0.1, 0.4), (5, -0.05, 0.0))
+    windings = Windings(lab.lg_400w(q_axis_inductance=2e-4, flux_harmonics=harmonics), 25.0)
     i = np.array(currents)
 
     def coenergy(theta: float) -> float:
-        flux = sum(
-            a / h * np.cos(h * (theta - np.arange(3) * 2 * math.pi / 3) + phase) for h, a, phase in windings.harmonics
+        flux = windings.flux_linkage * sum(
+            a / h * np.cos(h * (theta - np.arange(3) * 2 * math.pi / 3) + phase)
+            for h, a, phase in ((1, 1.0, 0.0), *harmonics)
         )
         return float(0.5 * i @ windings.inductance(theta) @ i + i @ flux)
 
