@@ -8,7 +8,7 @@ import io
 import os
 import threading
 import uuid
-from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
 from multiprocessing.connection import Connection, Pipe
@@ -24,6 +24,7 @@ from bench.eol.line.keeper import Keeper
 from bench.eol.line.ledger import Begun, Ledger
 from bench.eol.line.line_file import load_line
 from bench.eol.line.messages import Batch, Done, Leave, Ready, Setup, Task
+from bench.eol.line.process import Nursery
 from bench.eol.line.serials import MadeUp
 from bench.eol.plan import load_plan
 from bench.eol.record import CheckRecord, Measured, MotorRecord
@@ -106,8 +107,7 @@ def test_a_record_in_sqlite(benchmark: Any, tmp_path: Path) -> None:
 class QuickWorker:
     """In place of a worker's process: a thread that measures nothing and is done at once."""
 
-    def __init__(self, make: Callable[[int], Setup], times: int) -> None:
-        self._setup = make(-1)
+    def __init__(self, nursery: Nursery, setup: Setup, times: int) -> None:
         self.connection, self._far = Pipe()
         self.lifeline, self._end = os.pipe()
         threading.Thread(target=self._work, args=(self._far,), daemon=True).start()
@@ -157,8 +157,9 @@ def test_a_hundred_thousand_motors_leave_nothing_in_memory(
     keeper = Counting()
     serials = MadeUp("V{number:06d}", 1, motors)
     admission = Admission(serials, [], plan.check_serial, lambda _: None, batch="b", known=0, again=False)
-    coordinator = Coordinator(line, batch, plan.checks, admission, keeper, ledger, ears)
-    benchmark.pedantic(coordinator.run, rounds=1)
+    with closing(Nursery()) as nursery:
+        coordinator = Coordinator(line, batch, plan.checks, admission, keeper, ledger, ears, nursery)
+        benchmark.pedantic(coordinator.run, rounds=1)
     ledger.close()
     assert (keeper.count, ears.heard) == (motors, [])
     benchmark.extra_info["mib_more_after_the_first_tenth"] = seen[motors] - seen[motors // 10]

@@ -18,6 +18,7 @@ from bench.eol.line.line_file import Line, digest, load_line
 from bench.eol.line.messages import Batch
 from bench.eol.line.order import by_time_over_failures
 from bench.eol.line.preparation import check_parameters, check_station, operator_of, planned_of
+from bench.eol.line.process import Nursery
 from bench.eol.line.serials import FromFile, FromStream, Given, MadeUp, Serials
 from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
@@ -95,16 +96,18 @@ def prepare(plan_file: Path, station: str, sockets: int | None) -> Prepared:
     return Prepared(plan, motor, line, plan.limits(motor.nameplate.expected))
 
 
-def run_batch(wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts, str]:
+def run_batch(wishes: BatchWishes, ears: Hears, stream: IO[str], nursery: Nursery | None = None) -> tuple[Counts, str]:
     """Measure a batch; return what became of it and why it was stopped, empty where it came to its end.
 
-    `stream` is where serial numbers are typed or scanned. Raises InputError before anything is touched, or where no socket can
-    work; StoreError where records can no longer be kept.
+    `stream` is where serial numbers are typed or scanned, `nursery` where workers come from, one of its own unless given.
+    Raises InputError before anything is touched, or where no socket can work; StoreError where records can no longer be kept.
     """
-    return measure(prepare(wishes.plan, wishes.station, wishes.sockets), wishes, ears, stream)
+    return measure(prepare(wishes.plan, wishes.station, wishes.sockets), wishes, ears, stream, nursery)
 
 
-def measure(prepared: Prepared, wishes: BatchWishes, ears: Hears, stream: IO[str]) -> tuple[Counts, str]:
+def measure(
+    prepared: Prepared, wishes: BatchWishes, ears: Hears, stream: IO[str], nursery: Nursery | None = None
+) -> tuple[Counts, str]:
     """Measure a batch by what was read and held against one another already; otherwise as `run_batch`."""
     plan, line = prepared.plan, prepared.line
     name = wishes.batch or plan.name
@@ -150,14 +153,24 @@ def measure(prepared: Prepared, wishes: BatchWishes, ears: Hears, stream: IO[str
                 again=wishes.again,
             )
             checks = _ordered(plan, keeper)
-            with _heard(serials, batch, line, ears) as (hearing, opened):
-                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, _Counting(counts, hearing))
+            with _heard(serials, batch, line, ears) as (hearing, opened), _nursery(nursery) as workers:
+                counting = _Counting(counts, hearing)
+                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, counting, workers)
                 opened(coordinator.stop)
                 stopped = coordinator.run()
     finally:
         keeper.close()
         counts.waiting, counts.fault = keeper.left
     return counts, stopped
+
+
+@contextmanager
+def _nursery(given: Nursery | None) -> Iterator[Nursery]:
+    if given is not None:
+        yield given
+        return
+    with closing(Nursery()) as own:
+        yield own
 
 
 @contextmanager

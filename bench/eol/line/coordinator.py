@@ -34,7 +34,7 @@ from bench.eol.line.messages import (
     Want,
 )
 from bench.eol.line.order import sampled
-from bench.eol.line.process import SetupMaker, WorkerProcess
+from bench.eol.line.process import Nursery, WorkerProcess
 from bench.eol.line.times import Times
 from bench.eol.plan import Check
 from bench.eol.record import MotorRecord
@@ -108,7 +108,9 @@ class Coordinator:
         keeper: Saves,
         ledger: Ledger,
         ears: Hears,
+        nursery: Nursery,
     ) -> None:
+        self._nursery = nursery
         self._line, self._batch, self._checks = line, batch, tuple(checks)
         self._admission, self._keeper, self._ledger, self._ears = admission, keeper, ledger, ears
         self._virtual = line.is_virtual
@@ -323,9 +325,9 @@ class Coordinator:
             shared=tuple(sorted(role.value for role in self._line.shared)),
             timeout=self._line.timeout,
             lifeline=-1,
-            times=self._descriptor,
+            times=-1,
         )
-        return _Seat(number, socket.name, WorkerProcess(SetupMaker(Setup(self._batch, place)), self._descriptor))
+        return _Seat(number, socket.name, WorkerProcess(self._nursery, Setup(self._batch, place), self._descriptor))
 
     def _send_away(self, seat: _Seat) -> None:
         seat.leaving = True

@@ -15,6 +15,7 @@ from bench.eol.line.admission import Refused
 from bench.eol.line.batch import BatchWishes, Prepared, measure, prepare
 from bench.eol.line.ledger import Begun
 from bench.eol.line.line_file import LineSocket
+from bench.eol.line.process import Nursery
 from bench.eol.plan import Plan, SpreadSection
 from bench.eol.record import Measured, MotorRecord
 from bench.errors import InputError
@@ -85,8 +86,8 @@ class DryRun:
         return told | {"overhead": self.overhead, "good": self.good}
 
 
-def dry_run(wishes: BatchWishes) -> DryRun:
-    """Measure some motors exactly of the type by the plan; nothing of the station is opened, and nothing is kept.
+def dry_run(wishes: BatchWishes, nursery: Nursery | None = None) -> DryRun:
+    """Measure some motors exactly of the type by the plan; nothing of the station is opened, and nothing is kept; `nursery` as for a batch.
 
     Raises InputError for a plan, motor or station that is not right.
     """
@@ -105,7 +106,7 @@ def dry_run(wishes: BatchWishes) -> DryRun:
             records=str(Path(folder) / "records.sqlite"),
             accounting=True,
         )
-        measure(prepared, tried, ear, io.StringIO())
+        measure(prepared, tried, ear, io.StringIO(), nursery)
         return _told(prepared, ear.records, assumed)
 
 

@@ -32,7 +32,8 @@ class Batch:
 class Place:
     """Where one socket's worker works: `content` is its station's text, empty on a virtual bench.
 
-    `lifeline` is the file descriptor that is open for as long as the worker or its guardian lives.
+    `lifeline` is the file descriptor that is open for as long as the worker or its guardian lives, `times` that of the sockets'
+    times; the worker, which gets them, fills them in.
     """
 
     socket: int

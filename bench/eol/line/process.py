@@ -1,75 +1,116 @@
-"""One socket's worker process, as the coordinator sees it."""
+"""The processes of a line, as the coordinator sees them: the nursery, and one worker a socket that comes from it."""
 
 import os
+import select
 import signal
 import socket
 import subprocess
 import sys
 from contextlib import suppress
-from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 from bench.eol.line.messages import Setup, ToWorker
 
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-#: How long (s) a worker that has nothing to do may take to leave.
+#: How long (s) a worker that has nothing to do may take to leave, and the nursery to tell of an end that has come.
 _LEAVE = 5.0
+
+
+class Nursery:
+    """Has workers forked by a process of its own, which is begun at once and again where it has died; close it after use."""
+
+    def __init__(self) -> None:
+        self._begin()
+
+    @property
+    def pid(self) -> int:
+        """Its process, the workers' parent."""
+        return self._process.pid
+
+    def fork(self, descriptors: list[int]) -> None:
+        """Have a worker begin that gets these descriptors (`bench.eol.line.nursery.DESCRIPTORS`)."""
+        try:
+            socket.send_fds(self._wishes, [b"w"], descriptors)
+        except OSError:
+            self.close()
+            self._begin()
+            socket.send_fds(self._wishes, [b"w"], descriptors)
+
+    def close(self) -> None:
+        """Let it go; workers that are there go on."""
+        self._wishes.close()
+        try:
+            self._process.wait(_LEAVE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _begin(self) -> None:
+        self._wishes, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(  # noqa: S603  this program's own
+                [sys.executable, "-P", "-m", "bench.eol.line.nursery", str(theirs.fileno())],
+                pass_fds=(theirs.fileno(),),
+                env={**os.environ, **_ONE_THREAD, "PYTHONPATH": str(Path(__file__).parents[3])},
+                # Ctrl-C at the terminal is the coordinator's to take.
+                start_new_session=True,
+            )
 
 
 class WorkerProcess:
     """A started worker: `connection` to it, and `lifeline`, which ends when both it and its guardian are gone."""
 
-    def __init__(self, make: "SetupMaker", times: int) -> None:
+    def __init__(self, nursery: Nursery, setup: Setup, times: int) -> None:
         ours, theirs = socket.socketpair()
         self.lifeline, far = os.pipe()
-        self._process = subprocess.Popen(  # noqa: S603  this program's own
-            [sys.executable, "-P", "-m", "bench.eol.line.worker", str(theirs.fileno())],
-            pass_fds=(theirs.fileno(), far, times),
-            env={**os.environ, **_ONE_THREAD, "PYTHONPATH": str(Path(__file__).parents[3])},
-            # Ctrl-C at the terminal is the coordinator's to take.
-            start_new_session=True,
-        )
-        theirs.close()
-        os.close(far)
+        self._report, reporting = socket.socketpair(type=socket.SOCK_SEQPACKET)
+        self._report.settimeout(_LEAVE)
+        try:
+            nursery.fork([theirs.fileno(), far, times, reporting.fileno()])
+        finally:
+            theirs.close()
+            os.close(far)
+            reporting.close()
         self.connection = Connection(ours.detach())
-        self.send(make(far))
-
-    @property
-    def pid(self) -> int:
-        """The worker's process."""
-        return self._process.pid
+        self.send(setup)
 
     def send(self, message: ToWorker | Setup) -> None:
         """Tell it something; one that has died is heard of on its connection."""
         with suppress(OSError):
             self.connection.send(message)
 
-    def kill(self) -> None:
-        """End it as nothing else can."""
-        self._process.kill()
-
     def close(self) -> str:
         """Wait for its end, and say how that was, empty where it left by itself; the lifeline is let go of."""
         self.connection.close()
         os.close(self.lifeline)
-        try:
-            code = self._process.wait(_LEAVE)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-            return "did not leave and was ended"
+        with self._report:
+            handle = self._handle()
+            if handle is None:
+                return "did not begin"
+            try:
+                left = bool(select.select([handle], [], [], _LEAVE)[0])
+                if not left:
+                    signal.pidfd_send_signal(handle, signal.SIGKILL)
+            finally:
+                os.close(handle)
+            how = self._status()
+        return how if left else "did not leave and was ended"
+
+    def _handle(self) -> int | None:
+        """Return the process, as a descriptor that becomes readable at its end; None where it never began."""
+        with suppress(OSError):
+            _, descriptors, _, _ = socket.recv_fds(self._report, 1, 1)
+            return descriptors[0] if descriptors else None
+        return None
+
+    def _status(self) -> str:
+        told = b""
+        with suppress(OSError):
+            told = self._report.recv(16)
+        if not told:
+            return "ended, and the nursery did not tell how"
+        code = int(told)
         if code < 0:
             return f"was ended by {signal.Signals(-code).name}"
         return f"ended with status {code}" if code else ""
-
-
-class SetupMaker:
-    """Makes a worker's first message, given the number of the lifeline's descriptor in its process."""
-
-    def __init__(self, setup: Setup) -> None:
-        self._setup = setup
-
-    def __call__(self, lifeline: int) -> Setup:
-        """Return the message."""
-        return replace(self._setup, place=replace(self._setup.place, lifeline=lifeline))

@@ -1,7 +1,8 @@
 """A small plan, and an ear that keeps what it hears."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from bench.eol.line.admission import Refused
 from bench.eol.line.batch import BatchWishes, Counts, run_batch
 from bench.eol.line.ledger import Begun
+from bench.eol.line.process import Nursery
 from bench.eol.record import MotorRecord
 
 PLAN = """
@@ -78,8 +80,9 @@ class Ear:
 class Bench:
     """Runs batches of the small plan in a folder of its own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, nursery: Nursery) -> None:
         self.folder = folder
+        self.nursery = nursery
         (folder / "motor.toml").write_bytes(MOTOR.read_bytes())
         (folder / "plan.toml").write_text(PLAN, encoding="utf-8")
         (folder / "line.toml").write_text(LINE, encoding="utf-8")
@@ -93,21 +96,33 @@ class Bench:
             records=str(folder / "records.sqlite"),
         )
 
+    def workers(self) -> set[int]:
+        """Return the processes of the workers that are there."""
+        told = Path(f"/proc/{self.nursery.pid}/task/{self.nursery.pid}/children").read_text(encoding="ascii")
+        return {int(word) for word in told.split()}
+
     def run(self, typed: str = "", **changed: object) -> tuple[Counts, str]:
-        return run_batch(replace(self.wishes, **changed), self.ear, io.StringIO(typed))  # type: ignore[arg-type]
+        return run_batch(replace(self.wishes, **changed), self.ear, io.StringIO(typed), self.nursery)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="session")
+def nursery() -> Iterator[Nursery]:
+    """One for all batches: what a worker needs is loaded once."""
+    with closing(Nursery()) as nursery:
+        yield nursery
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Bench:
-    return Bench(tmp_path)
+def bench(tmp_path: Path, nursery: Nursery) -> Bench:
+    return Bench(tmp_path, nursery)
 
 
 @pytest.fixture
-def make_bench(tmp_path: Path) -> Callable[[str], Bench]:
+def make_bench(tmp_path: Path, nursery: Nursery) -> Callable[[str], Bench]:
     def make(name: str) -> Bench:
         folder = tmp_path / name
         folder.mkdir()
-        return Bench(folder)
+        return Bench(folder, nursery)
 
     return make
 

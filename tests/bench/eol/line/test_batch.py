@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.eol.line.keeper import own_records
@@ -46,11 +47,8 @@ def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) ->
 
     def kill(motor: Any) -> None:
         if motor.number == 2:
-            children = os.path.join("/proc", str(os.getpid()), "task", str(os.getpid()), "children")
-            with open(children, encoding="ascii") as file:
-                pid = max(int(word) for word in file.read().split())
-            killed.append(pid)
-            os.kill(pid, signal.SIGKILL)
+            killed.append(max(bench.workers()))
+            os.kill(killed[0], signal.SIGKILL)
 
     bench.ear.when_begun = kill
     counts, stopped = bench.run(motors=3)
@@ -63,6 +61,22 @@ def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) ->
     assert "was ended by SIGKILL" in lost.cause
     assert all(record.verdict is Verdict.PASS for record in records if record is not lost)
     assert any("SIGKILL" in words for words in bench.ear.troubles)
+
+
+def test_workers_that_are_there_outlive_what_they_come_from_and_new_ones_come_all_the_same(bench: Any) -> None:
+    counts, _ = bench.run(motors=1, sockets=1)
+    first = bench.nursery.pid
+    status = Path(f"/proc/{first}/status").read_text(encoding="ascii")
+    assert "Threads:\t1\n" in status, "a fork would cut the other threads off"
+
+    bench.ear.when_begun = lambda _: os.kill(first, signal.SIGKILL)
+    counts, stopped = bench.run(motors=2, batch="during", sockets=1, again=True)
+    assert (counts.verdicts[Verdict.PASS.value], stopped, bench.ear.troubles) == (2, "", [])
+
+    bench.ear.when_begun = lambda _: None
+    counts, stopped = bench.run(motors=2, batch="after", again=True)
+    assert (counts.verdicts[Verdict.PASS.value], stopped, bench.ear.troubles) == (2, "", [])
+    assert bench.nursery.pid != first
 
 
 def test_a_batch_that_was_stopped_goes_on_where_it_was(bench: Any) -> None:

@@ -9,6 +9,7 @@ import pytest
 from bench.eol.line.accounting import AccountedClock
 from bench.eol.line.batch import BatchWishes
 from bench.eol.line.dry_run import dry_run
+from bench.eol.line.process import Nursery
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
 
@@ -51,8 +52,9 @@ def test_a_record_and_the_time_between_readings_are_needed() -> None:
     assert (recording.needless, sampling.needless) == (0.0, 0.0)
 
 
-def test_the_example_plan_can_be_decided_and_wastes_less_than_a_tenth() -> None:
-    done = dry_run(BatchWishes(EXAMPLE / "plan.toml", str(EXAMPLE / "line.toml"), Path(), motors=2, sockets=2))
+def test_the_example_plan_can_be_decided_and_wastes_less_than_a_tenth(nursery: Nursery) -> None:
+    wishes = BatchWishes(EXAMPLE / "plan.toml", str(EXAMPLE / "line.toml"), Path(), motors=2, sockets=2)
+    done = dry_run(wishes, nursery)
     assert done.good, done.troubles or done.limits
     assert 0.0 <= done.overhead <= 0.1
     assert {each.procedure for each in done.procedures} >= {"stator-resistance-dc", "inertia"}
@@ -65,7 +67,7 @@ def test_limits_that_cannot_be_decided_are_named(bench: Any) -> None:
     plan = bench.folder / "plan.toml"
     content = plan.read_text(encoding="utf-8").replace("percent = 60.0", "percent = 0.1")
     plan.write_text(content.replace("minimum_ratio = 0.0", "minimum_ratio = 2.0"), encoding="utf-8")
-    done = dry_run(BatchWishes(plan, "virtual", Path(), motors=1))
+    done = dry_run(BatchWishes(plan, "virtual", Path(), motors=1), bench.nursery)
     (resistance,) = [limit for limit in done.limits if limit.parameter == "stator_resistance"]
     assert not done.good
     assert resistance.fault

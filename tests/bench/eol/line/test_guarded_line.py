@@ -27,14 +27,7 @@ settings = { levels = 3, settle = 0.03, wiring_settle = 0.03, winding_temperatur
 """
 
 
-def children() -> set[int]:
-    path = os.path.join("/proc", str(os.getpid()), "task", str(threading.main_thread().native_id), "children")
-    with open(path, encoding="ascii") as file:
-        return {int(word) for word in file.read().split()}
-
-
 def test_a_motor_is_done_with_only_after_its_guardian_is(bench: Any) -> None:
-    before = children()
     energised = threading.Event()
 
     def kill_when_energised(motor: Begun) -> None:
@@ -47,7 +40,7 @@ def test_a_motor_is_done_with_only_after_its_guardian_is(bench: Any) -> None:
             for _ in range(1200):
                 if journal.is_file() and b'"kind":"energised"' in journal.read_bytes():
                     energised.set()
-                    (worker,) = children() - before
+                    (worker,) = bench.workers()
                     os.kill(worker, signal.SIGKILL)
                     return
                 pause.wait(0.05)
