@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -9,34 +10,62 @@ from procedures.estimation.fit import FloatArray
 
 #: exp(±this) is within the range of numbers, and exp(−_GONE) is nothing beside 1.
 _RANGE, _GONE = 600.0, 40.0
+_BLOCK = 128
+#: Below this rate·step the weights' series are more precise than their closed forms.
+_SHORT = 1e-3
+
+
+_Number = TypeVar("_Number", float, FloatArray)
 
 
 @dataclass(frozen=True)
-class Weights:
+class Weights(Generic[_Number]):
     """Over one segment between samples: `decay` of the state, and how much of the segment's length times the input's
     `first` and `last` sample comes to it; each with its derivative by rate·step.
     """
 
-    decay: float
-    first: float
-    last: float
-    decay_slope: float
-    first_slope: float
-    last_slope: float
+    decay: _Number
+    first: _Number
+    last: _Number
+    decay_slope: _Number
+    first_slope: _Number
+    last_slope: _Number
 
 
-def weights(x: float) -> Weights:
+def weights(x: float) -> Weights[float]:
     """Return the weights of a segment of x = rate·step."""
     decay = math.exp(-x)
-    if abs(x) < 1e-3:
-        mean, last = 1 - x / 2 + x**2 / 6 - x**3 / 24, 0.5 - x / 6 + x**2 / 24 - x**3 / 120
-        mean_slope, last_slope = -0.5 + x / 3 - x**2 / 8, -1 / 6 + x / 12 - x**2 / 40
+    if abs(x) < _SHORT:
+        mean, last, mean_slope, last_slope = _short(x)
     else:
         mean = -math.expm1(-x) / x
         last = (1 - mean) / x
         mean_slope = (decay - mean) / x
         last_slope = -(mean_slope + last) / x
     return Weights(decay, mean - last, last, -decay, mean_slope - last_slope, last_slope)
+
+
+def _segment_weights(x: FloatArray) -> Weights[FloatArray]:
+    """Return the weights of segments of x (n,)."""
+    decay, short = np.exp(-x), np.abs(x) < _SHORT
+    safe = np.where(short, 1.0, x)
+    mean = -np.expm1(-safe) / safe
+    last = (1 - mean) / safe
+    mean_slope = (np.exp(-safe) - mean) / safe
+    last_slope = -(mean_slope + last) / safe
+    for exact, series in zip((mean, last, mean_slope, last_slope), _short(x[short]), strict=True):
+        exact[short] = series
+    return Weights(decay, mean - last, last, -decay, mean_slope - last_slope, last_slope)
+
+
+def _short(x: _Number) -> tuple[_Number, _Number, _Number, _Number]:
+    """Return for a short segment the mean decay and the last sample's weight, and the slopes of both."""
+    return (
+        1 - x / 2 + x**2 / 6 - x**3 / 24,
+        0.5 - x / 6 + x**2 / 24 - x**3 / 120,
+        -0.5 + x / 3 - x**2 / 8,
+        -1 / 6 + x / 12 - x**2 / 40,
+    )
 
 
 def recursion(decay: float, gain: FloatArray) -> FloatArray:
@@ -49,7 +78,7 @@ def recursion(decay: float, gain: FloatArray) -> FloatArray:
     rate, n = -math.log(abs(decay)), len(gain)
     if decay > 0.0 and rate * n <= _RANGE:
         # In closed form: each term relative to what has decayed of it by its own time.
-        decayed = np.exp(-rate * np.arange(n)).reshape(-1, *(1,) * (gain.ndim - 1))
+        decayed = _decayed(rate, n).reshape(-1, *(1,) * (gain.ndim - 1))
         result: FloatArray = np.cumsum(gain / decayed, axis=0)
         result *= decayed
         return result
@@ -59,6 +88,13 @@ def recursion(decay: float, gain: FloatArray) -> FloatArray:
         earlier = result[:-reach] * share
         result[reach:] += earlier
         reach, share = 2 * reach, share * share
+    return result
+
+
+def _decayed(rate: float, n: int) -> FloatArray:
+    """Return exp(−rate·k) for k = 0 … n − 1, as products of those of a block's places and of the blocks."""
+    blocks = np.exp(-rate * _BLOCK * np.arange(-(-n // _BLOCK)))
+    result: FloatArray = np.outer(blocks, np.exp(-rate * np.arange(_BLOCK))).ravel()[:n]
     return result
 
 
@@ -83,7 +119,7 @@ def gathered_evenly(step: float, shares: FloatArray, rate: float) -> FloatArray:
     return result
 
 
-def response_and_slope(step: float, drive: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+def response_and_slope_evenly(step: float, drive: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
     """Return what `respond_evenly` does, and its derivative by the rate (s times the response's unit), for a drive (n,)."""
     w = weights(rate * step)
     response, slope = np.zeros_like(drive), np.zeros_like(drive)
@@ -103,27 +139,38 @@ def respond(time: FloatArray, drive: FloatArray, rate: float, start: float = 0.0
     if rate >= 0.0 and np.all(np.abs(steps - step) < 1e-6 * step):
         result = respond_evenly(step, drive, rate)
         return result + start * np.exp(-rate * (time - time[0])) if start else result
-    decay_each, first_each, last_each = _segment_weights(rate * steps)
-    gain = steps * (first_each * drive[:-1] + last_each * drive[1:])
-    result = np.empty_like(time)
+    w = _segment_weights(rate * steps)
+    return _recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
+
+
+def response_and_slope(time: FloatArray, drive: FloatArray, rate: float, start: float) -> tuple[FloatArray, FloatArray]:
+    """Return what `respond` does, and its derivative by the rate (s times the response's unit)."""
+    steps = np.diff(time)
+    step = float(time[-1] - time[0]) / steps.size
+    if rate >= 0.0 and np.all(np.abs(steps - step) < 1e-6 * step):
+        response, slope = response_and_slope_evenly(step, drive, rate)
+        since = time - time[0]
+        left = start * np.exp(-rate * since)
+        return response + left, slope - since * left
+    w = _segment_weights(rate * steps)
+    response = _recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
+    inner = w.decay_slope * response[:-1] + steps * (w.first_slope * drive[:-1] + w.last_slope * drive[1:])
+    return response, _recursion_unevenly(rate * steps, steps * inner, 0.0)
+
+
+def _recursion_unevenly(x: FloatArray, gain: FloatArray, start: float) -> FloatArray:
+    """Return y (n + 1,) of y[k + 1] = exp(−x[k])·y[k] + gain[k] from y[0] = `start`."""
+    result = np.empty(gain.size + 1)
     result[0] = start
+    age = np.concatenate(((0.0,), np.cumsum(np.abs(x))))
     begin = 0
-    while begin < steps.size:
+    while begin < gain.size:
         # Blocks short enough that the growing exponential of the closed form keeps its precision.
-        age = np.abs(rate) * (time[begin + 1 :] - time[begin])
-        length = max(int(np.searchsorted(age, 20.0)), 1)
-        block = slice(begin, begin + length)
-        decayed = np.cumprod(decay_each[block])
-        result[begin + 1 : begin + 1 + length] = decayed * (result[begin] + np.cumsum(gain[block] / decayed))
-        begin += length
+        end = max(int(np.searchsorted(age, age[begin] + 20.0)) - 1, begin + 1)
+        decayed = np.exp(-np.cumsum(x[begin:end]))
+        if end == begin + 1:
+            result[end] = decayed[0] * result[begin] + gain[begin]
+        else:
+            result[begin + 1 : end + 1] = decayed * (result[begin] + np.cumsum(gain[begin:end] / decayed))
+        begin = end
     return result
-
-
-def _segment_weights(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Decay and the weights of a segment's first and last input sample, each over the segment, for x = rate·step."""
-    decay = np.exp(-x)
-    small = np.abs(x) < 1e-3
-    safe = np.where(small, 1.0, x)
-    mean = np.where(small, 1 - x / 2 + x**2 / 6 - x**3 / 24, -np.expm1(-safe) / safe)
-    last = np.where(small, 0.5 - x / 6 + x**2 / 24 - x**3 / 120, (1 - mean) / safe)
-    return decay, mean - last, last

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from procedures.estimation.checks import increasing, same_length, series
-from procedures.estimation.first_order import respond
+from procedures.estimation.first_order import respond, response_and_slope
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.noise import undithered, white_noise
 from procedures.estimation.nonlinear import Solution, solve
@@ -122,24 +122,37 @@ def _solve_runs(
     shared = 2 if unit_torque else 3
     noisy = [k for k, run in enumerate(runs) if run.torque_noise > 0]
     spread = [max(white_noise(r.speed, r.resolution), 1e-9 * float(np.max(np.abs(r.speed)))) for r in runs]
+    measured = np.concatenate([run.speed for run in runs])
+    sizes = np.concatenate([np.full(run.speed.size, s) for run, s in zip(runs, spread, strict=True)])
+    points = measured.size
 
-    def model(p: FloatArray) -> list[FloatArray]:
+    def model(p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the speeds of all ramps and their derivatives (k, n) by the parameters."""
         inertia, coulomb, viscous = (1.0, p[0], p[1]) if unit_torque else (p[0], p[1], p[2])
-        errors = dict(zip(noisy, p[shared + len(runs) :], strict=True))
-        return [
-            respond(
-                run.time,
-                (run.driven + errors.get(k, 0.0) - coulomb * run.sign) / inertia,
-                viscous / inertia,
-                p[shared + k],
-            )
-            for k, run in enumerate(runs)
-        ]
+        speeds, slopes, at = np.empty(points), np.zeros((p.size, points)), 0
+        for k, run in enumerate(runs):
+            part = slice(at, at + run.time.size)
+            at = part.stop
+            error = p[shared + len(runs) + noisy.index(k)] if k in noisy else 0.0
+            drive = (run.driven + error - coulomb * run.sign) / inertia
+            speeds[part], by_rate = response_and_slope(run.time, drive, viscous / inertia, p[shared + k])
+            by_torque = respond(run.time, np.full_like(drive, 1.0 / inertia), viscous / inertia)
+            left = np.exp(-viscous / inertia * run.time)
+            if not unit_torque:
+                slopes[0, part] = -(speeds[part] - p[shared + k] * left + viscous / inertia * by_rate) / inertia
+            slopes[shared - 2, part] = -run.sign * by_torque
+            slopes[shared - 1, part] = by_rate / inertia
+            slopes[shared + k, part] = left
+            if k in noisy:
+                slopes[shared + len(runs) + noisy.index(k), part] = by_torque
+        return speeds, slopes
 
-    def residuals(p: FloatArray) -> FloatArray:
-        rows = [(run.speed - y) / s for run, y, s in zip(runs, model(p), spread, strict=True)]
-        rows.append(p[shared + len(runs) :] / [runs[k].torque_noise for k in noisy] if noisy else np.zeros(0))
-        return np.concatenate(rows)
+    def evaluate(p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        speeds, slopes = model(p)
+        # What the readings tell of a torque's level beside the speeds.
+        known = np.zeros((p.size, len(noisy)))
+        known[shared + len(runs) :] = np.diag([1.0 / runs[k].torque_noise for k in noisy])
+        return np.append((measured - speeds) / sizes, p @ known), np.hstack((-slopes / sizes, known))
 
     begin = np.concatenate((start, [run.speed[0] for run in runs], np.zeros(len(noisy))))
     size = float(np.max(np.abs(start[: shared - 1]))) or 1.0
@@ -152,9 +165,8 @@ def _solve_runs(
             [runs[k].torque_noise for k in noisy],
         )
     )
-    solution = solve(residuals, begin, scale, (*names, "initial speeds"))
-    left = np.concatenate([run.speed - y for run, y in zip(runs, model(solution.values), strict=True)])
-    points = left.size
+    solution = solve(evaluate, begin, scale, (*names, "initial speeds"))
+    left = measured - model(solution.values)[0]
     freedom = points - shared - len(runs)
     if freedom < 1:
         raise EstimationError(f"{points} speeds do not suffice; sample the ramps faster")

@@ -1,6 +1,7 @@
 """A recorded voltage step, made ready for the fit: where it begins, what the probes read at rest, how noisy it is."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,7 +9,7 @@ from numpy.typing import ArrayLike
 from procedures.estimation.checks import same_length, series, uniform_step
 from procedures.estimation.fit import EstimationError, FloatArray
 from procedures.estimation.noise import white_noise
-from procedures.estimation.smoothing import Smoothed, smooth
+from procedures.estimation.smoothing import Piece, Smoothed, smooth
 
 #: In a step of less than so many standard deviations of the noise, single samples do not show when it begins.
 _CLEAR = 20.0
@@ -21,7 +22,7 @@ _TAKEN, _LEAST_TO_FOLLOW = 3.0, 200
 class StepRecord:
     """A step as recorded, shape (n,): `drive` is the voltage (V) less its `baseline`, zero before sample `edge`.
 
-    `noise_basis` (n, m) spans the noise left in `drive` where it was smoothed; None where it is as sampled.
+    `noise_left` are the directions of the noise left in `drive` where it was smoothed; None where it is as sampled.
     """
 
     time: FloatArray
@@ -32,9 +33,9 @@ class StepRecord:
     baseline: float
     voltage_noise: float
     current_noise: float
-    noise_basis: FloatArray | None
+    noise_left: tuple[Piece, ...] | None
 
-    @property
+    @cached_property
     def sharp(self) -> bool:
         """Whether the voltage changes mostly within one sampling interval, so that the instant is not resolved."""
         swing = abs(float(np.median(self.drive[self.edge :])))
@@ -42,7 +43,7 @@ class StepRecord:
             return False
         return self.edge > 0 and float(np.max(np.abs(np.diff(self.drive)))) > 0.5 * swing
 
-    @property
+    @cached_property
     def jump(self) -> int:
         """Sample at the end of the steepest interval."""
         return int(np.argmax(np.abs(np.diff(self.drive)))) + 1
@@ -73,22 +74,28 @@ def _edge(voltage: FloatArray, noise: float, resolution: float) -> int:
 
 def _smoothed(drive: FloatArray, current: FloatArray, voltage_noise: float, current_noise: float) -> Smoothed | None:
     """Return the voltage freed of its noise; what the current takes from it across the source's resistance is known by its shape."""
-    plain = smooth(drive, voltage_noise)
     shape = smooth(current, current_noise)
     if shape is None or drive.size < _LEAST_TO_FOLLOW:
-        return plain
+        return smooth(drive, voltage_noise)
     risen = slice(_risen(drive), None)
     taken = shape.values - float(np.mean(shape.values[risen]))
     squares = float(taken[risen] @ taken[risen])
     drop = float(taken[risen] @ drive[risen]) / squares if squares else 0.0
     if drop**2 * squares <= (_TAKEN * voltage_noise) ** 2:
-        return plain
+        return smooth(drive, voltage_noise)
     rest = smooth(drive - drop * taken, voltage_noise)
-    if rest is None or (plain is not None and plain.basis.shape[1] < rest.basis.shape[1]):
-        return plain
+    if rest is None:
+        return smooth(drive, voltage_noise)
+    simpler = smooth(drive, voltage_noise, most=rest.count - 1)
+    if simpler is not None:
+        return simpler
     # The drop is off by the noise over √squares; what the rest holds of that shape anyway does not count again.
-    beside = taken - rest.basis @ (rest.basis.T @ taken)
-    return Smoothed(rest.values + drop * taken, np.column_stack((rest.basis, beside / np.sqrt(squares))))
+    beside = taken.copy()
+    for begin, directions in rest.pieces:
+        part = slice(begin, begin + directions.shape[1])
+        beside[part] -= (directions @ taken[part]) @ directions
+    shape_left = Piece(0, beside[None] / np.sqrt(squares))
+    return Smoothed(rest.values + drop * taken, (*rest.pieces, shape_left))
 
 
 def _risen(drive: FloatArray) -> int:
@@ -125,8 +132,8 @@ def read_step(
     baseline = float(np.mean(v[:edge])) if edge else 0.0
     drive = np.where(np.arange(v.size) < edge, 0.0, v - baseline)
     smoothed = _smoothed(drive[edge:], i[edge:] - float(np.mean(i[:edge]) if edge else i[0]), v_noise, i_noise)
-    basis = None
+    left = None
     if smoothed is not None:
         drive[edge:] = smoothed.values
-        basis = np.vstack((np.zeros((edge, smoothed.basis.shape[1])), smoothed.basis))
-    return StepRecord(t, drive, i, step, edge, baseline, v_noise, i_noise, basis)
+        left = tuple(Piece(edge + begin, directions) for begin, directions in smoothed.pieces)
+    return StepRecord(t, drive, i, step, edge, baseline, v_noise, i_noise, left)

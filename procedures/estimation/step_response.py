@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.checks import same_length, series, uniform_step
-from procedures.estimation.first_order import gathered_evenly, recursion, respond_evenly, response_and_slope
+from procedures.estimation.first_order import gathered_evenly, recursion, respond_evenly, response_and_slope_evenly
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.noise import undithered, white_noise
 from procedures.estimation.nonlinear import solve
+from procedures.estimation.smoothing import components
 from procedures.estimation.step_record import StepRecord, read_step
 
 Filter = Callable[[FloatArray], FloatArray]
@@ -29,10 +30,11 @@ def _start(record: StepRecord) -> tuple[float, float, float]:
     def integral(x: FloatArray) -> FloatArray:
         return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * record.step
 
-    design = np.column_stack((integral(i), i, np.ones_like(i)))
-    scale = np.sqrt(np.mean(design**2, axis=0))
-    solution, *_ = np.linalg.lstsq(design / scale, integral(v), rcond=None)
-    resistance, inductance = solution[0] / scale[0], solution[1] / scale[1]
+    design = np.array((integral(i), i, np.ones_like(i)))
+    scale = np.sqrt(np.mean(design**2, axis=1))
+    design /= scale[:, None]
+    solution = np.linalg.lstsq(design @ design.T, design @ integral(v), rcond=None)[0] / scale
+    resistance, inductance = solution[:2]
     if not resistance > 0:
         raise EstimationError(
             "the current does not follow the voltage (negative resistance): reverse the current probe, or check that both "
@@ -58,44 +60,33 @@ def _late(record: StepRecord, p: FloatArray) -> tuple[slice, FloatArray, FloatAr
     return after, since, rise * np.exp(-p[0] / p[1] * since)
 
 
-def _model(record: StepRecord, p: FloatArray) -> FloatArray:
-    """Return the current (A) of a circuit at rest before the step, for resistance, inductance, offset, voltage offset and delay."""
-    current = p[2] + respond_evenly(record.step, _drive(record, p), p[0] / p[1])
-    if p[4]:
-        after, _, missing = _late(record, p)
-        current[after] -= p[4] * missing
-    return np.asarray(current, dtype=np.float64)
-
-
-def _model_slopes(record: StepRecord, p: FloatArray) -> FloatArray:
-    """Return the derivatives (n, 5) of the model by its parameters."""
-    resistance, inductance, _, _, delay = p
+def _model(record: StepRecord, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the current (A, shape (n,)) of a circuit at rest before the step, and its derivatives (5, n) by the parameters:
+    resistance, inductance, offset, voltage offset and delay.
+    """
+    resistance, inductance, offset, _, delay = p
     rate = resistance / inductance
-    response, by_rate = response_and_slope(record.step, _drive(record, p), rate)
+    response, by_rate = response_and_slope_evenly(record.step, _drive(record, p), rate)
     after, since, missing = _late(record, p)
     if delay:
         response[after] -= delay * missing
         by_rate[after] += delay * missing * since
-    by_delay = np.zeros_like(response)
-    by_delay[after] = -missing
     extra = np.zeros_like(response)
     extra[record.edge :] = -1.0 / inductance
-    return np.column_stack(
-        (
-            by_rate / inductance,
-            (-response - rate * by_rate) / inductance,
-            np.ones_like(response),
-            respond_evenly(record.step, extra, rate),
-            by_delay,
-        )
-    )
+    slopes = np.zeros((5, response.size))
+    slopes[0] = by_rate / inductance
+    slopes[1] = (response + rate * by_rate) / -inductance
+    slopes[2] = 1.0
+    slopes[3] = respond_evenly(record.step, extra, rate)
+    slopes[4, after] = -missing
+    return offset + response, slopes
 
 
 def _whitener(record: StepRecord, resistance: float, inductance: float) -> Callable[[FloatArray], FloatArray]:
     """Return the filter (n, …) that makes white, of standard deviation 1, the current's noise, plus, where the voltage could not
     be smoothed, the voltage's through the circuit.
     """
-    if record.noise_basis is not None:
+    if record.noise_left is not None:
         return lambda rows: rows / record.current_noise
     x = resistance / inductance * record.step
     a = float(np.exp(-x))
@@ -144,27 +135,25 @@ def fit_step_response(
     full = np.array([resistance, inductance, offset, 0.0, 0.0])
     level = float(np.max(np.abs(record.current - offset)))
     scale = np.array([resistance, inductance, level, prior_voltage or 1.0, prior_delay or 1.0])
-    for _ in range(1 if record.noise_basis is not None else 2):
+    for _ in range(1 if record.noise_left is not None else 2):
         whitened = _whitener(record, full[0], full[1])
 
-        def within(p: FloatArray, base: FloatArray = full) -> FloatArray:
+        def evaluate(p: FloatArray, base: FloatArray = full, white: Filter = whitened) -> tuple[FloatArray, FloatArray]:
             q = base.copy()
             q[free] = p
             q[:2] = np.maximum(q[:2], 1e-3 * scale[:2])
-            return q
+            current, slopes = _model(record, q)
+            # What is known beforehand of the voltage's offset and the delay, as two readings more.
+            known = np.zeros((5, 2))
+            known[3, 0] = 1.0 / prior_voltage if free[3] else 0.0
+            known[4, 1] = 1.0 / prior_delay if free[4] else 0.0
+            residuals = np.append(white(record.current - current), q @ known)
+            rows = np.empty((len(names), residuals.size))
+            rows[:, :-2] = -white(slopes[free].T).T
+            rows[:, -2:] = known[free]
+            return residuals, rows
 
-        def residuals(p: FloatArray, white: Filter = whitened, inside: Filter = within) -> FloatArray:
-            q = inside(p)
-            known = (q[3] / prior_voltage if free[3] else 0.0, q[4] / prior_delay if free[4] else 0.0)
-            return np.append(white(record.current - _model(record, q)), known)
-
-        def slopes(p: FloatArray, white: Filter = whitened, inside: Filter = within) -> FloatArray:
-            known = np.zeros((2, 5))
-            known[0, 3] = 1.0 / prior_voltage if free[3] else 0.0
-            known[1, 4] = 1.0 / prior_delay if free[4] else 0.0
-            return np.vstack((-white(_model_slopes(record, inside(p))), known))[:, free]
-
-        solution = solve(residuals, full[free], scale[free], names, slopes)
+        solution = solve(evaluate, full[free], scale[free], names)
         full = full.copy()
         full[free] = solution.values
     _check_window(record, full)
@@ -173,12 +162,12 @@ def fit_step_response(
     gain = solution.gain[:, :-2]
     shift = gain @ whitened(_lasting_errors(record, full, voltage_resolution, current_resolution))
     covariance = covariance + shift @ shift.T
-    if record.noise_basis is not None:
+    if record.noise_left is not None:
         # Noise is left in a smoothed voltage; what it shifts is asked of the few parameters, not of the many shapes.
         through = gathered_evenly(record.step, gain.T, full[0] / full[1]) / (full[1] * record.current_noise)
-        shift = record.voltage_noise * through.T @ record.noise_basis
+        shift = record.voltage_noise * components(record.noise_left, through.T)
         covariance = covariance + shift @ shift.T
-    left = record.current - _model(record, full)
+    left = record.current - _model(record, full)[0]
     full[3] += record.baseline
     return Fit(names, full[free], covariance, freedom, left, float(np.sqrt(np.mean(left**2))))
 

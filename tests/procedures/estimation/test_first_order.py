@@ -12,6 +12,7 @@ from procedures.estimation.first_order import (
     respond,
     respond_evenly,
     response_and_slope,
+    response_and_slope_evenly,
     weights,
 )
 
@@ -54,12 +55,29 @@ def test_shares_are_gathered_as_responses_spread(rate: float, seed: int) -> None
 @given(st.floats(0.1, 2e3), st.integers(0, 99))
 def test_the_slope_by_the_rate_is_that_of_differences(rate: float, seed: int) -> None:
     given_drive, change = drive(seed), 1e-5 * rate
-    response, slope = response_and_slope(STEP, given_drive, rate)
+    response, slope = response_and_slope_evenly(STEP, given_drive, rate)
     assert response == pytest.approx(respond_evenly(STEP, given_drive, rate))
     by_differences = (
         respond_evenly(STEP, given_drive, rate + change) - respond_evenly(STEP, given_drive, rate - change)
     ) / (2.0 * change)
     assert slope == pytest.approx(by_differences, abs=1e-5 * np.abs(slope).max())
+
+
+@given(st.floats(-20.0, 2e3), st.integers(0, 99), st.booleans())
+def test_so_it_is_at_uneven_samples(rate: float, seed: int, even: bool) -> None:
+    given_drive, change = drive(seed), 1e-5 * max(abs(rate), 1.0)
+    time = np.cumsum(np.full(400, STEP) if even else np.random.default_rng(seed).uniform(1e-5, 2.0 * STEP, 400))
+    response, slope = response_and_slope(time, given_drive, rate, 3.0)
+    assert response == pytest.approx(respond(time, given_drive, rate, 3.0))
+    by_differences = (
+        respond(time, given_drive, rate + change, 3.0) - respond(time, given_drive, rate - change, 3.0)
+    ) / (2.0 * change)
+    assert slope == pytest.approx(by_differences, abs=1e-5 * np.abs(slope).max())
+
+
+def test_a_segment_in_which_all_decays_leaves_what_the_drive_holds() -> None:
+    time = np.array([0.0, 1.0, 1.1, 3.0, 3.05])
+    assert respond(time, np.full(5, 2000.0), 1000.0, 5.0) == pytest.approx([5.0, 2.0, 2.0, 2.0, 2.0], rel=1e-9)
 
 
 @given(st.floats(1e-9, 50.0))
