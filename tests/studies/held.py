@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -83,16 +84,38 @@ class Run:
         self.runs = folder
         self.process = subprocess.Popen(
             [sys.executable, str(HELD_RUN), str(served.station), str(folder), *then],
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
             env=QUIET,
         )
+        try:
+            self._begin()
+        except BaseException:
+            self.drop()
+            raise
+
+    def _begin(self) -> None:
+        """See that everything is on, and have it go on from there."""
+        assert self.process.stdin is not None
         assert self.process.stdout is not None
         said = self.process.stdout.readline()
         assert said == "energised\n", said + self.process.communicate(timeout=PATIENCE)[1]
-        truth = served.world.truth()
+        truth = self.served.world.truth()
         assert (truth["output_on"], truth["inverter_enabled"], truth["dynamometer_enabled"]) == (True, True, True)
+        self.process.stdin.write("go on\n")
+        self.process.stdin.flush()
+
+    def drop(self) -> None:
+        """Leave nothing of it behind; its guardian leaves by itself."""
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
+            if stream is not None:
+                with suppress(BrokenPipeError):
+                    stream.close()
 
     @property
     def folder(self) -> Path:

@@ -1,4 +1,4 @@
-"""A run that energises everything at once, says so, and then waits: for tests that end it in every manner.
+"""A run that energises everything at once, says so, and once told to go on does what it is to do: for tests that end it in every manner.
 
 Arguments: station file, folder of runs, what happens once everything is on (wait, disk-full, deadlock, lose ROLE).
 """
@@ -42,6 +42,8 @@ class Hold(Procedure[Settings]):
             on.enter_context(bench.inverter.driving_current(1.0))
             on.enter_context(bench.supply.energised(5.0, 1.0))
             print("energised", flush=True)
+            # Whoever started it looks first.
+            sys.stdin.readline()
             getattr(self, THEN[0].replace("-", "_"))(*THEN[1:])
 
     def wait(self) -> None:

@@ -25,9 +25,4 @@ def hold(served: Served, tmp_path: Path) -> Iterator[Callable[..., Run]]:
 
     yield start
     for one in started:
-        for stream in (one.process.stdout, one.process.stderr):
-            if stream is not None:
-                stream.close()
-        if one.process.poll() is None:
-            one.process.kill()
-            one.process.wait()
+        one.drop()
