@@ -26,11 +26,11 @@ class Past:
         low, high = (max(bisect_right(self._starts, time) - 1, 0) for time in (first, last))
         if low == high:
             return quantity(self._segments[low], np.minimum(times, self._end))
-        index = low + np.searchsorted(np.array(self._starts[low + 1 : high + 1]), times, side="right")
+        index = np.searchsorted(np.array(self._starts[low + 1 : high + 1]), times, side="right")
         values = np.zeros(0)
-        for number in np.unique(index).tolist():
+        for number in np.flatnonzero(np.bincount(index)).tolist():
             chosen = index == number
-            found = quantity(self._segments[number], np.minimum(times[chosen], self._end))
+            found = quantity(self._segments[low + number], np.minimum(times[chosen], self._end))
             if not values.size:
                 values = np.zeros((*found.shape[:-1], len(times)))
             values[..., chosen] = found

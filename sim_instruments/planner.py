@@ -8,13 +8,14 @@ import numpy as np
 from sim_instruments import free_shaft, inverter_drive, six_step_drive
 from sim_instruments.parts import Parts
 from sim_instruments.physics.motion import Motion, Rest, Wavering
+from sim_instruments.physics.network import Network
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.source import CurrentSource
 from sim_instruments.physics.windings import Windings
 from sim_instruments.plan import Plan, dynamometer_ramp
 from sim_instruments.segment import DynamometerLaw, Outcome, Segment, State
 from sim_instruments.settings import Settings, SupplySettings
-from sim_instruments.supply_regime import over_voltage, regime
+from sim_instruments.supply_regime import Regime, is_open, over_voltage, regime
 from sim_instruments.thermal import next_update
 
 #: Rate (rad/s) at which a hand's speed wavers.
@@ -28,16 +29,11 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
     """
     if over_voltage(settings.supply, state.source_voltage):
         settings.supply.tripped, settings.supply.on = "voltage", False
-    direction = parts.inverter_direction(settings)
+    direction = parts.inverter_direction(settings) if settings.inverter.enabled else 0
     if settings.inverter.enabled and direction == 0:
         settings.inverter.enabled, settings.inverter.fault = False, "output phase missing"
     windings = Windings(parts.motor, state.temperature)
-    supplied = parts.network(windings, settings, supplied=True)
-    output = regime(settings.supply, settings.supply_limit, parts.supply, state, supplied, time)
-    if not settings.supply.on and _turned_from_outside(settings):
-        # What turns the shaft outlasts the output's fall by far.
-        output = None
-    network = supplied if output is not None else parts.network(windings, settings, supplied=False)
+    output, network = _supplied(parts, settings, state, time, windings)
     made = Plan(parts, settings, state, time, windings, network, output)
     try:
         segment = _with_shaft(made, direction)
@@ -46,6 +42,20 @@ def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment
         segment = _with_shaft(made, direction)
     segment = _with_over_current(settings.supply, state, segment)
     return next_update(parts.motor, settings.ambient_temperature, settings.faults.heating, state.temperature, segment)
+
+
+def _supplied(
+    parts: Parts, settings: Settings, state: State, time: float, windings: Windings
+) -> tuple[Regime | None, Network]:
+    """Return what the supply's output does, None where it is open, and the circuit that it is or is not part of."""
+    # What turns the shaft outlasts the output's fall by far.
+    falls_unseen = not settings.supply.on and _turned_from_outside(settings)
+    if not (falls_unseen or is_open(settings.supply, state)):
+        supplied = parts.network(windings, settings, supplied=True)
+        output = regime(settings.supply, settings.supply_limit, parts.supply, state, supplied, time)
+        if output is not None:
+            return output, supplied
+    return None, parts.network(windings, settings, supplied=False)
 
 
 def _with_shaft(made: Plan, direction: int) -> Segment:

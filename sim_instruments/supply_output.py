@@ -20,15 +20,19 @@ class SupplyOutput:
     def set_voltage(self, voltage: float) -> None:
         """Set the voltage level (V). Raises ValueError outside 0 … the stage's maximum."""
         self._check("voltage", voltage, self.stage.maximum_voltage, "V")
-        with self._timeline.changing() as settings:
-            if settings.supply.voltage != voltage:
+        with self._timeline.lock:
+            if self._timeline.settings.supply.voltage == voltage:
+                return
+            with self._timeline.changing() as settings:
                 settings.supply.voltage, settings.supply.changed = voltage, self._timeline.now
 
     def set_current_limit(self, current: float) -> None:
         """Set the current limit (A). Raises ValueError outside 0 … the stage's maximum."""
         self._check("current limit", current, self.stage.maximum_current, "A")
-        with self._timeline.changing() as settings:
-            if settings.supply.current_limit != current:
+        with self._timeline.lock:
+            if self._timeline.settings.supply.current_limit == current:
+                return
+            with self._timeline.changing() as settings:
                 settings.supply.current_limit, settings.supply.changed = current, self._timeline.now
 
     def switch(self, on: bool) -> None:
@@ -40,17 +44,28 @@ class SupplyOutput:
 
     def set_over_voltage(self, voltage: float | None) -> None:
         """Set the over-voltage protection (V), None for off."""
-        with self._timeline.changing() as settings:
-            settings.supply.over_voltage = voltage
+        with self._timeline.lock:
+            if self._timeline.settings.supply.over_voltage == voltage:
+                return
+            with self._timeline.changing() as settings:
+                settings.supply.over_voltage = voltage
 
     def set_over_current(self, on: bool, delay: float = 0.05, *, from_change: bool = False) -> None:
         """Switch the over-current protection: it trips once the output stays in constant current for `delay` s.
 
         With `from_change` the delay counts from the last change of voltage, current or output instead.
         """
-        with self._timeline.changing() as settings:
-            settings.supply.over_current = on
-            settings.supply.over_current_delay, settings.supply.over_current_from_change = delay, from_change
+        with self._timeline.lock:
+            supply = self._timeline.settings.supply
+            if (supply.over_current, supply.over_current_delay, supply.over_current_from_change) == (
+                on,
+                delay,
+                from_change,
+            ):
+                return
+            with self._timeline.changing():
+                supply.over_current, supply.over_current_delay = on, delay
+                supply.over_current_from_change = from_change
 
     def clear_trip(self) -> None:
         """Clear a trip; the output stays off."""

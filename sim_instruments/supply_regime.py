@@ -14,6 +14,8 @@ from sim_instruments.stages import SupplyStage
 
 #: Below this current (A) a falling output opens.
 OPENING_CURRENT = 1e-4
+#: Up to this voltage (V) nothing is left on a falling output.
+NO_VOLTAGE = 1e-12
 #: A current (A) is at the limit within this: after an hour of bench time a double's step of time is 1e-12 s, in which a small
 #: winding's current rises by some 1e-7 A.
 _CURRENT_STEP = 1e-7
@@ -38,6 +40,11 @@ def over_voltage(supply: SupplySettings, source_voltage: float) -> bool:
     return supply.on and limit is not None and source_voltage > limit * (1.0 + 1e-9)
 
 
+def is_open(supply: SupplySettings, state: State) -> bool:
+    """Say whether the output is off and open in whatever circuit: nothing is left on it, and no current flows anywhere."""
+    return not supply.on and state.source_voltage <= NO_VOLTAGE and not state.winding_currents.any()
+
+
 def regime(
     supply: SupplySettings, limit: float, stage: SupplyStage, state: State, network: Network, time: float
 ) -> Regime | None:
@@ -45,7 +52,7 @@ def regime(
     current = float(network.source_current(state.winding_currents[:, np.newaxis])[0])
     voltage = state.source_voltage
     if not supply.on:
-        if voltage <= 1e-12 and current <= OPENING_CURRENT * (1.0 + 1e-6):
+        if voltage <= NO_VOLTAGE and current <= OPENING_CURRENT * (1.0 + 1e-6):
             return None
         return _falling(stage, time, voltage, OPENING_CURRENT, "off", opens=True)
     if network.drives_current:
@@ -79,7 +86,7 @@ def _falling(
 ) -> Regime:
     """Let the down-programmer take the output to 0 V and the current decay to where another regime takes over."""
     thresholds = Thresholds(current=until_current, current_direction=-1)
-    if voltage > 1e-12:
+    if voltage > NO_VOLTAGE:
         end = time + voltage / stage.slew
         # An output that is off keeps falling to 0 V even after its current has gone.
         falling = Thresholds() if opens else thresholds

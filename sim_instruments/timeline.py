@@ -242,7 +242,7 @@ class Timeline:
         """End the present segment; the next one begins."""
         ended = self._present
         if ended is not None and time > ended.start:
-            self._past.append(replace(ended, end=time))
+            self._past.append(ended if ended.end == time else replace(ended, end=time))
             self._starts.append(ended.start)
         self._begin = self._state = state
         self.now = max(self.now, time)

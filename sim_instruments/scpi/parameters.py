@@ -115,7 +115,7 @@ def channel_list(argument: Argument, highest: int) -> tuple[int, ...]:
         raise ScpiError(-104 if argument.kind != "expression" else -171)
     channels: list[int] = []
     for part in argument.text.strip()[1:].split(","):
-        match = _RANGE.fullmatch("".join(part.split()))
+        match = _RANGE.fullmatch(part) or _RANGE.fullmatch("".join(part.split()))
         if match is None:
             raise ScpiError(-171)
         if max(len(group or "") for group in match.groups()) > 4:
