@@ -45,12 +45,9 @@ class LimitedDynamometer(Limited):
 
     def measure(self) -> DynamometerReading:
         """Return one reading; raises LimitError where its speed or its torque is beyond a limit."""
-        reading = self._instrument.measure()
-        for parameter, value, unit, quantity in (
-            ("speed", reading.speed, "rad/s", Quantity.SPEED),
-            ("torque", reading.torque, "N·m", Quantity.TORQUE),
-        ):
-            check_reading(self._name, parameter, value, unit, self._reading_bounds[quantity])
+        reading: DynamometerReading = self._instrument.measure()
+        check_reading(self._name, "speed", reading.speed, "rad/s", self._reading_bounds[Quantity.SPEED])
+        check_reading(self._name, "torque", reading.torque, "N·m", self._reading_bounds[Quantity.TORQUE])
         return reading
 
 

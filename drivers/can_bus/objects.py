@@ -64,7 +64,8 @@ class NodeObjects:
             raw = self._client.upload(index, subindex)
         except LINE_ERRORS as error:
             raise self._failure(error, command) from error
-        self.trace("read", raw.hex(" "))
+        if self._traffic is not None:
+            self._traffic("read", raw.hex(" "))
         return raw
 
     def read_text(self, index: int, subindex: int) -> str:

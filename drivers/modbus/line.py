@@ -80,7 +80,8 @@ class ModbusLine:
                 reply = self._repeat(command, unit, address, count)
         self._check(reply, command, unit, address)
         registers = list(reply.registers)
-        self._trace("read", " ".join(f"{register:04X}" for register in registers))
+        if self._traffic is not None:
+            self._traffic("read", " ".join(f"{register:04X}" for register in registers))
         if len(registers) != count:
             raise CommunicationError(self.name, f"{len(registers)} registers instead of {count}", command=command)
         return registers
