@@ -83,13 +83,13 @@ class DynamometerShaft:
     def own_speed(self) -> float:
         """Present speed (rad/s) of the machine's own shaft, coupled or not."""
         with self._timeline.observing():
-            return self._timeline.state.speed
+            return self._timeline.speed
 
     def speed(self, aperture: float = 0.0) -> float:
         """Return the mean speed (rad/s, signed) of the dynamometer over the last `aperture` s."""
         with self._timeline.observing():
             if aperture <= 0.0:
-                return self._timeline.state.speed
+                return self._timeline.speed
             return self._timeline.turned(aperture) / aperture
 
     def torque(self, aperture: float = 0.0) -> float:

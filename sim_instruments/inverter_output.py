@@ -63,8 +63,13 @@ class InverterOutput:
     @property
     def fault(self) -> str | None:
         """What has switched the bridge off by itself, or None."""
+        inverter = self._timeline.settings.inverter
+        with self._timeline.lock:
+            # Only a bridge that is on switches itself off.
+            if not inverter.enabled:
+                return inverter.fault
         with self._timeline.observing():
-            return self._timeline.settings.inverter.fault
+            return inverter.fault
 
     def output_frequency(self) -> float:
         """Return the electrical frequency (Hz, signed) the bridge puts out now, in the order of its own outputs."""

@@ -193,11 +193,14 @@ class Settings:
 
     def sockets(self) -> tuple[Contact, Contact, Contact]:
         """Return the socket that each of the motor's own terminals A, B, C really meets."""
+        faults, wiring = self.faults, self.wiring
+        if faults.swapped is None and self.exchanged is None and faults.open_phase is None and not faults.unplugged:
+            return wiring["A"], wiring["B"], wiring["C"]
         real: dict[Terminal, Contact] = {}
         for label in TERMINALS:
             terminal = self.motor_terminal(label)
-            broken = self.faults.unplugged or terminal == self.faults.open_phase
-            real[terminal] = "open" if broken else self.wiring[label]
+            broken = faults.unplugged or terminal == faults.open_phase
+            real[terminal] = "open" if broken else wiring[label]
         return real["A"], real["B"], real["C"]
 
 

@@ -41,8 +41,10 @@ def next_update(
     if heating is not None:
         final, constant = heating.temperature, heating.time_constant
     else:
-        at = np.array([segment.start, min(segment.end, segment.start + _LOOK_AHEAD)])
-        final = ambient + motor.thermal_resistance * float(segment.copper_loss(at).max())
+        final = ambient
+        if segment.warms:
+            at = np.array([segment.start, min(segment.end, segment.start + _LOOK_AHEAD)])
+            final += motor.thermal_resistance * float(segment.copper_loss(at).max())
         constant = motor.thermal_time_constant
     if abs(final - temperature) <= _NEGLIGIBLE:
         return segment

@@ -73,6 +73,20 @@ class Timeline:
         return self._state
 
     @property
+    def angle(self) -> float:
+        """The shaft's angle (rad) at the present time."""
+        if self._state is None:
+            return float(self.present.motion.angle(np.array([self.now]))[0])
+        return self._state.angle
+
+    @property
+    def speed(self) -> float:
+        """The shaft's speed (rad/s) at the present time."""
+        if self._state is None:
+            return float(self.present.motion.speed(np.array([self.now]))[0])
+        return self._state.speed
+
+    @property
     def present(self) -> Segment:
         """The segment that lasts now."""
         if self._present is None:

@@ -242,12 +242,12 @@ class World:
     def dial_angle(self) -> float:
         """Return the shaft's true mechanical angle (rad, unbounded)."""
         with self._timeline.observing():
-            return self._timeline.state.angle
+            return self._timeline.angle
 
     def shaft_velocity(self) -> float:
         """Return the shaft's present speed (rad/s, signed)."""
         with self._timeline.observing():
-            return self._timeline.state.speed
+            return self._timeline.speed
 
     def short_leads(self, shorted: bool) -> None:
         """Clip the bridge's leads together, for its short correction, or put them back on the motor."""
@@ -318,7 +318,7 @@ class World:
         """Return the mean of |speed| (rad/s, mechanical) over the `gate` s before `until` (s; now); a gate of 0 is the present value."""
         with self._timeline.observing():
             if gate <= 0.0:
-                return abs(self._timeline.state.speed)
+                return abs(self._timeline.speed)
             return self._timeline.travelled(gate, until) / gate
 
     def truth(self) -> dict[str, Any]:

@@ -51,6 +51,7 @@ class MessageDevice(Protocol):
 @dataclass(slots=True)
 class _Session:
     device: MessageDevice
+    connection: Connection
     pulled: int
     attributes: dict[int, Any] = field(default_factory=dict)
     timeout: float | None = _DEFAULT_TIMEOUT / 1000.0
@@ -92,9 +93,10 @@ class InProcessVisaLibrary(VisaLibraryBase):
             raise VisaIOError(StatusCode.error_invalid_object) from None
 
     def _connected(self, session: int) -> _Session:
-        entry = self._session(session)
-        connection = entry.device.connection
-        if not connection.up or connection.pulled != entry.pulled:
+        entry = self._sessions.get(session)
+        if entry is None:
+            raise VisaIOError(StatusCode.error_invalid_object)
+        if not entry.connection.up or entry.connection.pulled != entry.pulled:
             raise VisaIOError(StatusCode.error_connection_lost)
         return entry
 
@@ -125,7 +127,9 @@ class InProcessVisaLibrary(VisaLibraryBase):
             self.handle_return_value(None, StatusCode.error_resource_not_found)
             raise VisaIOError(StatusCode.error_resource_not_found)
         handle = VISASession(next(self._handles))
-        self._sessions[handle] = _Session(device, device.connection.pulled, _initial_attributes(name))
+        self._sessions[handle] = _Session(
+            device, device.connection, device.connection.pulled, _initial_attributes(name)
+        )
         self._last_status_in_session[handle] = StatusCode.success
         return handle, StatusCode.success
 
@@ -150,7 +154,7 @@ class InProcessVisaLibrary(VisaLibraryBase):
         except NoReplyError:
             self.handle_return_value(session, StatusCode.error_timeout)
             raise VisaIOError(StatusCode.error_timeout) from None
-        status = _STATUS[reason]
+        status = StatusCode.success if reason is ReadEnd.MESSAGE else _STATUS[reason]
         self._last_status_in_session[session] = status
         return data, status
 

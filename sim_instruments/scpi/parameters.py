@@ -115,7 +115,10 @@ def channel_list(argument: Argument, highest: int) -> tuple[int, ...]:
         raise ScpiError(-104 if argument.kind != "expression" else -171)
     channels: list[int] = []
     for part in argument.text.strip()[1:].split(","):
-        match = _RANGE.fullmatch(part) or _RANGE.fullmatch("".join(part.split()))
+        if len(part) == 1 and "1" <= part <= "9" and int(part) <= highest:
+            channels.append(int(part))
+            continue
+        match = _RANGE.fullmatch("".join(part.split()))
         if match is None:
             raise ScpiError(-171)
         if max(len(group or "") for group in match.groups()) > 4:
