@@ -18,8 +18,6 @@ The result depends on seed and number of motors only, however many workers there
 
 import argparse
 import gc
-import multiprocessing
-import os
 import resource
 import time
 from collections import Counter, deque
@@ -28,6 +26,7 @@ from functools import partial
 from itertools import islice
 from typing import Any
 
+from tests.studies.forked import context
 from tests.studies.measured_motor import Measured, measure, study_plan
 from tests.studies.tally import Tally, lines
 
@@ -56,11 +55,9 @@ def measure_some(
 
 def by_workers(seed: int, motors: int, workers: int, procedures: tuple[str, ...] = ()) -> Iterator[Measured]:
     """Give all motors in order, measured by processes of this machine."""
-    # Small matrices gain nothing from threads of their own, which keep both cores busy waiting for each other.
-    os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
     handfuls = [range(k, min(k + 4, motors)) for k in range(0, motors, 4)]
     # A fresh process now and then, so that nothing that a library keeps can add up.
-    with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=100) as pool:
+    with context().Pool(workers, maxtasksperchild=100) as pool:
         for some in pool.imap(partial(measure_some, seed, procedures=procedures), handfuls):
             yield from some
 

@@ -17,8 +17,6 @@ The result depends on seed and motor only, however many workers there are.
 
 import argparse
 import logging
-import multiprocessing
-import os
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -26,6 +24,7 @@ from functools import partial
 
 from tests.studies.fault_cases import Case, cases
 from tests.studies.faulty_run import REFUSED, RIGHT, TOLD, WARNED, WRONG, Ended, judge
+from tests.studies.forked import context
 
 OUTCOMES = (RIGHT, REFUSED, TOLD, WARNED, WRONG)
 _EVERY = 100
@@ -42,9 +41,8 @@ def judge_all(given: Sequence[Case], seed: int, workers: int) -> Iterator[Ended]
     if workers == 0:
         yield from map(partial(judge_quietly, seed=seed), given)
         return
-    os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
     # Cases of one procedure go to one process, which then knows the undisturbed run; a fresh process now and then.
-    with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=400) as pool:
+    with context().Pool(workers, maxtasksperchild=400) as pool:
         yield from pool.imap(partial(judge_quietly, seed=seed), given, chunksize=10)
 
 

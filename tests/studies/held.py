@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,10 @@ from bench.commands.station import reset
 from bench.guardian.record import read_guardian
 from bench.record.journal import Event, read_journal
 from bench.served_world import ServedWorld
+from tests.studies.forked import Forked
+from tests.studies.held_run import hold
 
 QUIET = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
-HELD_RUN = Path(__file__).parent / "held_run.py"
 #: Nobody dies in a test for longer than this (s).
 PATIENCE = 30.0
 
@@ -82,14 +82,7 @@ class Run:
     def __init__(self, served: Served, folder: Path, *then: str) -> None:
         self.served = served
         self.runs = folder
-        self.process = subprocess.Popen(
-            [sys.executable, str(HELD_RUN), str(served.station), str(folder), *then],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=QUIET,
-        )
+        self.process = Forked(hold, str(served.station), folder, then)
         try:
             self._begin()
         except BaseException:
@@ -98,8 +91,6 @@ class Run:
 
     def _begin(self) -> None:
         """See that everything is on, and have it go on from there."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
         said = self.process.stdout.readline()
         assert said == "energised\n", said + self.process.communicate(timeout=PATIENCE)[1]
         truth = self.served.world.truth()
@@ -109,13 +100,7 @@ class Run:
 
     def drop(self) -> None:
         """Leave nothing of it behind; its guardian leaves by itself."""
-        if self.process.poll() is None:
-            self.process.kill()
-        self.process.wait()
-        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
-            if stream is not None:
-                with suppress(BrokenPipeError):
-                    stream.close()
+        self.process.close()
 
     @property
     def folder(self) -> Path:

@@ -1,14 +1,17 @@
 """A run that energises everything at once, says so, and once told to go on does what it is to do: for tests that end it in every manner.
 
-Arguments: station file, folder of runs, what happens once everything is on (wait, disk-full, deadlock, lose ROLE).
+What it does once everything is on: wait, disk-full, deadlock, lose ROLE.
 """
 
 import json
+import os
 import resource
 import signal
 import sys
 import threading
+from collections.abc import Sequence
 from contextlib import ExitStack
+from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -19,8 +22,6 @@ from procedures.bench import Role
 from procedures.procedure import Procedure, Settings
 from procedures.steps import step
 
-THEN = sys.argv[3:]
-
 
 class Hold(Procedure[Settings]):
     """Supply, dynamometer and inverter on, until somebody ends it."""
@@ -30,6 +31,8 @@ class Hold(Procedure[Settings]):
     section: ClassVar[str] = "9.9"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.DYNAMOMETER, Role.INVERTER})
     gives: ClassVar[tuple[str, ...]] = ()
+    runs: ClassVar[Path]
+    then: ClassVar[tuple[str, ...]]
 
     def measure(self) -> None:
         self.hold()
@@ -44,7 +47,7 @@ class Hold(Procedure[Settings]):
             print("energised", flush=True)
             # Whoever started it looks first.
             sys.stdin.readline()
-            getattr(self, THEN[0].replace("-", "_"))(*THEN[1:])
+            getattr(self, self.then[0].replace("-", "_"))(*self.then[1:])
 
     def wait(self) -> None:
         self.bench.clock.sleep(1e6)
@@ -55,7 +58,7 @@ class Hold(Procedure[Settings]):
         threading.Event().wait()
 
     def disk_full(self) -> None:
-        journal = next(Path(sys.argv[2]).glob("*/journal.jsonl"))
+        journal = next(self.runs.glob("*/journal.jsonl"))
         limit = journal.stat().st_size + 10
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
         self.bench.supply.measure_voltage()
@@ -66,23 +69,14 @@ class Hold(Procedure[Settings]):
             getattr(self.bench, role).measure_current()
 
 
-def main() -> int:
-    done = run(
-        Wishes(
-            procedures=["hold"],
-            motor=load_motor("lg-400w"),
-            station=sys.argv[1],
-            language="en",
-            runs=Path(sys.argv[2]),
-            operator="virtual",
-        ),
-        {"hold": Hold},
-        console_on(sys.stderr),
-    )
+def hold(station: str, runs: Path, then: tuple[str, ...], streams: Sequence[DupFd]) -> None:
+    """Run in a process that was forked for it; `streams` are its standard input, output and error."""
+    for number, stream in enumerate(streams):
+        os.dup2(stream.detach(), number)
+    sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
+    Hold.runs, Hold.then = runs, then
+    motor = load_motor("lg-400w")
+    wishes = Wishes(procedures=["hold"], motor=motor, station=station, language="en", runs=runs, operator="virtual")
+    done = run(wishes, {"hold": Hold}, console_on(sys.stderr))
     told: dict[str, Any] = {"status": done.view.status, "cause": done.view.cause}
     print(json.dumps(told), flush=True)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
