@@ -180,8 +180,11 @@ def _flat(value: Any) -> Any:
     names = _field_names(kind)  # type: ignore[arg-type]  # a class can be hashed
     if names is None:
         return value
-    items = ((name, getattr(value, name)) for name in names)
-    return {name: item if type(item) in _PLAIN else _flat(item) for name, item in items}
+    told = {}
+    for name in names:
+        item = getattr(value, name)
+        told[name] = item if type(item) in _PLAIN else _flat(item)
+    return told
 
 
 @cache
