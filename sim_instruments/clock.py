@@ -44,6 +44,8 @@ class VirtualClock:
         self._condition = threading.Condition(self._lock)
         self._order = itertools.count()
         self._sleepers: list[tuple[float, int]] = []
+        #: How many threads are in the middle of a sleep that may have to wait for others.
+        self._blocked = 0
         self._advancing = False
         self._advancer: int | None = None
         self._callbacks: list[Callable[[float], None]] = []
@@ -127,6 +129,7 @@ class VirtualClock:
                 self._begin_jump(ticket[0])
             else:
                 heapq.heappush(self._sleepers, ticket)
+                self._blocked += 1
         if alone:
             self._finish_jump(None)
             return
@@ -137,6 +140,7 @@ class VirtualClock:
                     self._condition.wait()
         finally:
             with self._lock:
+                self._blocked -= 1
                 if ticket in self._sleepers:
                     self._sleepers.remove(ticket)
                     heapq.heapify(self._sleepers)
@@ -188,4 +192,5 @@ class VirtualClock:
                     heapq.heappop(self._sleepers)
                 self._advancing = False
                 self._advancer = None
-                self._condition.notify_all()
+                if self._blocked:
+                    self._condition.notify_all()

@@ -200,7 +200,9 @@ class Timeline:
             segment = self._segment(number)
             end = min(segment.end, last)
             start = max(segment.start, begin)
-            if end > start:
+            if end > start and not segment.reversals:
+                yield segment, start, end
+            elif end > start:
                 inside = [time for time in segment.reversals if start < time < end]
                 for first, second in pairwise([start, *inside, end]):
                     yield segment, first, second
