@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,11 @@ _ROUNDS = 200
 _LAST_STEP = 3e-5
 #: Share of the curvature that is added to it where a step leads too far.
 _LEAST_DAMPING = 1e-3
+#: Share of a normal matrix's diagonal that is rounding.
+_NOTHING = 1e-14
+
+#: Gives the residuals (n,) for parameters (k,), and their derivatives (k, n).
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True)
@@ -24,45 +30,75 @@ class Solution:
     cost: float
 
 
-def solve(
-    evaluate: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
-    start: FloatArray,
-    scale: FloatArray,
-    names: Sequence[str],
-) -> Solution:
+class Minimum(NamedTuple):
+    """Where the sum of squares is smallest: `values` (k,), the `slopes` (k, n) of the residuals, `cost` = Σr²; `settled` where no step
+    would bring it further down.
+    """
+
+    values: FloatArray
+    slopes: FloatArray
+    cost: float
+    settled: bool
+
+
+def minimise(
+    evaluate: Evaluate, start: FloatArray, scale: FloatArray, *, least: float, floor: float, rounds: int
+) -> Minimum:
     """Minimise Σ residuals(p)² from `start` by Levenberg's and Marquardt's method; `scale` (k,) is a typical size of a change.
 
-    `evaluate` gives the residuals (n,), of unit variance, and their derivatives (k, n) by the parameters.
-    Raises EstimationError where it does not converge or the data leave a parameter undetermined.
+    It has settled where a step would bring the squares down by no more than `least` in units of what a residual leaves on average,
+    which counts as no less than `floor`.
     """
-    fitted = ", ".join(names)
-    values = start
+    values, damping = start, 0.0
     residuals, slopes = evaluate(values)
-    cost, damping = float(residuals @ residuals), 0.0
-    if not np.isfinite(cost):
-        raise EstimationError(f"the fit of {fitted} does not start; check the record")
-    for _ in range(_ROUNDS):
+    cost = float(residuals @ residuals)
+    for _ in range(rounds):
         normal, gradient = scale * (slopes @ slopes.T) * scale[:, None], scale * (slopes @ residuals)
-        damped = normal + damping * np.diag(np.diag(normal))
-        step = np.linalg.lstsq(damped, -gradient, rcond=1e-15)[0]
-        # The squares fall by the step's own square in units of its variance.
+        sizes = np.diag(normal)
+        step = _newton_step(normal + damping * np.diag(sizes + _NOTHING * np.sum(sizes)), gradient)
+        if step is None:
+            damping = max(10.0 * damping, _LEAST_DAMPING)
+            continue
         fall = float(-gradient @ step)
-        if fall < _LAST_STEP**2 * max(1.0, cost / residuals.size):
-            break
-        tried = evaluate(values + step * scale)
+        if fall <= least * max(floor, cost / residuals.size):
+            # So small a last step does what the derivatives say.
+            return Minimum(values + step * scale, slopes, cost - fall, True)
+        further = values + step * scale
+        tried = evaluate(further)
         reached = float(tried[0] @ tried[0])
         if reached < cost:
-            values, cost = values + step * scale, reached
+            values, cost = further, reached
             residuals, slopes = tried
             damping = 0.1 * damping if damping > _LEAST_DAMPING else 0.0
         else:
             damping = max(10.0 * damping, _LEAST_DAMPING)
-    else:
+    return Minimum(values, slopes, cost, False)
+
+
+def _newton_step(normal: FloatArray, gradient: FloatArray) -> FloatArray | None:
+    """Return −normal⁻¹·gradient; None where a parameter does, but for rounding, what others do together."""
+    try:
+        pivots = np.diag(np.linalg.cholesky(normal))
+    except np.linalg.LinAlgError:
+        return None
+    if np.any(pivots**2 < _NOTHING * np.diag(normal)):
+        return None
+    return np.asarray(np.linalg.solve(normal, -gradient), dtype=np.float64)
+
+
+def solve(evaluate: Evaluate, start: FloatArray, scale: FloatArray, names: Sequence[str]) -> Solution:
+    """Minimise Σ residuals(p)² from `start`; `scale` (k,) is a typical size of a change, residuals are of unit variance.
+
+    Raises EstimationError where it does not converge or the data leave a parameter undetermined.
+    """
+    fitted = ", ".join(names)
+    # The squares fall by a step's own square in units of its variance.
+    found = minimise(evaluate, start, scale, least=_LAST_STEP**2, floor=1.0, rounds=_ROUNDS)
+    if not (found.settled and np.all(np.isfinite(found.values))):
         raise EstimationError(f"the fit of {fitted} does not converge; check that the record shows what it should")
-    q, r = np.linalg.qr((slopes * scale[:, None]).T)
+    q, r = np.linalg.qr((found.slopes * scale[:, None]).T)
     sizes = np.linalg.svd(r, compute_uv=False)
     if not sizes[-1] > 1e-10 * sizes[0]:
         raise EstimationError(f"the record does not determine {fitted} apart; take a longer or livelier one")
     inverse = (scale[:, None] * np.linalg.inv(r)) @ q.T
-    # So small a last step does what the derivatives say.
-    return Solution(values + step * scale, inverse @ inverse.T, inverse, cost - fall)
+    return Solution(found.values, inverse @ inverse.T, inverse, found.cost)

@@ -2,14 +2,15 @@
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
+from numpy.typing import ArrayLike, NDArray
 
 from procedures.estimation.checks import increasing, same_length, series
 from procedures.estimation.fit import EstimationError, FloatArray
+from procedures.estimation.nonlinear import minimise
 from procedures.estimation.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
 
-_CHIRPS = np.linspace(-0.6, 0.6, 25)
+ComplexArray = NDArray[np.complex128]
+_CHIRPS, _FINE = np.linspace(-0.6, 0.6, 25), 16
 #: Degrees of the course that are tried; a hand that wavers several times during the sweep needs the high ones.
 _DEGREES = (1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 22, 27, 32, 38, 45, 53, 63)
 #: Up to this degree the phase of the analytic signal, which ends short of the sweep's ends, determines a course.
@@ -21,10 +22,14 @@ _HANGS_TOGETHER = 0.35
 #: Weight of a coefficient of the course (rad) against a residual in standard deviations of the readings: too little to move
 #: what the readings show, enough to keep a high degree from swinging where they show nothing (an extreme at an end).
 _SMOOTH = 2e-3
+#: A step of the course below this share of its standard uncertainty is the last one.
+_LAST_STEP = 1e-4
 #: Fewer periods than this determine no saliency; below this share of the mean there is none to determine.
 LEAST_PERIODS, _NOTEWORTHY = 1.6, 2.5e-3
 #: Over a period or more the amplitude is half the readings' range; much more is a fit that mean and cosine cancel in.
 _PLAUSIBLE = 0.6
+#: Keeps a normal matrix regular whose course stands still.
+_RIDGE = 1e-13
 
 
 def _scan(x: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:
@@ -32,17 +37,24 @@ def _scan(x: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:
     centred = values - np.mean(values)
     highest = min(0.45 * (values.size - 1), 60.0)
     periods = np.arange(0.7, max(highest, 2.0), 0.2)
-    best, found = -1.0, np.array([0.0, 2 * np.pi])
-    for chirp in _CHIRPS:
-        # The rate runs from (1 − chirp) to (1 + chirp) of its mean.
-        shape = x + 0.5 * chirp * (x**2 - 1)
-        courses = np.exp(1j * np.pi * np.outer(periods, shape))
-        power = np.abs(courses @ centred)
-        index = int(np.argmax(power))
-        if power[index] > best:
-            best = float(power[index])
-            found = np.pi * periods[index] * np.array([0.0, 1.0, 0.25 * chirp])
+    # The rate runs from (1 − chirp) to (1 + chirp) of its mean.
+    shapes = x + 0.5 * _CHIRPS[:, None] * (x**2 - 1)
+    # Each number of periods is so many times _FINE steps of 0.2 and some steps more: the waves are products of two.
+    step = np.exp(0.2j * np.pi * shapes)
+    fine = _turning(np.ones_like(step), step, _FINE)
+    coarse = _turning(np.exp(0.7j * np.pi * shapes), fine[:, -1] * step, -(-periods.size // _FINE))
+    sums = (coarse * centred) @ fine.transpose(0, 2, 1)
+    power = np.abs(sums).reshape(_CHIRPS.size, -1)[:, : periods.size]
+    chirp, period = np.unravel_index(int(np.argmax(power)), power.shape)
+    found = np.pi * periods[period] * np.array([0.0, 1.0, 0.25 * _CHIRPS[chirp]])
     return found, float(periods.size * 0.2 * _CHIRPS.size)
+
+
+def _turning(first: ComplexArray, turn: ComplexArray, count: int) -> ComplexArray:
+    """Return first, first·turn, first·turn², … (m, count, n) for arrays (m, n)."""
+    factors = np.repeat(turn[:, None], count, axis=1)
+    factors[:, 0] = first
+    return np.asarray(np.cumprod(factors, axis=1), dtype=np.complex128)
 
 
 def _analytic_phase(x: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -61,29 +73,24 @@ def _analytic_phase(x: FloatArray, values: FloatArray) -> tuple[FloatArray, Floa
 
 def _refine(x: FloatArray, values: FloatArray, start: FloatArray, degree: int) -> tuple[FloatArray, float]:
     """Refine the course's coefficients (Chebyshev, constant left out), mean and amplitude solved for each."""
-    basis = chebyshev.chebvander(x, degree)[:, 1:]
+    basis = chebyshev.chebvander(x, degree)[:, 1:].T
     begin = np.zeros(degree)
     known = min(degree, start.size - 1)
     begin[:known] = start[1 : known + 1]
-    scale = float(np.std(values))
-    smooth = _SMOOTH * np.eye(degree)[2:]
+    size = float(np.std(values))
+    smooth = np.full(degree, _SMOOTH)
+    smooth[:2] = 0.0
 
-    def solved(c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        course = basis @ c
-        q, r = np.linalg.qr(np.column_stack((np.ones_like(course), np.cos(course), np.sin(course))))
-        return course, q, np.linalg.lstsq(r, q.T @ values, rcond=None)[0]
+    def evaluate(c: FloatArray) -> tuple[FloatArray, FloatArray]:
+        course = c @ basis
+        design, inverse, found = _wave(course, values)
+        # What mean and amplitude take up of a change of course does not count.
+        slopes = (found[2] * design[1] - found[1] * design[2]) * basis
+        slopes -= slopes @ design.T @ inverse @ design
+        return np.append((values - found @ design) / size, smooth * c), np.hstack((slopes / -size, np.diag(smooth)))
 
-    def residuals(c: FloatArray) -> FloatArray:
-        _, q, _ = solved(c)
-        return np.append((values - q @ (q.T @ values)) / scale, _SMOOTH * c[2:])
-
-    def jacobian(c: FloatArray) -> FloatArray:
-        course, q, k = solved(c)
-        slope = (k[2] * np.cos(course) - k[1] * np.sin(course))[:, None] * basis
-        return np.vstack(((q @ (q.T @ slope) - slope) / scale, smooth))
-
-    found = least_squares(residuals, begin, jac=jacobian, max_nfev=40, method="lm", xtol=1e-9, ftol=1e-9)
-    return np.append(0.0, found.x), float(2 * found.cost) * scale**2
+    found = minimise(evaluate, begin, np.ones(degree), least=_LAST_STEP**2, floor=1e-20, rounds=40)
+    return np.append(0.0, found.values), found.cost * size**2
 
 
 def _hangs_together(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
@@ -98,21 +105,30 @@ def _left(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> float:
 
 
 def _residuals(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> FloatArray:
-    course = chebyshev.chebval(x, coefficients)
-    design = np.column_stack((np.ones_like(course), np.cos(course), np.sin(course)))
-    return np.asarray(values - design @ np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
+    design, _, found = _wave(_course(x, coefficients), values)
+    return np.asarray(values - found @ design, dtype=np.float64)
+
+
+def _course(x: FloatArray, coefficients: FloatArray) -> FloatArray:
+    return np.asarray(chebyshev.chebval(x, coefficients), dtype=np.float64)
+
+
+def _wave(course: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return 1, cosine and sine of a course (3, n), the inverse of their normal matrix, and their coefficients in the readings."""
+    design = np.array((np.ones_like(course), np.cos(course), np.sin(course)))
+    inverse = np.linalg.inv(design @ design.T + _RIDGE * values.size * np.eye(3))
+    return design, inverse, inverse @ (design @ values)
 
 
 def _acceptable(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
     """Whether the course never turns back, every period of it was sampled, and the amplitude is one the readings show."""
-    course = chebyshev.chebval(x, coefficients)
+    course = _course(x, coefficients)
     # From reading to reading, the first and the last left out: beside an extreme at an end, both sides fit as well.
     steps = np.diff(course)
     inner = steps[1:-1] * np.sign(course[-1] - course[0])
     if np.min(inner) <= 0.0 or np.max(np.abs(steps)) >= 0.97 * np.pi:
         return False
-    design = np.column_stack((np.ones_like(course), np.cos(course), np.sin(course)))
-    _, cosine, sine = np.linalg.lstsq(design, values, rcond=None)[0]
+    _, cosine, sine = _wave(course, values)[2]
     return bool(np.hypot(cosine, sine) <= _PLAUSIBLE * np.ptp(values))
 
 
@@ -135,12 +151,16 @@ def fit_timed_sweep(
     scanned, tried = _scan(x, values)
     n = t.size
     places, phase = _analytic_phase(x, values)
+    degrees = [degree for degree in _DEGREES if degree <= min(largest_degree, n // 3)]
+    # One decomposition serves the polynomials of all degrees: its leading part is that of a lower one.
+    q, r = np.linalg.qr(chebyshev.chebvander(places, max(d for d in degrees if d <= _FOLLOWED)))
+    along = phase @ q
     best_score, best = np.inf, scanned[:2]
     course, worse = scanned, 0
-    for degree in (d for d in _DEGREES if d <= min(largest_degree, n // 3)):
+    for degree in degrees:
         starts = [scanned if degree <= 2 else course]
         if degree <= _FOLLOWED:
-            starts.append(np.asarray(chebyshev.chebfit(places, phase, degree), dtype=np.float64))
+            starts.append(np.linalg.solve(r[: degree + 1, : degree + 1], along[: degree + 1]))
         begin = min(starts, key=lambda start: _left(x, values, start[: degree + 1]))
         course, squares = _refine(x, values, begin, degree)
         parameters = degree + 4
