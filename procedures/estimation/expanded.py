@@ -5,13 +5,16 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy import special
-from scipy.optimize import brentq
 
 from procedures.estimation.fit import FloatArray
 
 #: A rectangular part below this share of the whole is as good as normal.
 _SMALL = 0.1
 _CELLS = 600
+#: With more degrees of freedom Student's density is the normal one, and its factor would be a difference of large numbers.
+_MANY = 1e6
+#: A last step of this share of the standard uncertainty.
+_PRECISE = 1e-4
 
 
 def half_width(rectangular: Sequence[float], scattered: Sequence[tuple[float, float]], coverage: float = 0.95) -> float:
@@ -37,14 +40,17 @@ def half_width(rectangular: Sequence[float], scattered: Sequence[tuple[float, fl
     place, share = _sum_of(large, cell)
     spread = math.hypot(rest, cell / math.sqrt(12.0))
 
-    def beyond(width: float) -> float:
-        return float(share @ _cumulative((-width - place) / spread, freedom))
-
-    # A t of few degrees of freedom reaches far: the bracket grows until the tail beyond it is small enough.
-    low, high = 0.0, 4.0 * total
-    while beyond(high) > tail:
-        low, high = high, 2.0 * high
-    return float(brentq(lambda width: beyond(width) - tail, low, high, xtol=5e-5 * total))
+    # Newton's method within a bracket, from what a single rectangular part would have.
+    low, high, width = 0.0, math.inf, coverage * math.sqrt(3.0) * total
+    while True:
+        below = (-width - place) / spread
+        beyond = float(share @ _cumulative(below, freedom)) - tail
+        slope = float(share @ _density(below, freedom)) / spread
+        low, high = (width, high) if beyond > 0.0 else (low, width)
+        nearer = width + beyond / slope if slope > 0.0 else low
+        if abs(nearer - width) < _PRECISE * total:
+            return nearer
+        width = nearer if low < nearer < high else 0.5 * (low + high)
 
 
 def _quantile(probability: float, freedom: float) -> float:
@@ -53,6 +59,14 @@ def _quantile(probability: float, freedom: float) -> float:
 
 def _cumulative(values: FloatArray, freedom: float) -> FloatArray:
     return np.asarray(special.stdtr(freedom, values) if math.isfinite(freedom) else special.ndtr(values))
+
+
+def _density(values: FloatArray, freedom: float) -> FloatArray:
+    if freedom > _MANY:
+        return np.asarray(np.exp(-0.5 * values**2) / math.sqrt(2.0 * math.pi))
+    power = 0.5 * (freedom + 1.0)
+    highest = math.exp(math.lgamma(power) - math.lgamma(0.5 * freedom)) / math.sqrt(freedom * math.pi)
+    return np.asarray(highest * np.exp(-power * np.log1p(values**2 / freedom)))
 
 
 def _sum_of(half_widths: Sequence[float], cell: float) -> tuple[FloatArray, FloatArray]:
