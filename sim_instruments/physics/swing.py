@@ -1,12 +1,10 @@
 """A free rotor under current: the one law of the bench whose motion needs integrating."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.integrate import OdeSolution, solve_ivp
 
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.ringing import Ringing, Rules
@@ -17,8 +15,6 @@ from sim_instruments.physics.windings import FloatArray
 __all__ = ["Grip", "Shaft", "Swing", "Thresholds"]
 
 Ending = Literal["horizon", "standstill", "current", "voltage"]
-
-_RELATIVE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -43,8 +39,7 @@ class Grip:
 class Swing:
     """Solution of shaft and circuit together, until static friction holds the shaft or a threshold is passed.
 
-    `reversals` are the times (s) at which the shaft turns back on the way. Against a stiff circuit the swing ends at the
-    first one.
+    `reversals` are the times (s) at which the shaft turns back on the way.
     """
 
     def __init__(
@@ -79,16 +74,12 @@ class Swing:
         span = max(horizon - start, 1e-12)
         ringing = Ringing(self._equations, begin, direction, span, rules)
         self._ringing = ringing
-        self._creep: OdeSolution | None = None
         self.reversals = tuple(start + passed for passed in ringing.reversals)
         end = ringing.end
         if ringing.ending == "threshold":
             self.ending = passing
         elif ringing.ending in ("standstill", "creep"):
             self.ending = "standstill"
-        elif ringing.ending == "laboured":
-            state = ringing.states(np.array([end]))[:, 0]
-            self._creep, end, self.ending = self._crept(state, ringing.direction, (end, span), rules, passing)
         self.end = horizon if self.ending == "horizon" else start + end
 
     # Motion
@@ -140,13 +131,7 @@ class Swing:
     # Integration
 
     def _states(self, times: FloatArray) -> FloatArray:
-        passed = times - self._start
-        ringing = self._ringing.states(passed)
-        if self._creep is None:
-            return ringing
-        creeping = np.asarray(self._creep(np.maximum(passed, self._ringing.end)), dtype=np.float64)
-        result: FloatArray = np.where(passed <= self._ringing.end, ringing, creeping)
-        return result
+        return self._ringing.states(times - self._start)
 
     def _derivatives(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the states' derivatives (shape (states, n)) and what the supply watches (n,)."""
@@ -157,45 +142,3 @@ class Swing:
         ]
         slopes = np.array([slope for slope, _, _ in found]).reshape(len(times), len(states)).T
         return slopes, np.array([watched for _, watched, _ in found])
-
-    def _crept(
-        self, begin: FloatArray, direction: int, span: tuple[float, float], rules: Rules, passing: Ending
-    ) -> tuple[OdeSolution, float, Ending]:
-        """Integrate a stiff circuit until the shaft first stands; return states over time, the end (s) and its cause."""
-        law = self._equations.law
-        events: list[tuple[Ending, _Event]] = [("standstill", _Event(lambda _, y: direction * float(y[1]), -1))]
-        if math.isfinite(rules.threshold):
-            watch = _Event(lambda t, y: law(t, y.tolist(), direction)[1] - rules.threshold, rules.sense)
-            events.append((passing, watch))
-        # Braked hard, rotor and currents ring against each other much faster than they creep: only an A-stable method
-        # steps over that.
-        solution = solve_ivp(
-            lambda t, y: law(t, y.tolist(), direction)[0],
-            span,
-            begin,
-            method="Radau",
-            dense_output=True,
-            events=[event for _, event in events],
-            rtol=_RELATIVE,
-            atol=np.array([1e-7, 1e-8 + _RELATIVE * abs(float(begin[1])), *(1e-6 for _ in begin[2:])]),
-        )
-        if not solution.success or solution.sol is None:
-            raise RuntimeError(
-                f"the swing of the rotor could not be integrated from {self._start:.6g} s on: {solution.message}"
-            )
-        ending: Ending = "horizon"
-        if solution.status == 1:
-            ending = events[next(k for k, times in enumerate(solution.t_events or ()) if len(times))][0]
-        return solution.sol, float(solution.t[-1]), ending
-
-
-class _Event:
-    """An event of solve_ivp: it ends the integration where its value passes zero in a direction."""
-
-    def __init__(self, value: Callable[[float, FloatArray], float], direction: int) -> None:
-        self._value = value
-        self.terminal = True
-        self.direction = direction
-
-    def __call__(self, passed: float, state: FloatArray) -> float:
-        return self._value(passed, state)

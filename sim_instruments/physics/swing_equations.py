@@ -72,6 +72,8 @@ class SwingEquations:
             self._voltage, self._voltage_slope = source.voltage, source.slope
         else:
             self._current = source.current / self._drive
+        #: Whether the source's voltage runs, so that the law depends on time itself.
+        self.timed = self._voltage_slope != 0.0
         self._has_1 = self._columns[1]
         self._follows = not self._columns[2] or self._k[2][2] > _FAST * self._m22
         self.law: Law = self._written_out()
