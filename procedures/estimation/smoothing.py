@@ -1,6 +1,6 @@
 """A signal freed of its sample noise, as far as it is smooth."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -53,7 +53,7 @@ def _unstructured(residual: FloatArray, noise: float) -> bool:
     return True
 
 
-def _polynomials(size: int) -> FloatArray:
+def cubics(size: int) -> FloatArray:
     """Return orthonormal cubics over so many samples (4, size); each sample by itself where there are few."""
     if size <= _SHORTEST:
         return np.eye(size)
@@ -71,9 +71,11 @@ def _polynomials(size: int) -> FloatArray:
     return rows
 
 
-def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | None:
+def smooth(
+    values: FloatArray, noise: float, *, most: int = 64, polynomials: Callable[[int], FloatArray] = cubics
+) -> Smoothed | None:
     """Replace values (n,) by cubics over pieces as long as `noise` (standard deviation) allows; None where that needs
-    more than `most` coefficients, as for a signal with ripple all along.
+    more than `most` coefficients, as for a signal with ripple all along. `polynomials` gives what `cubics` does.
     """
     result = np.empty_like(values)
     pieces: list[Piece] = []
@@ -82,7 +84,7 @@ def smooth(values: FloatArray, noise: float, *, most: int = 64) -> Smoothed | No
     while pending:
         begin, end = pending.pop()
         size, part = end - begin, values[begin:end]
-        directions = _polynomials(size)
+        directions = polynomials(size)
         coefficients = directions @ part
         fitted = coefficients @ directions
         if size > _SHORTEST and not _unstructured(part - fitted, noise):

@@ -1,7 +1,7 @@
 """A recorded voltage step, made ready for the fit: where it begins, what the probes read at rest, how noisy it is."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from procedures.estimation.checks import same_length, series, uniform_step
 from procedures.estimation.fit import EstimationError, FloatArray
 from procedures.estimation.noise import white_noise
-from procedures.estimation.smoothing import Piece, Smoothed, smooth
+from procedures.estimation.smoothing import Piece, Smoothed, cubics, smooth
 
 #: In a step of less than so many standard deviations of the noise, single samples do not show when it begins.
 _CLEAR = 20.0
@@ -74,19 +74,21 @@ def _edge(voltage: FloatArray, noise: float, resolution: float) -> int:
 
 def _smoothed(drive: FloatArray, current: FloatArray, voltage_noise: float, current_noise: float) -> Smoothed | None:
     """Return the voltage freed of its noise; what the current takes from it across the source's resistance is known by its shape."""
-    shape = smooth(current, current_noise)
+    # All three are cut into pieces of the same few lengths.
+    smoothed = partial(smooth, polynomials=cache(cubics))
+    shape = smoothed(current, current_noise)
     if shape is None or drive.size < _LEAST_TO_FOLLOW:
-        return smooth(drive, voltage_noise)
+        return smoothed(drive, voltage_noise)
     risen = slice(_risen(drive), None)
     taken = shape.values - float(np.mean(shape.values[risen]))
     squares = float(taken[risen] @ taken[risen])
     drop = float(taken[risen] @ drive[risen]) / squares if squares else 0.0
     if drop**2 * squares <= (_TAKEN * voltage_noise) ** 2:
-        return smooth(drive, voltage_noise)
-    rest = smooth(drive - drop * taken, voltage_noise)
+        return smoothed(drive, voltage_noise)
+    rest = smoothed(drive - drop * taken, voltage_noise)
     if rest is None:
-        return smooth(drive, voltage_noise)
-    simpler = smooth(drive, voltage_noise, most=rest.count - 1)
+        return smoothed(drive, voltage_noise)
+    simpler = smoothed(drive, voltage_noise, most=rest.count - 1)
     if simpler is not None:
         return simpler
     # The drop is off by the noise over √squares; what the rest holds of that shape anyway does not count again.
