@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim_instruments.physics.motion import Rest
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.segment import Segment
 from sim_instruments.settings import Heating
 
@@ -26,8 +28,13 @@ def temperature_after(
         return heating.temperature + (temperature - heating.temperature) * fallen
     loss = 0.0
     if segment.warms and motor.thermal_resistance > 0.0:
-        times, weights = segment.nodes_between(segment.start, until)
-        loss = float(weights @ segment.copper_loss(times)) / passed
+        circuit, heat = segment.circuit, None
+        if isinstance(circuit, LinearTransient):
+            heat = circuit.copper_heat(passed)
+        if heat is None:
+            times, weights = segment.nodes_between(segment.start, until)
+            heat = float(weights @ segment.copper_loss(times))
+        loss = heat / passed
     final = ambient + motor.thermal_resistance * loss
     return final + (temperature - final) * math.exp(-passed / motor.thermal_time_constant)
 
@@ -37,6 +44,8 @@ def next_update(
 ) -> Segment:
     """Return the segment, cut short where the winding's temperature will have changed its resistances by then."""
     if not segment.live and segment.supply_mode == "off" and segment.dynamometer.kind == "idle":
+        return segment
+    if isinstance(segment.motion, Rest) and isinstance(segment.circuit, LinearTransient) and segment.circuit.dead:
         return segment
     if heating is not None:
         final, constant = heating.temperature, heating.time_constant

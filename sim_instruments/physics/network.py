@@ -1,11 +1,13 @@
 """Which currents a wiring allows, and what drives them."""
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dsygvd
 
+from sim_instruments.physics.small import solve_small
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.physics.wiring import wiring
 
@@ -36,8 +38,11 @@ class Network:
         self._wiring = found = wiring(windings.motor.connection, self.sockets, source)
         self.source = found.source
         self.basis, self.drive, self._plus = found.basis, found.drive, found.plus
-        loss = np.diag(windings.resistance) + lead_resistance * found.leads + source_resistance * found.behind
-        self.damping: FloatArray = self.basis.T @ loss @ self.basis
+        self.damping: FloatArray = (
+            self.basis.T @ (windings.resistance[:, np.newaxis] * self.basis)
+            + lead_resistance * found.leads
+            + source_resistance * found.behind
+        )
 
     @property
     def loops(self) -> int:
@@ -63,8 +68,18 @@ class Network:
 
     def inertance(self, angle: float) -> FloatArray:
         """Return M = basisᵀ·L(θ)·basis (H) at an electrical angle."""
-        result: FloatArray = self.basis.T @ self.windings.inductance(angle) @ self.basis
+        mean, cos, sin = self._inertances
+        result: FloatArray = mean + math.cos(2.0 * angle) * cos + math.sin(2.0 * angle) * sin
         return result
+
+    @cached_property
+    def _inertances(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        windings, basis = self.windings, self.basis
+        mean, cos, sin = (
+            basis.T @ part @ basis
+            for part in (windings.inductance_mean, windings.inductance_cos, windings.inductance_sin)
+        )
+        return mean, cos, sin
 
     def axis_shares(self, angle: float) -> FloatArray:
         """Return the loops' shares (2, loops) in the currents of d and q axis at an electrical angle."""
@@ -89,15 +104,14 @@ class Network:
     @cached_property
     def mean_inertance(self) -> FloatArray:
         """M with the inductance averaged over a turn."""
-        result: FloatArray = self.basis.T @ self.windings.inductance_mean @ self.basis
-        return result
+        return self._inertances[0]
 
     def loop_currents(self, winding_currents: FloatArray, angle: float) -> FloatArray:
         """Return the loop currents (A) into which given winding currents fall when this network is joined: flux in its loops stays."""
         if self.loops == 0:
             return np.zeros(0)
         flux = self.basis.T @ self.windings.inductance(angle) @ winding_currents
-        return np.asarray(np.linalg.solve(self.inertance(angle), flux), dtype=np.float64)
+        return solve_small(self.inertance(angle), flux)
 
     def voltage_for_constant_current(self, loops: FloatArray, angle: float, electrical_speed: float) -> float:
         """Return the source voltage (V) at which its current would not change, for given loop currents and rotor."""
@@ -107,7 +121,7 @@ class Network:
         left = -self.damping @ loops - electrical_speed * (self.basis.T @ (slope + emf))
         inertance, reach = self.differential_inertance(loops, angle), self.reach
         slopes = (
-            reach @ np.linalg.solve(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
+            reach @ solve_small(reach.T @ inertance @ reach, reach.T @ left) if reach.size else np.zeros(self.loops)
         )
         return float(self.drive @ (inertance @ slopes - left)) / float(self.drive @ self.drive)
 
@@ -158,12 +172,11 @@ class Network:
         """
         if not self.drives_current:
             raise ValueError("driving_point_impedance(): the source has no path through the motor")
-        windings = self.windings
-        parts = [self.basis.T @ part @ self.basis for part in (windings.inductance_cos, windings.inductance_sin)]
+        mean, cos, sin = self._inertances
         inertance = (
-            self.mean_inertance
-            + np.cos(2 * angles)[:, np.newaxis, np.newaxis] * parts[0]
-            + np.sin(2 * angles)[:, np.newaxis, np.newaxis] * parts[1]
+            mean
+            + np.cos(2 * angles)[:, np.newaxis, np.newaxis] * cos
+            + np.sin(2 * angles)[:, np.newaxis, np.newaxis] * sin
         )
         matrix = self.damping + 1j * angular_frequency * inertance
         result: np.ndarray
@@ -183,6 +196,8 @@ def modes(damping: FloatArray, inertance: FloatArray) -> tuple[FloatArray, Float
     """Return decay rates (1/s) and shapes V of M·x' = −K·x, with Vᵀ·M·V = 1."""
     if len(damping) == 0:
         return np.zeros(0), np.zeros((0, 0))
+    if len(damping) == 1:
+        return damping[0] / inertance[0], 1.0 / np.sqrt(inertance)
     # LAPACK itself: round a matrix of two, scipy.linalg.eigh's checks take ten times as long.
     rates, shapes, failed = dsygvd(damping, inertance, uplo="L")
     if failed:

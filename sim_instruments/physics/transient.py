@@ -95,6 +95,21 @@ class LinearTransient:
         )
         return result
 
+    def copper_heat(self, duration: float) -> float | None:
+        """Return the heat (J) in the windings over the first `duration` s, None under a voltage that runs."""
+        if self._steady_slope.any():
+            return None
+        basis, rates = self.network.basis, self.rates
+        steady = basis @ (self._offset + self._shapes @ self._steady)
+        parts = np.column_stack([steady, basis @ (self._shapes * self._free)])
+        # Integrals of the products of 1 and the exponentials, each with each.
+        both = np.concatenate([[0.0], rates])
+        sums = both[:, np.newaxis] + both
+        sums[0, 0] = 1.0
+        products = -np.expm1(-sums * duration) / sums
+        products[0, 0] = duration
+        return float(self.network.windings.resistance @ ((parts @ products) * parts).sum(axis=1))
+
     def source_course(self) -> Exponentials:
         """Return the source's current (A) under a voltage, or the voltage (V) behind its resistance under a current."""
         network = self.network

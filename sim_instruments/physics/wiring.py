@@ -18,7 +18,7 @@ class Wiring:
 
     `source` is None where it has no closed path; `plus` are the windings' shares in its current, `drive` the loops',
     `reach` the loops that are left when its current is fixed. A resistance in each wire that carries current adds it times
-    `leads` (3×3) to those of the windings, one behind the source's + pole times `behind`. `principal` says which there are of
+    `leads` (loops×loops) to those of the loops, one behind the source's + pole times `behind`. `principal` says which there are of
     the loop of the source's current, the other one, and a delta's zero sequence, and gives their directions (loops, 3).
     """
 
@@ -52,9 +52,10 @@ def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | 
     drive: FloatArray = basis.T @ plus
     joined = np.array([float(len(groups.get(socket, ())) > 1 or socket in (closed or ())) for socket in sockets])
     reach = null_space(drive[np.newaxis, :]) if len(drive) else np.zeros((0, 0))
-    leads = incidence.T @ np.diag(joined) @ incidence
+    in_loops = incidence @ basis
+    leads = in_loops.T @ np.diag(joined) @ in_loops
     present, directions = _principal(basis, drive)
-    arrays = (basis, plus, drive, reach, leads, np.outer(plus, plus))
+    arrays = (basis, plus, drive, reach, leads, np.outer(drive, drive))
     for shared in (*arrays, directions):
         shared.flags.writeable = False
     return Wiring(closed, *arrays, (present, directions))
