@@ -43,8 +43,9 @@ class EdgeFinder:
         """Return the first crossing at or after `since` that is not later than `until`."""
         while self._time < until:
             times = self._grid(until)
-            for time in self._crossings(times):
-                if time >= since:
+            for index in self._crossings(times):
+                # A crossing lies between the sample before it and its own.
+                if times[index] >= since and (time := self._refine(times, index)) >= since:
                     return time
         return None
 
@@ -52,8 +53,9 @@ class EdgeFinder:
         """Return the last crossing not later than `until`."""
         found = None
         while self._time < until:
-            crossings = self._crossings(self._grid(until))
-            found = crossings[-1] if crossings else found
+            times = self._grid(until)
+            crossings = self._crossings(times)
+            found = self._refine(times, crossings[-1]) if crossings else found
         return found
 
     def _grid(self, until: float) -> FloatArray:
@@ -61,7 +63,8 @@ class EdgeFinder:
         count = max(2, int(np.ceil((stop - self._time) / self._step)) + 1)
         return np.linspace(self._time, stop, count)
 
-    def _crossings(self, times: FloatArray) -> list[float]:
+    def _crossings(self, times: FloatArray) -> list[int]:
+        """Return the numbers of the times at which the signal has just crossed."""
         edge = self._edge
         values = self._signal(times)
         self._time = float(times[-1])
@@ -82,7 +85,8 @@ class EdgeFinder:
         self._side = int(sides[-1])
         change = sides[1:].astype(np.int16) - sides[:-1]
         wanted = {"POS": change == 2, "NEG": change == -2, "EITH": np.abs(change) == 2}[edge.slope]
-        return [self._refine(times, int(index)) for index in np.flatnonzero(wanted)]
+        found: list[int] = np.flatnonzero(wanted).tolist()
+        return found
 
     def _refine(self, times: FloatArray, index: int) -> float:
         low, high = float(times[max(index - 1, 0)]), float(times[index])
