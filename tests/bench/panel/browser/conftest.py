@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from bench.operators.line import FILE
 from bench.panel.launch import LINE
@@ -21,6 +21,16 @@ document.addEventListener("DOMContentLoaded", () => {
     style.textContent = "*, *::before, *::after { animation: none !important; transition: none !important; }";
     document.head.append(style);
 });
+"""
+#: From within, for then the page keeps its process.
+LEAVE = """
+() => {
+    if (location.protocol === "http:") {
+        sessionStorage.clear();
+        localStorage.clear();
+    }
+    location.replace("about:blank");
+}
 """
 #: A run ends within this time (s), however busy the machine.
 PATIENCE = 60.0
@@ -95,24 +105,28 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="package")
-def contexts() -> list[BrowserContext]:
+def pages() -> list[Page]:
+    """Return the pages that were opened so far: one that is used again has its scripts compiled already."""
     return []
 
 
 @pytest.fixture
-def new_page(browser: Browser, contexts: list[BrowserContext]) -> Iterator[Callable[[], Page]]:
-    """Each page is a browser of its own: no cookie is shared. What a test leaves behind is the scripts that were loaded."""
-    pages: list[Page] = []
+def new_page(browser: Browser, pages: list[Page]) -> Iterator[Callable[[], Page]]:
+    """Each page is a browser of its own: no cookie is shared, and none is there from the test before."""
+    used = 0
 
     def make() -> Page:
-        if len(pages) == len(contexts):
-            contexts.append(browser.new_context(viewport={"width": 1400, "height": 900}))
-            contexts[-1].set_default_timeout(20_000)
-            contexts[-1].add_init_script(STILL)
-        pages.append(contexts[len(pages)].new_page())
-        return pages[-1]
+        nonlocal used
+        if used == len(pages):
+            context = browser.new_context(viewport={"width": 1400, "height": 900})
+            context.set_default_timeout(20_000)
+            context.add_init_script(STILL)
+            pages.append(context.new_page())
+        used += 1
+        return pages[used - 1]
 
     yield make
-    for page in pages:
-        page.close()
+    for page in pages[:used]:
+        page.evaluate(LEAVE)
+        page.wait_for_url("about:blank")
         page.context.clear_cookies()
