@@ -1,5 +1,7 @@
 """Currents of a standing rotor: a linear circuit, solved mode by mode."""
 
+from functools import cached_property
+
 import numpy as np
 
 from sim_instruments.physics.exponentials import Exponentials
@@ -37,19 +39,24 @@ class LinearTransient:
         self._steady_slope = slope_share
         inner = self._inertance @ (initial - self._offset)
         self._free = self._shapes.T @ inner - self._steady
+        #: Loop currents are lasting + decaying·exp(falls·τ) + ramp·τ, of shapes (loops, 1), (loops, modes), (modes, 1), (loops, 1).
+        self._lasting = (self._offset + self._shapes @ self._steady)[:, np.newaxis]
+        self._decaying = self._shapes * self._free
+        self._falls = -self.rates[:, np.newaxis]
+        self._ramp = (self._shapes @ self._steady_slope)[:, np.newaxis] if slope.any() else None
 
     @property
     def settled(self) -> bool:
         """Whether the currents stay as they are."""
         free = np.abs(self._free)
-        return not self._steady_slope.any() and bool((free <= _NOTHING + 1e-12 * np.abs(self._steady)).all())
+        return self._ramp is None and bool((free <= _NOTHING + 1e-12 * np.abs(self._steady)).all())
 
-    @property
+    @cached_property
     def dead(self) -> bool:
         """Whether no current flows, and none will."""
         return not (
             self._offset.any()
-            or self._steady_slope.any()
+            or self._ramp is not None
             or (np.abs(self._free) > _NOTHING).any()
             or (np.abs(self._steady) > _NOTHING).any()
         )
@@ -58,19 +65,17 @@ class LinearTransient:
         """Return the loop currents (A, shape (loops, n))."""
         # Before its start the circuit stood as it was then.
         passed = np.maximum(times - self.start, 0.0)
-        decay = np.exp(-self.rates[:, np.newaxis] * passed)
-        amplitudes = (
-            self._free[:, np.newaxis] * decay + self._steady[:, np.newaxis] + self._steady_slope[:, np.newaxis] * passed
-        )
-        result: FloatArray = self._offset[:, np.newaxis] + self._shapes @ amplitudes
+        result: FloatArray = self._decaying @ np.exp(self._falls * passed)
+        result += self._lasting
+        if self._ramp is not None:
+            result += self._ramp * passed
         return result
 
     def loop_slopes(self, times: FloatArray) -> FloatArray:
         """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
-        decay = np.exp(-self.rates[:, np.newaxis] * np.maximum(times - self.start, 0.0))
-        amplitudes = -(self.rates * self._free)[:, np.newaxis] * decay + self._steady_slope[:, np.newaxis]
-        result: FloatArray = self._shapes @ amplitudes
-        return result
+        decay = np.exp(self._falls * np.maximum(times - self.start, 0.0))
+        result: FloatArray = (self._decaying * -self.rates) @ decay
+        return result if self._ramp is None else result + self._ramp
 
     def winding_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n))."""
@@ -97,11 +102,10 @@ class LinearTransient:
 
     def copper_heat(self, duration: float) -> float | None:
         """Return the heat (J) in the windings over the first `duration` s, None under a voltage that runs."""
-        if self._steady_slope.any():
+        if self._ramp is not None:
             return None
         basis, rates = self.network.basis, self.rates
-        steady = basis @ (self._offset + self._shapes @ self._steady)
-        parts = np.column_stack([steady, basis @ (self._shapes * self._free)])
+        parts = basis @ np.concatenate([self._lasting, self._decaying], axis=1)
         # Integrals of the products of 1 and the exponentials, each with each.
         both = np.concatenate([[0.0], rates])
         sums = both[:, np.newaxis] + both
@@ -113,20 +117,14 @@ class LinearTransient:
     def source_course(self) -> Exponentials:
         """Return the source's current (A) under a voltage, or the voltage (V) behind its resistance under a current."""
         network = self.network
-        steady, shapes = self._shapes @ self._steady, self._shapes
         if isinstance(self.source, VoltageSource):
-            share = network.drive @ shapes
-            return Exponentials(
-                self.start,
-                float(network.drive @ (self._offset + steady)),
-                float(share @ self._steady_slope),
-                share * self._free,
-                self.rates,
-            )
+            share = network.drive
+            ramp = 0.0 if self._ramp is None else float((share @ self._ramp)[0])
+            return Exponentials(self.start, float((share @ self._lasting)[0]), ramp, share @ self._decaying, self.rates)
         share = network.drive / float(network.drive @ network.drive)
-        modal = share @ network.damping @ shapes - (share @ self._inertance @ shapes) * self.rates
-        constant = float(share @ network.damping @ (self._offset + steady))
-        return Exponentials(self.start, constant, 0.0, modal * self._free, self.rates)
+        dropping = share @ network.damping
+        amplitudes = dropping @ self._decaying - (share @ self._inertance @ self._decaying) * self.rates
+        return Exponentials(self.start, float((dropping @ self._lasting)[0]), 0.0, amplitudes, self.rates)
 
     def slowest_time_constant(self) -> float:
         """Return the longest time constant (s), 0 where nothing changes."""
