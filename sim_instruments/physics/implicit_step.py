@@ -36,7 +36,7 @@ _DENSE = (
     (-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872),
 )
 #: The embedded result of order 3 errs by far more than the step's own, which is what counts.
-_LENIENT = 30.0
+_LENIENT = 100.0
 #: Changes of angle (rad), and of the others relative or at least so large, from which slopes of the law are taken.
 _CHANGE, _LEAST = 1e-7, 1e-3
 

@@ -21,8 +21,8 @@ from sim_instruments.physics.windings import FloatArray
 RingingEnd = Literal["horizon", "standstill", "threshold", "creep"]
 
 _FIRST_STEP = 1e-5
-#: A rotor that has not turned back after so many explicit steps is held up by something much quicker than its swing.
-_LABOURED = 40
+#: After so many hurried explicit steps in a row it is the circuit that they follow, and not the swing.
+_LABOURED = 3
 
 
 @dataclass(frozen=True)
@@ -119,9 +119,10 @@ class Ringing:
                 and abs(equations.lasting_push(state)) <= rules.grip
             ):
                 return passed, "creep"
-            labour += 1
-            if labour == _LABOURED:
-                method = Rosenbrock(equations.timed)
+            if isinstance(step, ExplicitStep):
+                labour = labour + 1 if step.hurried else 0
+                if labour == _LABOURED:
+                    method = Rosenbrock(equations.timed)
         return horizon, "horizon"
 
     def _crossing(self, step: Step, watched: float, direction: int) -> float | None:

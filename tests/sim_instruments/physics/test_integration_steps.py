@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sim_instruments.physics.explicit_step import DormandPrince
+from sim_instruments.physics.explicit_step import DormandPrince, ExplicitStep
 from sim_instruments.physics.implicit_step import Rosenbrock
 from sim_instruments.physics.integration_step import Begin, Method, Step
 
@@ -69,4 +69,8 @@ def test_only_the_implicit_method_steps_over_what_is_quick() -> None:
     damped = math.sqrt(1.0 - 0.01)
     expected = math.exp(-0.1) * (math.cos(damped) + 0.1 / damped * math.sin(damped))
     assert state[0] == pytest.approx(expected, abs=2e-5)
-    assert one(DormandPrince(), stiff, [1.0, 0.0, 0.0], 0.0, 0.05)[1] > 1e6
+    explicit, error = one(DormandPrince(), stiff, [1.0, 0.0, 0.0], 0.0, 0.05)
+    assert error > 1e6
+    assert isinstance(explicit, ExplicitStep)
+    assert explicit.hurried
+    assert not one(DormandPrince(), stiff, [1.0, 0.0, 0.0], 0.0, 5e-6)[0].hurried  # type: ignore[attr-defined]
