@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Error, Page, expect, sync_playwright
 
 from bench.operators.line import FILE
 from bench.panel.launch import LINE
@@ -130,6 +130,18 @@ def new_page(browser: Browser, pages: list[Page]) -> Iterator[Callable[[], Page]
 
     yield make
     for page in pages[:used]:
-        page.evaluate(LEAVE)
-        page.wait_for_url("about:blank")
-        page.context.clear_cookies()
+        _leave(page)
+
+
+def _leave(page: Page) -> None:
+    # A page whose server has just come back loads itself anew, which may come between.
+    for again in range(5):
+        try:
+            page.evaluate(LEAVE)
+            break
+        except Error as error:
+            if again == 4 or "navigation" not in error.message:
+                raise
+            page.wait_for_load_state()
+    page.wait_for_url("about:blank")
+    page.context.clear_cookies()
