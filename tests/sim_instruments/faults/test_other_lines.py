@@ -54,9 +54,11 @@ def over_rtu(bench: VirtualBench, port: serial.Serial) -> Ask:
 
     def ask(unit: int, request: str) -> tuple[int, str] | None:
         port.write(framed(unit, bytes.fromhex(request)))
-        frame = port.read(300)
+        frame = port.read(3)
         if not frame:
             return None
+        # What follows the first three bytes: of registers that were read, of an exception, of a register written.
+        frame += port.read(frame[2] + 2 if frame[1] in (3, 4) else 2 if frame[1] & 0x80 else 5)
         assert frame == framed(frame[0], frame[1:-2])
         return frame[0], frame[1:-2].hex()
 
@@ -70,7 +72,7 @@ def line(request: pytest.FixtureRequest, bench_motor: VirtualMotor) -> Iterator[
             yield bench, over_tcp(bench)
             return
         path = str(bench.address("dynamometer")).removeprefix("rtu://")
-        with serial.Serial(path, 9600, timeout=1.5, inter_byte_timeout=0.05) as port:
+        with serial.Serial(path, 9600, timeout=1.5) as port:
             yield bench, over_rtu(bench, port)
 
 
