@@ -108,6 +108,9 @@ class Plan:
             course = exponentials.at
             # A course that leaves its level for the other side must not seem to pass it.
             level += sign * exponentials.rounding
+            passing = exponentials.passing(level, sign, output.end)
+            if passing is not None:
+                return passing
         elif regulated:
             course = circuit.source_voltage
         else:

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from sim_instruments.physics.crossing import first_rise
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
 from sim_instruments.physics.transient import LinearTransient
@@ -69,6 +70,19 @@ def test_what_stays_below_its_level_never_passes_it(lab: Any, circuit: Any, leve
         course = transient(lab, *circuit, source).source_course()
         if course.stays_below(level, sense):
             assert np.all(sense * course.at(times) < sense * level)
+
+
+@given(circuit=circuits, level=st.floats(-5.0, 40.0), sense=st.sampled_from([1, -1]), until=st.floats(2.0, 4.0))
+def test_a_level_is_passed_when_the_course_shows_it(
+    lab: Any, circuit: Any, level: float, sense: int, until: float
+) -> None:
+    for source in (VoltageSource(2.0, 0.5), VoltageSource(2.0, 0.05, 1.0), CurrentSource(1.0)):
+        transients = transient(lab, *circuit, source)
+        course = transients.source_course()
+        found = course.passing(level, sense, until)
+        if found is not None:
+            seen = first_rise(lambda t, c=course: sense * (c.at(t) - level), 2.0, until, 1.0 / transients.rates)
+            assert found == pytest.approx(seen, abs=1e-12)
 
 
 @given(circuit=circuits, frequency=st.sampled_from([20.0, 1e3, 1e5]))
