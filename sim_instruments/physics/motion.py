@@ -110,13 +110,14 @@ class Drag:
     def angle(self, times: FloatArray) -> FloatArray:
         """Return the angle at the times."""
         passed = times - self.start
-        share = passed * self.viscous_friction / self.inertia
-        small = share < 1e-3
-        safe = np.where(small, 1.0, share)
+        share = passed * (self.viscous_friction / self.inertia)
         # (s + e^−s − 1)/s²; its own series where the difference would cancel.
-        exact = (safe + np.expm1(-safe)) / safe**2
-        series = 0.5 - share / 6.0 + share**2 / 24.0 - share**3 / 120.0
-        return self.start_angle + self.start_speed * passed + self._initial * passed**2 * np.where(small, series, exact)
+        bend = 0.5 + share * (-1.0 / 6.0 + share * (1.0 / 24.0 - share / 120.0))
+        large = share >= 1e-3
+        if large.any():
+            s = share[large]
+            bend[large] = (s + np.expm1(-s)) / s**2
+        return self.start_angle + passed * (self.start_speed + self._initial * passed * bend)
 
     def speed(self, times: FloatArray) -> FloatArray:
         """Return the speed at the times."""

@@ -74,6 +74,8 @@ class Swing:
         span = max(horizon - start, 1e-12)
         ringing = Ringing(self._equations, begin, direction, span, rules)
         self._ringing = ringing
+        self._asked: FloatArray | None = None
+        self._found: FloatArray = np.zeros(0)
         self.reversals = tuple(start + passed for passed in ringing.reversals)
         end = ringing.end
         if ringing.ending == "threshold":
@@ -131,7 +133,11 @@ class Swing:
     # Integration
 
     def _states(self, times: FloatArray) -> FloatArray:
-        return self._ringing.states(times - self._start)
+        # Angle, speed and currents are mostly asked for at the same times, one after the other.
+        if times is not self._asked:
+            self._asked, self._found = times, self._ringing.states(times - self._start)
+            self._found.flags.writeable = False
+        return self._found
 
     def _derivatives(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the states' derivatives (shape (states, n)) and what the supply watches (n,)."""
