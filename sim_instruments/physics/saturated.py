@@ -5,7 +5,7 @@ from scipy.integrate import OdeSolution, solve_ivp
 
 from sim_instruments.physics.network import Network, modes
 from sim_instruments.physics.saturation import Saturation
-from sim_instruments.physics.small import solve_small
+from sim_instruments.physics.small import solve_each, solve_small
 from sim_instruments.physics.source import Source, VoltageSource
 from sim_instruments.physics.windings import FloatArray
 
@@ -71,8 +71,16 @@ class SaturatedTransient:
     def loop_slopes(self, times: FloatArray) -> FloatArray:
         """Return the derivatives of the loop currents (A/s, shape (loops, n))."""
         free, passed = self._free(times), times - self.start
-        slopes = [self._slopes(float(t), state) for t, state in zip(passed, free.T, strict=True)]
-        result: FloatArray = self._reach @ np.reshape(slopes, (len(times), len(self._begin))).T
+        if not len(free):
+            return np.zeros((len(self._offset), len(times)))
+        along, across = self._bias[:, np.newaxis] + self._shares @ free
+        direct, quadrature = (
+            inductance[:, np.newaxis, np.newaxis]
+            for inductance in self._saturation.differential_inductances(along, across)
+        )
+        inertances = self._zero + direct * self._direct + quadrature * self._quadrature
+        forces = self._force[:, np.newaxis] + self._slope[:, np.newaxis] * passed - self._damping @ free
+        result: FloatArray = self._reach @ solve_each(inertances, forces)
         return result
 
     def winding_currents(self, times: FloatArray) -> FloatArray:

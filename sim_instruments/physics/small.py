@@ -15,3 +15,12 @@ def solve_small(matrix: FloatArray, right: FloatArray) -> FloatArray:
         determinant = a * d - b * c
         return np.array([(e * d - b * f) / determinant, (a * f - e * c) / determinant])
     return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+
+
+def solve_each(matrices: FloatArray, rights: FloatArray) -> FloatArray:
+    """Solve n such equations at once: matrices (n, k, k), right sides and results (k, n)."""
+    if len(rights) == 2:
+        a, b, c, d = matrices.reshape(-1, 4).T
+        e, f = rights
+        return np.array([e * d - b * f, a * f - e * c]) / (a * d - b * c)
+    return np.asarray(np.linalg.solve(matrices, rights.T[:, :, np.newaxis])[:, :, 0].T, dtype=np.float64)
