@@ -128,7 +128,7 @@ def test_babble_on_the_rtu_line_is_passed_over(bench: ServedBench) -> None:
     path = str(bench.addresses()["dynamometer"]["rtu"]).removeprefix("rtu://")
     with serial.Serial(path, 9600) as line:
         line.write(np.random.default_rng(1).bytes(100_000))
-    client = ModbusSerialClient(path, baudrate=9600, timeout=5, retries=5)
+    client = ModbusSerialClient(path, baudrate=9600, timeout=0.5, retries=50)
     try:
         assert client.connect()
         assert client.read_holding_registers(0x09, device_id=2).registers == [4]

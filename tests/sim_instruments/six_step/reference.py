@@ -136,9 +136,15 @@ class Reference:
             return LOWER
         return OPEN
 
-    def periodic(self, tolerance: float = 1e-8, most: int = 3000) -> tuple[np.ndarray, int]:
-        """Winding currents at the start of a T1T2 once they repeat after six states, and the states it took."""
+    def periodic(
+        self, start: np.ndarray | None = None, tolerance: float = 1e-8, most: int = 3000
+    ) -> tuple[np.ndarray, int]:
+        """Winding currents at the start of a T1T2 once they repeat after six states, and the states it took.
+
+        They begin at zero, or at `start`.
+        """
         y = np.zeros(4)
+        y[:3] = 0.0 if start is None else start
         starts: list[np.ndarray] = []
         for number in range(most):
             if number % 6 == 0:

@@ -48,7 +48,9 @@ def test_currents_agree(
         seen = [s.circuit.conduction for s in steady.segments]
         assert [c.idle.name + "*" * (c.upper_clamped or c.lower_clamped) for c in seen] == sequence
     other = reference.Reference(bridge.drive, speed)
-    y = np.concatenate([other.periodic()[0], [0.0]])
+    # From rest a loosely coupled machine takes hundreds of turns to the state that the model claims to repeat.
+    start = steady.winding_currents(0.0)[:, 0] if "mutual_inductance" in changes else None
+    y = np.concatenate([other.periodic(start)[0], [0.0]])
     # Through the six states too: the model folds them into one.
     for number in range(6):
         assert steady.winding_currents(number * steady.state_time)[:, 0] == pytest.approx(y[:3], abs=1e-6)
