@@ -22,6 +22,7 @@ import resource
 import time
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from typing import Any
@@ -53,12 +54,31 @@ def measure_some(
     return measured
 
 
-def by_workers(seed: int, motors: int, workers: int, procedures: tuple[str, ...] = ()) -> Iterator[Measured]:
-    """Give all motors in order, measured by processes of this machine."""
+@dataclass
+class Cost:
+    """What the processes of a study have used: processor time (s) in all, and the memory (MiB) of the largest."""
+
+    seconds: float = 0.0
+    memory: float = 0.0
+
+
+def _worked(seed: int, indices: Iterable[int], procedures: tuple[str, ...]) -> tuple[list[Measured], Cost]:
+    begun = time.process_time()
+    measured = measure_some(seed, indices, procedures)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return measured, Cost(time.process_time() - begun, memory)
+
+
+def by_workers(
+    seed: int, motors: int, workers: int, procedures: tuple[str, ...] = (), cost: Cost | None = None
+) -> Iterator[Measured]:
+    """Give all motors in order, measured by processes of this machine; `cost` sums up what that takes."""
+    cost = cost or Cost()
     handfuls = [range(k, min(k + 4, motors)) for k in range(0, motors, 4)]
     # A fresh process now and then, so that nothing that a library keeps can add up.
     with context().Pool(workers, maxtasksperchild=100) as pool:
-        for some in pool.imap(partial(measure_some, seed, procedures=procedures), handfuls):
+        for some, took in pool.imap(partial(_worked, seed, procedures=procedures), handfuls):
+            cost.seconds, cost.memory = cost.seconds + took.seconds, max(cost.memory, took.memory)
             yield from some
 
 
@@ -115,18 +135,18 @@ def main() -> None:
         _print_times(given.seed, given.motors)
         return
     procedures = tuple(given.procedures)
-    started = time.monotonic()
+    started, cost = time.monotonic(), Cost()
     if given.dask:
         tally = study(by_cluster(given.seed, given.motors, given.dask, procedures))
     else:
-        tally = study(by_workers(given.seed, given.motors, given.workers, procedures))
+        tally = study(by_workers(given.seed, given.motors, given.workers, procedures, cost))
     print("\n".join(lines(tally)))
-    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
-    print(
-        f"\n{tally.motors} motors in {time.monotonic() - started:.0f} s; "
-        f"{(spent.ru_utime + spent.ru_stime) / tally.motors:.2f} s of processor time a motor, "
-        f"largest process {spent.ru_maxrss / 1024:.0f} MiB"
-    )
+    print(f"\n{tally.motors} motors in {time.monotonic() - started:.0f} s", end="")
+    # What a cluster's workers used is not known here.
+    if not given.dask:
+        used = f"{cost.seconds / tally.motors:.2f} s of processor time a motor, largest process {cost.memory:.0f} MiB"
+        print(f"; {used}", end="")
+    print()
 
 
 def _print_times(seed: int, motors: int) -> None:
