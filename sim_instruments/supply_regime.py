@@ -52,7 +52,7 @@ def regime(
     current = float(network.source_current(state.winding_currents[:, np.newaxis])[0])
     voltage = state.source_voltage
     if not supply.on:
-        if voltage <= NO_VOLTAGE and current <= OPENING_CURRENT * (1.0 + 1e-6):
+        if voltage <= NO_VOLTAGE and current <= OPENING_CURRENT + _CURRENT_STEP:
             return None
         return _falling(stage, time, voltage, OPENING_CURRENT, "off", opens=True)
     if network.drives_current:

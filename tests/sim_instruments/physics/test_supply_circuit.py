@@ -9,8 +9,12 @@ from scipy.integrate import solve_ivp
 
 from sim_instruments.clock import VirtualClock
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.network import Network
 from sim_instruments.physics.windings import Windings
+from sim_instruments.segment import State
+from sim_instruments.settings import SupplySettings
 from sim_instruments.stages import Leads, SupplyStage
+from sim_instruments.supply_regime import regime
 from sim_instruments.world import World
 
 
@@ -115,6 +119,16 @@ def test_switching_off_lets_the_current_decay_before_the_output_opens(lab: Any) 
     assert np.allclose(world.probe_signal(4, times), 2.0 * np.exp(-(times - start) * 16e-3 / 73e-6), atol=1e-4)
     assert world.supply.current(0.01) == 0.0
     assert world.supply.current(0.2) == pytest.approx(2.0 * 73e-6 / 16e-3 / 0.2, rel=1e-3)
+
+
+def test_an_output_opens_where_time_cannot_be_told_closer(lab: Any) -> None:
+    # A turning rotor drives the last current down so quickly that between two doubles of time it falls by 0.1 nA.
+    windings = Windings(lab.lg_400w(), 25.0)
+    network = Network(windings, ("supply+", "supply-", "supply-"), ("supply+", "supply-"))
+    for current, stays in ((1.00000116e-4, False), (1.1e-4, True)):
+        state = State(0.0, -0.5, np.array([current, 1.15, -1.15 - current]), 0.0, 25.0)
+        found = regime(SupplySettings(), 1.0, SupplyStage(), state, network, 587.8)
+        assert (found is not None) == stays
 
 
 def test_energy_from_the_supply_is_loss_and_stored_energy(lab: Any) -> None:
