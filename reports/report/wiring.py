@@ -20,7 +20,7 @@ def wiring_table(checks: Sequence[Mapping[str, Any]], colours: Mapping[str, str]
     if not rows:
         return None
     return Table(
-        [Column(text("Connection")), Column(text("Verified by")), Column(text("Wiring"), wide=True)],
+        [Column(text("Connection"), wide=True), Column(text("Verified by")), Column(text("Wiring"), wide=True)],
         rows,
     )
 

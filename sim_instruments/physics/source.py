@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from sim_instruments.physics.windings import FloatArray
 
 
@@ -33,8 +31,3 @@ Source = VoltageSource | CurrentSource
 def absent(start: float) -> VoltageSource:
     """Return the source of a network that has none."""
     return VoltageSource(start, 0.0)
-
-
-def constant(times: FloatArray, value: float) -> FloatArray:
-    """Return a value at every time."""
-    return np.full_like(times, value)

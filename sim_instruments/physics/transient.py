@@ -125,7 +125,3 @@ class LinearTransient:
         dropping = share @ network.damping
         amplitudes = dropping @ self._decaying - (share @ self._inertance @ self._decaying) * self.rates
         return Exponentials(self.start, float((dropping @ self._lasting)[0]), 0.0, amplitudes, self.rates)
-
-    def slowest_time_constant(self) -> float:
-        """Return the longest time constant (s), 0 where nothing changes."""
-        return float(1.0 / self.rates.min()) if len(self.rates) else 0.0

@@ -24,6 +24,8 @@ CHECKS = [
 
 def test_each_check_is_a_row():
     table = wiring_table(CHECKS, COLOURS)
+    # Either may be a whole sentence: neither may take the other's room.
+    assert [column.wide for column in table.columns] == [True, False, True]
     assert [[str(cell) for cell in row.cells] for row in table.rows] == [
         [
             "A → LCR meter, high; B → LCR meter, low",
