@@ -25,6 +25,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 from tests.studies.forked import context
@@ -33,6 +34,7 @@ from tests.studies.tally import Tally, lines
 
 #: Motors handed to a cluster's worker at a time, and handfuls under way at once.
 _HANDFUL, _UNDER_WAY = 20, 200
+_MEBIBYTE = 1 << 20
 
 
 def measure_some(
@@ -56,17 +58,24 @@ def measure_some(
 
 @dataclass
 class Cost:
-    """What the processes of a study have used: processor time (s) in all, and the memory (MiB) of the largest."""
+    """What a study's processes have used: processor time (s) in all, and memory (MiB).
+
+    `early` and `late` are what a process held after the first tenth of the motors and after the last, `most` what any held
+    for a moment.
+    """
 
     seconds: float = 0.0
-    memory: float = 0.0
+    early: float = 0.0
+    late: float = 0.0
+    most: float = 0.0
 
 
 def _worked(seed: int, indices: Iterable[int], procedures: tuple[str, ...]) -> tuple[list[Measured], Cost]:
     begun = time.process_time()
     measured = measure_some(seed, indices, procedures)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return measured, Cost(time.process_time() - begun, memory)
+    held = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * resource.getpagesize() / _MEBIBYTE
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return measured, Cost(time.process_time() - begun, held, held, most)
 
 
 def by_workers(
@@ -78,7 +87,9 @@ def by_workers(
     # A fresh process now and then, so that nothing that a library keeps can add up.
     with context().Pool(workers, maxtasksperchild=100) as pool:
         for some, took in pool.imap(partial(_worked, seed, procedures=procedures), handfuls):
-            cost.seconds, cost.memory = cost.seconds + took.seconds, max(cost.memory, took.memory)
+            cost.seconds, cost.late, cost.most = cost.seconds + took.seconds, took.late, max(cost.most, took.most)
+            if some[0].index <= motors / 10:
+                cost.early = took.early
             yield from some
 
 
@@ -144,8 +155,11 @@ def main() -> None:
     print(f"\n{tally.motors} motors in {time.monotonic() - started:.0f} s", end="")
     # What a cluster's workers used is not known here.
     if not given.dask:
-        used = f"{cost.seconds / tally.motors:.2f} s of processor time a motor, largest process {cost.memory:.0f} MiB"
-        print(f"; {used}", end="")
+        print(f"; {cost.seconds / tally.motors:.2f} s of processor time a motor", end="")
+        print(
+            f"; a process held {cost.early:.0f} MiB after the first tenth, {cost.late:.0f} MiB after the last", end=""
+        )
+        print(f", {cost.most:.0f} MiB at most", end="")
     print()
 
 
