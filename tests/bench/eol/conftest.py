@@ -9,12 +9,13 @@ from pathlib import Path
 
 import psycopg
 import pytest
-from sqlalchemy import Engine
+from sqlalchemy import Engine, make_url
 
 from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
+from tests.bench.eol.wire import Wire
 
 SERVER = os.environ.get("MOTORBENCH_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432/postgres")
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
@@ -29,6 +30,14 @@ def server() -> Iterator[str]:
     yield SERVER.rpartition("/")[0] + f"/{name}"
     with psycopg.connect(SERVER, autocommit=True) as connection:
         connection.execute(f'DROP DATABASE "{name}" WITH (FORCE)')
+
+
+@pytest.fixture
+def wire(server: str) -> Iterator[Wire]:
+    url = make_url(server)
+    between = Wire(url.host or "127.0.0.1", url.port or 5432)
+    yield between
+    between.close()
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

@@ -1,9 +1,5 @@
 """A server whose connection breaks in the middle of a commit: what it took and what it did not."""
 
-import socket
-import threading
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
@@ -14,56 +10,7 @@ from bench.eol.store.database import open_database
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.records import Records
 from tests.bench.eol.store.test_records import record
-
-
-class Wire:
-    """Stands between a client and the server, and breaks at the next commit: before the server has heard it, or its answer is."""
-
-    def __init__(self, host: str, port: int) -> None:
-        self._target = (host, port)
-        self.breaks: Literal["before", "after"] | None = None
-        self.broken = 0
-        self._listening = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listening.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def close(self) -> None:
-        self._listening.close()
-
-    def _accept(self) -> None:
-        with suppress(OSError):
-            while True:
-                client, _ = self._listening.accept()
-                server = socket.create_connection(self._target)
-                for source, sink in ((client, server), (server, client)):
-                    threading.Thread(target=self._pass_on, args=(source, sink, client), daemon=True).start()
-
-    def _pass_on(self, source: socket.socket, sink: socket.socket, client: socket.socket) -> None:
-        with suppress(OSError), source, sink:
-            while data := source.recv(1 << 16):
-                breaks = self.breaks if source is client and b"COMMIT" in data else None
-                if breaks is not None:
-                    self.breaks, self.broken = None, self.broken + 1
-                if breaks == "after":
-                    # The client goes first: it must not hear that the server has taken it.
-                    client.shutdown(socket.SHUT_RDWR)
-                if breaks != "before":
-                    sink.sendall(data)
-                if breaks is not None:
-                    client.close()
-                    # The server ends what it was told before it looks whether anybody is there.
-                    sink.shutdown(socket.SHUT_WR)
-                    while sink.recv(1 << 16):
-                        pass
-                    return
-
-
-@pytest.fixture
-def wire(server: str) -> Iterator[Wire]:
-    url = make_url(server)
-    between = Wire(url.host or "127.0.0.1", url.port or 5432)
-    yield between
-    between.close()
+from tests.bench.eol.wire import Wire
 
 
 @pytest.mark.parametrize("when", ["before", "after"])

@@ -1,0 +1,71 @@
+"""Whole batches whose records go to a PostgreSQL server."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from sqlalchemy import make_url
+
+from bench.cli import main
+from bench.eol.line.keeper import own_records
+from tests.bench.eol.wire import Wire
+
+
+def through(server: str, wire: Wire) -> str:
+    return make_url(server).set(host="127.0.0.1", port=wire.port).render_as_string(hide_password=False)
+
+
+def numbers(reference: str, batch: str) -> list[int]:
+    with own_records(reference) as records:
+        return sorted(record.number for record in records.read(batch))
+
+
+def test_a_batch_on_a_server_has_the_records_of_one_in_a_file(
+    make_bench: Callable[[str], Any], timeless: Callable[..., Any], server: str
+) -> None:
+    file, remote = make_bench("file"), make_bench("server")
+    file.run()
+    counts, stopped = remote.run(records=server)
+    assert (counts.motors, counts.waiting, stopped) == (4, 0, "")
+    with own_records(str(file.folder / "records.sqlite")) as here, own_records(server) as there:
+        one = sorted(here.read("small"), key=lambda record: record.number)
+        other = sorted(there.read("small"), key=lambda record: record.number)
+    assert [timeless(record) for record in other] == [timeless(record) for record in one]
+    assert len(other) == 4
+
+
+def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_the_next(
+    bench: Any, server: str, wire: Wire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("bench.eol.line.keeper._AT_THE_END", 1.0)
+    address = through(server, wire)
+
+    def cut(motor: Any) -> None:
+        if motor.number == 3:
+            wire.cut()
+
+    bench.ear.when_begun = cut
+    counts, stopped = bench.run(records=address)
+    assert (counts.motors, stopped) == (4, ""), "a line goes on without its server"
+    assert counts.waiting >= 2
+    assert counts.fault
+    assert set(numbers(server, "small")) <= {1, 2}
+    assert numbers(str(bench.folder / "runs" / "records.sqlite"), "small") == [1, 2, 3, 4]
+
+    bench.ear.when_begun = lambda _: None
+    counts, stopped = bench.run(records=server, batch="next", motors=1, again=True)
+    assert (counts.waiting, stopped) == (0, "")
+    assert numbers(server, "small") == [1, 2, 3, 4]
+    assert numbers(server, "next") == [1]
+
+
+def test_statistics_of_a_batch_come_from_its_server(
+    bench: Any, server: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.run(records=server)
+    with pytest.raises(SystemExit) as stop:
+        main(["eol", "stats", "--records", server, "--json"])
+    assert not stop.value.code
+    told = json.loads(capsys.readouterr().out)
+    assert told["motors"] == 4
