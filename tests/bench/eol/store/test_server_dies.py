@@ -1,5 +1,6 @@
 """A server whose connection breaks in the middle of a commit: what it took and what it did not."""
 
+import threading
 from pathlib import Path
 from typing import Literal
 
