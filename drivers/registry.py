@@ -24,6 +24,10 @@ from drivers.interfaces import (
     Traffic,
     Voltmeter,
 )
+from drivers.manual.drive import ManualDrive
+from drivers.manual.dynamometer import ManualDynamometer
+from drivers.manual.inverter import ManualInverter
+from drivers.manual.lcr_meter import ManualLcrMeter
 from drivers.manual.options import (
     ManualDriveOptions,
     ManualDynamometerOptions,
@@ -34,7 +38,11 @@ from drivers.manual.options import (
     ManualTachometerOptions,
     ManualVoltmeterOptions,
 )
+from drivers.manual.oscilloscope import ManualOscilloscope
 from drivers.manual.prompt import Prompt
+from drivers.manual.supply import ManualSupply
+from drivers.manual.tachometer import ManualTachometer
+from drivers.manual.voltmeter import ManualVoltmeter
 from drivers.modbus.options import DeltaDyn200Options
 from drivers.serial_line.options import LutronTachometerOptions
 from drivers.visa.options import (
@@ -103,6 +111,10 @@ class Surroundings:
         return self.prompt
 
 
+#: Opens an instrument, as the one of a name, at an address, which one worked by hand has not.
+_Opened = Callable[[str, Any, Surroundings, str], InstrumentT]
+
+
 @dataclass(frozen=True)
 class Driver:
     """One driver in one role: its options' class, and how it is opened."""
@@ -111,7 +123,7 @@ class Driver:
     role: Role
     options: type[Any]
     needs_address: bool
-    opener: Callable[[str, Any, Surroundings, str], Instrument]
+    opener: _Opened[Instrument]
 
     def open(self, address: str, options: object, surroundings: Surroundings, *, name: str = "") -> Instrument:
         """Open the instrument at an address; `name` stands for it in messages, its role when empty.
@@ -234,53 +246,21 @@ def _open_gpt9800(address: str, options: Gpt9800Options, given: Surroundings, na
     )
 
 
-def _manual_supply(_: str, options: ManualSupplyOptions, given: Surroundings, name: str) -> Supply:
-    from drivers.manual.supply import ManualSupply
+def _by_hand(make: Callable[..., InstrumentT]) -> _Opened[InstrumentT]:
+    def opened(_: str, options: object, given: Surroundings, name: str) -> InstrumentT:
+        return make(given.person(), given.clock, options, name=name)
 
-    return ManualSupply(given.person(), given.clock, options, name=name)
-
-
-def _manual_lcr_meter(_: str, options: ManualLcrMeterOptions, given: Surroundings, name: str) -> LcrMeter:
-    from drivers.manual.lcr_meter import ManualLcrMeter
-
-    return ManualLcrMeter(given.person(), given.clock, options, name=name)
+    return opened
 
 
-def _manual_oscilloscope(_: str, options: ManualOscilloscopeOptions, given: Surroundings, name: str) -> Oscilloscope:
-    from drivers.manual.oscilloscope import ManualOscilloscope
-
-    return ManualOscilloscope(given.person(), given.clock, options, name=name)
-
-
-def _manual_dynamometer(_: str, options: ManualDynamometerOptions, given: Surroundings, name: str) -> Dynamometer:
-    from drivers.manual.dynamometer import ManualDynamometer
-
-    return ManualDynamometer(given.person(), given.clock, options, name=name)
-
-
-def _manual_tachometer(_: str, options: ManualTachometerOptions, given: Surroundings, name: str) -> Tachometer:
-    from drivers.manual.tachometer import ManualTachometer
-
-    return ManualTachometer(given.person(), given.clock, options, name=name)
-
-
-def _manual_inverter(_: str, options: ManualInverterOptions, given: Surroundings, name: str) -> Inverter:
-    from drivers.manual.inverter import ManualInverter
-
-    return ManualInverter(given.person(), given.clock, options, name=name)
-
-
-def _manual_voltmeter(_: str, options: ManualVoltmeterOptions, given: Surroundings, name: str) -> Voltmeter:
-    from drivers.manual.voltmeter import ManualVoltmeter
-
-    return ManualVoltmeter(given.person(), given.clock, options, name=name)
-
-
-def _manual_drive(_: str, options: ManualDriveOptions, given: Surroundings, name: str) -> BldcDrive:
-    from drivers.manual.drive import ManualDrive
-
-    return ManualDrive(given.person(), given.clock, options, name=name)
-
+_manual_supply: _Opened[Supply] = _by_hand(ManualSupply)
+_manual_lcr_meter: _Opened[LcrMeter] = _by_hand(ManualLcrMeter)
+_manual_oscilloscope: _Opened[Oscilloscope] = _by_hand(ManualOscilloscope)
+_manual_dynamometer: _Opened[Dynamometer] = _by_hand(ManualDynamometer)
+_manual_tachometer: _Opened[Tachometer] = _by_hand(ManualTachometer)
+_manual_inverter: _Opened[Inverter] = _by_hand(ManualInverter)
+_manual_voltmeter: _Opened[Voltmeter] = _by_hand(ManualVoltmeter)
+_manual_drive: _Opened[BldcDrive] = _by_hand(ManualDrive)
 
 DRIVERS: tuple[Driver, ...] = (
     Driver("keysight-e36300", Role.SUPPLY, E36300Options, True, _open_e36300),

@@ -3,25 +3,18 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.interfaces import Clock, Identity, MeasurementError, Reading
+from drivers.interfaces import Clock, MeasurementError, Reading
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDriveOptions
-from drivers.manual.prompt import ATTEMPTS, Prompt, Questions
+from drivers.manual.prompt import ATTEMPTS, Prompt
 from drivers.safety import always
 
 
-class ManualDrive:
+class ManualDrive(InstrumentByHand[ManualDriveOptions]):
     """A six-step drive switched and read by hand."""
 
     def __init__(self, prompt: Prompt, clock: Clock, options: ManualDriveOptions, *, name: str = "drive") -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-        self._name = name
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
+        super().__init__(prompt, clock, options, name)
 
     @contextmanager
     def running(self) -> Iterator[None]:
@@ -32,22 +25,20 @@ class ManualDrive:
 
     def measure_bus_voltage(self) -> Reading:
         """Ask for the DC link's voltage (V); raises MeasurementError where no accuracy is stated."""
-        accuracy = self._questions.stated(self._options.voltage_accuracy, "DC link voltage")
-        value = self._questions.ask("DC link voltage", "V", 0.0, self._options.maximum_voltage)
-        return Reading(value, "V", accuracy, self._clock.now())
+        highest = self._options.maximum_voltage
+        return self._reading("DC link voltage", "V", 0.0, highest, self._options.voltage_accuracy)
 
     def measure_bus_current(self) -> Reading:
         """Ask for the current (A) out of the DC source; raises MeasurementError where no accuracy is stated."""
-        accuracy = self._questions.stated(self._options.current_accuracy, "DC source's current")
-        highest = self._options.maximum_current
-        value = self._questions.ask("current out of the DC source", "A", -highest, highest)
-        return Reading(value, "A", accuracy, self._clock.now())
+        highest, accuracy = self._options.maximum_current, self._options.current_accuracy
+        return self._reading(
+            "current out of the DC source", "A", -highest, highest, accuracy, stated_of="DC source's current"
+        )
 
     def measure_frequency(self) -> Reading:
         """Ask for the frequency (Hz) of a Hall signal; raises MeasurementError where no accuracy is stated."""
-        accuracy = self._questions.stated(self._options.frequency_accuracy, "frequency")
-        value = self._questions.ask("frequency of a Hall signal", "Hz", 0.0, self._options.maximum_frequency)
-        return Reading(value, "Hz", accuracy, self._clock.now())
+        highest, accuracy = self._options.maximum_frequency, self._options.frequency_accuracy
+        return self._reading("frequency of a Hall signal", "Hz", 0.0, highest, accuracy, stated_of="frequency")
 
     def hall_state(self) -> tuple[bool, bool, bool]:
         """Ask for the three Hall signals, typed as three digits; raises MeasurementError after unusable answers."""
@@ -63,6 +54,3 @@ class ManualDrive:
     def make_safe(self) -> None:
         """Have the drive switched off."""
         self._questions.confirm("Switch the six-step drive off and make sure that it is.")
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""

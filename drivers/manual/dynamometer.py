@@ -4,35 +4,23 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.interfaces import Clock, DynamometerReading, Identity
+from drivers.interfaces import Clock, DynamometerReading
 from drivers.limits import check_setpoint
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDynamometerOptions
-from drivers.manual.prompt import Prompt, Questions
+from drivers.manual.prompt import Prompt
 from drivers.safety import always
 
 RPM = 2 * math.pi / 60
 
 
-class ManualDynamometer:
+class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions]):
     """A dynamometer, or a drive motor, run and read by hand; speeds are shown and typed in rpm."""
 
     def __init__(
         self, prompt: Prompt, clock: Clock, options: ManualDynamometerOptions, *, name: str = "dynamometer"
     ) -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-        self._name = name
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Always so."""
-        return True
+        super().__init__(prompt, clock, options, name)
 
     @property
     def maximum_speed(self) -> float:
@@ -98,9 +86,6 @@ class ManualDynamometer:
     def make_safe(self) -> None:
         """Have the dynamometer switched off."""
         self._let_coast()
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""
 
     def _check_speed(self, speed: float) -> None:
         check_setpoint(self._name, "speed", speed, "rad/s", -self.maximum_speed, self.maximum_speed, "the station")

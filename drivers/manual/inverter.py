@@ -3,31 +3,19 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.interfaces import Clock, Identity, Reading
+from drivers.interfaces import Clock, Reading
 from drivers.limits import check_setpoint
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualInverterOptions
-from drivers.manual.prompt import Prompt, Questions
+from drivers.manual.prompt import Prompt
 from drivers.safety import always
 
 
-class ManualInverter:
+class ManualInverter(InstrumentByHand[ManualInverterOptions]):
     """An inverter run and read by hand."""
 
     def __init__(self, prompt: Prompt, clock: Clock, options: ManualInverterOptions, *, name: str = "inverter") -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-        self._name = name
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Always so."""
-        return True
+        super().__init__(prompt, clock, options, name)
 
     @property
     def maximum_current(self) -> float:
@@ -71,24 +59,21 @@ class ManualInverter:
 
     def measure_frequency(self) -> Reading:
         """Ask for the frequency (Hz) the inverter shows; raises MeasurementError where no accuracy is stated."""
-        accuracy = self._questions.stated(self._options.frequency_accuracy, "frequency")
         highest = self.maximum_frequency
-        value = self._questions.ask("electrical frequency", "Hz", -highest, highest)
-        return Reading(value, "Hz", accuracy, self._clock.now())
+        return self._reading(
+            "electrical frequency", "Hz", -highest, highest, self._options.frequency_accuracy, stated_of="frequency"
+        )
 
     def measure_current(self) -> Reading:
         """Ask for the q-axis current (A, peak) the inverter shows; raises MeasurementError without an accuracy."""
-        accuracy = self._questions.stated(self._options.current_accuracy, "current")
         highest = self.maximum_current
-        value = self._questions.ask("q-axis current, peak", "A", -highest, highest)
-        return Reading(value, "A", accuracy, self._clock.now())
+        return self._reading(
+            "q-axis current, peak", "A", -highest, highest, self._options.current_accuracy, stated_of="current"
+        )
 
     def make_safe(self) -> None:
         """Have the inverter switched off."""
         self._questions.confirm("Switch the inverter off.")
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""
 
     def _check_current(self, current: float) -> None:
         highest = self.maximum_current

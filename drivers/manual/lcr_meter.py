@@ -6,43 +6,30 @@ from drivers.interfaces import (
     Accuracy,
     Aperture,
     Clock,
-    Identity,
     ImpedanceReading,
     MeasurementError,
     SetpointError,
     Wanted,
 )
 from drivers.limits import check_setpoint
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualLcrMeterOptions
-from drivers.manual.prompt import Prompt, Questions
+from drivers.manual.prompt import Prompt
 
 
-class ManualLcrMeter:
+class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions]):
     """An LCR meter read by hand."""
 
     def __init__(
         self, prompt: Prompt, clock: Clock, options: ManualLcrMeterOptions, *, name: str = "lcr_meter"
     ) -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-        self._name = name
+        super().__init__(prompt, clock, options, name)
         self._frequency = 0.0
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
 
     @property
     def source_impedance(self) -> float:
         """Impedance (Ω) of the signal source, as the station file states it."""
         return self._options.source_impedance
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Always so."""
-        return True
 
     def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
         """Have series R and L and the frequency (Hz) set; level (V rms) and aperture are as the meter has them.
@@ -106,6 +93,3 @@ class ManualLcrMeter:
 
     def make_safe(self) -> None:
         """Do nothing: a meter harms nobody."""
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""

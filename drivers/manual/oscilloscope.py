@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from drivers.interfaces import (
     ChannelSettings,
     Clock,
-    Identity,
     MeasurementError,
     ProbeKind,
     Reading,
@@ -14,25 +13,18 @@ from drivers.interfaces import (
     Waveform,
 )
 from drivers.limits import check_setpoint
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualOscilloscopeOptions
-from drivers.manual.prompt import Prompt, Questions
+from drivers.manual.prompt import Prompt
 
 
-class ManualOscilloscope:
+class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions]):
     """An oscilloscope read by hand: frequency and amplitude off the screen."""
 
     def __init__(
         self, prompt: Prompt, clock: Clock, options: ManualOscilloscopeOptions, *, name: str = "oscilloscope"
     ) -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-        self._name = name
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
+        super().__init__(prompt, clock, options, name)
 
     @property
     def gives_waveforms(self) -> bool:
@@ -90,10 +82,8 @@ class ManualOscilloscope:
     def measure_frequency(self, channel: int) -> Reading:
         """Ask for the frequency (Hz) the screen shows; raises MeasurementError where no accuracy is stated."""
         self._unit(channel)
-        accuracy = self._questions.stated(self._options.frequency_accuracy, "frequency")
-        highest = self._options.maximum_frequency
-        value = self._questions.ask("frequency", "Hz", 0.0, highest, f"of the trace of channel {channel}")
-        return Reading(value, "Hz", accuracy, self._clock.now())
+        highest, context = self._options.maximum_frequency, f"of the trace of channel {channel}"
+        return self._reading("frequency", "Hz", 0.0, highest, self._options.frequency_accuracy, context=context)
 
     def measure_amplitude(self, channel: int) -> Reading:
         """Ask for the peak-to-peak value (V or A) the screen shows and return half of it.
@@ -110,9 +100,6 @@ class ManualOscilloscope:
 
     def make_safe(self) -> None:
         """Do nothing: an oscilloscope only listens."""
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""
 
     def _unit(self, channel: int) -> str:
         try:

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.interfaces import Clock, Identity, OutputMode, Reading, Regulated
+from drivers.interfaces import Clock, OutputMode, Reading, Regulated
 from drivers.limits import check_setpoint
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualSupplyOptions
-from drivers.manual.prompt import Prompt, Questions
+from drivers.manual.prompt import Prompt
 from drivers.safety import always
 
 #: What the person types for the lamp that is lit.
@@ -18,19 +19,11 @@ MODES = {
 }
 
 
-class ManualSupply:
+class ManualSupply(InstrumentByHand[ManualSupplyOptions]):
     """A supply set and read by hand."""
 
     def __init__(self, prompt: Prompt, clock: Clock, options: ManualSupplyOptions, *, name: str = "supply") -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-        self._name = name
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
+        super().__init__(prompt, clock, options, name)
 
     @property
     def maximum_voltage(self) -> float:
@@ -41,11 +34,6 @@ class ManualSupply:
     def maximum_current(self) -> float:
         """Largest current limit (A) that may be set: the station's limit."""
         return self._options.maximum_current
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Always so."""
-        return True
 
     def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
         """Have voltage (V), current limit (A) and protections set; raises SetpointError before anything is asked."""
@@ -82,19 +70,12 @@ class ManualSupply:
 
     def measure_voltage(self) -> Reading:
         """Ask for the voltage (V) the supply shows; raises MeasurementError where no accuracy is stated."""
-        accuracy = self._questions.stated(self._options.voltage_accuracy, "voltage")
-        value = self._questions.ask("voltage", "V", 0.0, self.maximum_voltage)
-        return Reading(value, "V", accuracy, self._clock.now())
+        return self._reading("voltage", "V", 0.0, self.maximum_voltage, self._options.voltage_accuracy)
 
     def measure_current(self) -> Reading:
         """Ask for the current (A) the supply shows; raises MeasurementError where no accuracy is stated."""
-        accuracy = self._questions.stated(self._options.current_accuracy, "current")
-        value = self._questions.ask("current", "A", 0.0, self.maximum_current)
-        return Reading(value, "A", accuracy, self._clock.now())
+        return self._reading("current", "A", 0.0, self.maximum_current, self._options.current_accuracy)
 
     def make_safe(self) -> None:
         """Have the output switched off."""
         self.output_off()
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""

@@ -2,27 +2,21 @@
 
 import math
 
-from drivers.interfaces import Clock, Identity, Reading
+from drivers.interfaces import Clock, Reading
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualTachometerOptions
-from drivers.manual.prompt import Prompt, Questions
+from drivers.manual.prompt import Prompt
 
 RPM = 2 * math.pi / 60
 
 
-class ManualTachometer:
+class ManualTachometer(InstrumentByHand[ManualTachometerOptions]):
     """A tachometer read by hand, in rpm."""
 
     def __init__(
         self, prompt: Prompt, clock: Clock, options: ManualTachometerOptions, *, name: str = "tachometer"
     ) -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
+        super().__init__(prompt, clock, options, name)
 
     def measure_speed(self) -> Reading:
         """Ask for the speed in rpm and return it in rad/s (mechanical).
@@ -35,6 +29,3 @@ class ManualTachometer:
 
     def make_safe(self) -> None:
         """Do nothing: a tachometer only listens."""
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""

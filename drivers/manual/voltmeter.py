@@ -1,32 +1,20 @@
 """A DC voltmeter that a person reads."""
 
-from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading
+from drivers.interfaces import Accuracy, Clock, MeasurementError, Reading
 from drivers.limits import check_setpoint
+from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualVoltmeterOptions
-from drivers.manual.prompt import Prompt, Questions
+from drivers.manual.prompt import Prompt
 
 
-class ManualVoltmeter:
+class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions]):
     """A multimeter on DC volts, read by hand."""
 
     def __init__(
         self, prompt: Prompt, clock: Clock, options: ManualVoltmeterOptions, *, name: str = "voltmeter"
     ) -> None:
-        self._questions = Questions(prompt, name)
-        self._clock = clock
-        self._options = options
-        self._name = name
+        super().__init__(prompt, clock, options, name)
         self._full_scale: float | None = None
-
-    @property
-    def identity(self) -> Identity:
-        """The model the station file names."""
-        return Identity("", self._options.model)
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Always so."""
-        return True
 
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Have DC volts set, the smallest range (V) that holds `full_scale`, and the integration time in line cycles.
@@ -48,9 +36,10 @@ class ManualVoltmeter:
         """
         if self._full_scale is None:
             raise MeasurementError(self._name, "no range set", remedy="Call configure() first")
-        accuracy = self._questions.stated(self._options.accuracy, "voltage")
-        value = self._questions.ask("DC voltage", "V", -self._full_scale, self._full_scale, "with its sign, in volts")
-        return Reading(value, "V", accuracy, self._clock.now())
+        highest, context = self._full_scale, "with its sign, in volts"
+        return self._reading(
+            "DC voltage", "V", -highest, highest, self._options.accuracy, stated_of="voltage", context=context
+        )
 
     def accuracy_at(self, voltage: float) -> Accuracy:
         """Return the accuracy of the station file, the same for every voltage (V).
@@ -65,6 +54,3 @@ class ManualVoltmeter:
 
     def make_safe(self) -> None:
         """Do nothing: a voltmeter only listens."""
-
-    def close(self) -> None:
-        """Do nothing: there is no connection."""

@@ -1,0 +1,60 @@
+"""What every instrument that a person works has: someone to ask, the options of the station file, and no connection."""
+
+from typing import Generic, Protocol, TypeVar
+
+from drivers.interfaces import Accuracy, Clock, Identity, Reading
+from drivers.manual.prompt import Prompt, Questions
+
+
+class NamesModel(Protocol):
+    """Options that name the instrument's model."""
+
+    @property
+    def model(self) -> str:
+        """The model the station file names."""
+
+
+OptionsT = TypeVar("OptionsT", bound=NamesModel)
+
+
+class InstrumentByHand(Generic[OptionsT]):
+    """An instrument that a person sets and reads; `name` stands for it in messages."""
+
+    def __init__(self, prompt: Prompt, clock: Clock, options: OptionsT, name: str) -> None:
+        self._questions = Questions(prompt, name)
+        self._clock = clock
+        self._options = options
+        self._name = name
+
+    @property
+    def identity(self) -> Identity:
+        """The model the station file names."""
+        return Identity("", self._options.model)
+
+    @property
+    def read_by_hand(self) -> bool:
+        """Always so."""
+        return True
+
+    def close(self) -> None:
+        """Do nothing: there is no connection."""
+
+    def _reading(
+        self,
+        quantity: str,
+        unit: str,
+        minimum: float,
+        maximum: float,
+        accuracy: Accuracy | None,
+        *,
+        stated_of: str = "",
+        context: str = "",
+    ) -> Reading:
+        """Ask for a quantity (in `unit`, within `minimum` … `maximum`) and return the answer with the accuracy the station file states.
+
+        Raises MeasurementError where it states none of the quantity, called `stated_of` where that is another word, before
+        anything is asked, or after three unusable answers.
+        """
+        stated = self._questions.stated(accuracy, stated_of or quantity)
+        value = self._questions.ask(quantity, unit, minimum, maximum, context)
+        return Reading(value, unit, stated, self._clock.now())
