@@ -6,6 +6,7 @@ from drivers.can_bus.objects import NodeObjects, SdoClient
 from drivers.can_bus.options import NodeOptions
 from drivers.can_bus.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.can_bus.watchdog import HeartbeatWatchdog
+from drivers.identification import check_serial_number
 from drivers.interfaces import Clock, CommunicationError, Identity, IdentityError, Traffic
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
@@ -33,7 +34,8 @@ class Connection(Protocol):
 
 
 class Cia402Node:
-    """A drive by its node's SDO client; the node is identified when this is made, unless `guarding`.
+    """A drive by its node's SDO client; the node is identified when this is made, unless it is held for the way down only
+    (`guarding`).
 
     A drive has one SDO channel: a second client that asked beside the first would spoil its replies.
     Raises IdentityError where the node is no drive or another one, CommunicationError where it does not answer.
@@ -54,6 +56,7 @@ class Cia402Node:
         self.power = PowerStateMachine(
             self.objects, clock, timeout=options.transition_timeout, poll_interval=options.poll_interval
         )
+        self.guarding = guarding
         self._clock = clock
         self._options = options
         self._name = name
@@ -120,12 +123,5 @@ class Cia402Node:
         vendor, product, revision, serial = (self.objects.read(IDENTITY, sub, 4) for sub in (1, 2, 3, 4))
         model = self.objects.read_text(DEVICE_NAME, 0)
         identity = Identity(f"vendor 0x{vendor:08X}", model or f"product 0x{product:08X}", str(serial), f"{revision:X}")
-        wanted = self._options.serial_number
-        if wanted is not None and identity.serial_number != wanted:
-            raise IdentityError(
-                self._name,
-                f"serial number {identity.serial_number} answers, expected {wanted}",
-                command="read 0x1018:04",
-                remedy="Correct the serial number, and the calibration with it, in the station file",
-            )
+        check_serial_number(self._name, identity, self._options.serial_number, "read 0x1018:04")
         return identity

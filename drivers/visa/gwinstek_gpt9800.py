@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from drivers.identification import check_serial_number
 from drivers.interfaces import (
     Clock,
     CommunicationError,
@@ -176,14 +177,7 @@ class GwInstekGpt9800:
                 remedy="Correct the address or the driver in the station file",
             )
         identity = Identity(MAKER, *fields)
-        wanted = self._options.serial_number
-        if wanted is not None and identity.serial_number != wanted:
-            raise IdentityError(
-                self._name,
-                f"serial number {identity.serial_number} answers, expected {wanted}",
-                command=IDENTITY_QUERY,
-                remedy="Correct the serial number, and the calibration with it, in the station file",
-            )
+        check_serial_number(self._name, identity, self._options.serial_number, IDENTITY_QUERY)
         return identity
 
     def _check(self, voltage: float, duration: float) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, TypeVar, cast
 
+from drivers.identification import check_serial_number
 from drivers.interfaces import CommunicationError, Identity, IdentityError, Traffic
 from drivers.visa.session import RESOURCE_ERRORS, ScpiSession, VisaResource
 
@@ -71,11 +72,5 @@ def identify(session: ScpiSession, makers: Collection[str], models: Collection[s
             command="*IDN?",
             remedy="Correct the address or the driver in the station file",
         )
-    if serial is not None and identity.serial_number != serial:
-        raise IdentityError(
-            session.name,
-            f"serial number {identity.serial_number} answers, expected {serial}",
-            command="*IDN?",
-            remedy="Correct the serial number, and the calibration with it, in the station file",
-        )
+    check_serial_number(session.name, identity, serial, "*IDN?")
     return identity

@@ -1,0 +1,14 @@
+"""Whether the instrument that answers is the very one that the station file names."""
+
+from drivers.interfaces import Identity, IdentityError
+
+
+def check_serial_number(name: str, answering: Identity, expected: str | None, command: str) -> None:
+    """Raise IdentityError where another serial number answers `command` than the one expected, if one is."""
+    if expected is not None and answering.serial_number != expected:
+        raise IdentityError(
+            name,
+            f"serial number {answering.serial_number} answers, expected {expected}",
+            command=command,
+            remedy="Correct the serial number, and the calibration with it, in the station file",
+        )
