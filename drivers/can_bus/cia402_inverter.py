@@ -3,11 +3,10 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node, Connection
-from drivers.can_bus.objects import SdoClient
+from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node
 from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402Options
-from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, ReportedError, Traffic
+from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, ReportedError
 from drivers.limits import check_setpoint
 from drivers.safety import always
 
@@ -28,38 +27,22 @@ ASSUMED_SOURCE = "assumed, 5 % of rated: no drive profile states an accuracy; en
 
 
 class Cia402Inverter:
-    """A CiA 402 drive by its node's SDO client; the node is identified when this is made, unless it is held for the way
-    down only (`guarding`).
+    """A CiA 402 drive by its node. Raises ReportedError where it states no rated current."""
 
-    Raises IdentityError where the node is no drive or another one, CommunicationError where it does not answer.
-    """
-
-    def __init__(
-        self,
-        client: SdoClient,
-        clock: Clock,
-        options: Cia402Options,
-        *,
-        name: str = "inverter",
-        traffic: Traffic | None = None,
-        connection: Connection | None = None,
-        guarding: bool = False,
-    ) -> None:
-        self._node = Cia402Node(
-            client, clock, options, name=name, traffic=traffic, connection=connection, guarding=guarding
-        )
-        self._objects = objects = self._node.objects
-        self._power = self._node.power
+    def __init__(self, node: Cia402Node, clock: Clock, options: Cia402Options, *, name: str = "inverter") -> None:
+        self._node = node
+        self._objects = objects = node.objects
+        self._power = node.power
         self._clock = clock
         self._options = options
         self._name = name
-        if guarding:
+        if node.guarding:
             return
         rated = objects.read(RATED_CURRENT, 0, 4) * CURRENT_STEP
         if rated <= 0:
             raise ReportedError(name, "rated current (0x6075) is 0", remedy="Set up the drive for its motor first")
         self._rated_current = rated * options.current_scale
-        self._node.watch()
+        node.watch()
 
     @property
     def identity(self) -> Identity:

@@ -3,8 +3,7 @@
 import math
 from collections.abc import Callable
 
-from drivers.can_bus.node import ACTUAL_VELOCITY, Cia402Node, Connection
-from drivers.can_bus.objects import SdoClient
+from drivers.can_bus.node import ACTUAL_VELOCITY, Cia402Node
 from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402RotorActuatorOptions
 from drivers.can_bus.power_state import CONTROLWORD, ENABLE_OPERATION, STATUSWORD
@@ -16,7 +15,6 @@ from drivers.interfaces import (
     MeasurementError,
     Reading,
     ReportedError,
-    Traffic,
 )
 from drivers.limits import check_setpoint
 from drivers.safety import always
@@ -44,41 +42,27 @@ _WORDS = {BRAKE: "brake", CLUTCH: "clutch", COUPLING: "coupling to the dynamomet
 
 
 class Cia402RotorActuator:
-    """A rotor actuator by its node's SDO client; the node is identified when this is made, unless it is held for the way
-    down only (`guarding`).
-
-    Raises IdentityError where the node is no drive or another one, CommunicationError where it does not answer.
-    """
+    """A rotor actuator by its node. Raises ReportedError where it states no whole number of increments per turn."""
 
     def __init__(
-        self,
-        client: SdoClient,
-        clock: Clock,
-        options: Cia402RotorActuatorOptions,
-        *,
-        name: str = "rotor_actuator",
-        traffic: Traffic | None = None,
-        connection: Connection | None = None,
-        guarding: bool = False,
+        self, node: Cia402Node, clock: Clock, options: Cia402RotorActuatorOptions, *, name: str = "rotor_actuator"
     ) -> None:
-        self._node = Cia402Node(
-            client, clock, options, name=name, traffic=traffic, connection=connection, guarding=guarding
-        )
-        self._objects = self._node.objects
-        self._power = self._node.power
+        self._node = node
+        self._objects = node.objects
+        self._power = node.power
         self._clock = clock
         self._options = options
         self._name = name
         self._counts: int | None = None
         self._increments = options.increments_per_turn or 0
-        if guarding:
+        if node.guarding:
             return
         self._increments = self._increments or self._encoder()
         mask = self._objects.read_optional(OUTPUTS, OUTPUT_MASK, 4)
         # CiA 402 leaves the mask to the maker; without one every output is the bus' to switch.
         if mask is not None and mask & _ALL != _ALL:
             self._objects.write(OUTPUTS, OUTPUT_MASK, mask | _ALL, 4)
-        self._node.watch()
+        node.watch()
 
     @property
     def identity(self) -> Identity:

@@ -3,12 +3,11 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node, Connection
-from drivers.can_bus.objects import SdoClient
+from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node
 from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402SixStepOptions
 from drivers.can_bus.power_state import UnreachedStateError
-from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, Traffic
+from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading
 from drivers.safety import always
 
 #: DC link voltage is the profile's (mV), the other two are the maker's (mA; bits 0 … 2 are H1 … H3).
@@ -36,31 +35,15 @@ FREQUENCY_OF_HALL_EDGES = Accuracy(
 
 
 class Cia402SixStep:
-    """A six-step drive by its node's SDO client; the node is identified when this is made, unless it is held for the way
-    down only (`guarding`).
+    """A six-step drive by its node."""
 
-    Raises IdentityError where the node is no drive or another one, CommunicationError where it does not answer.
-    """
-
-    def __init__(
-        self,
-        client: SdoClient,
-        clock: Clock,
-        options: Cia402SixStepOptions,
-        *,
-        name: str = "drive",
-        traffic: Traffic | None = None,
-        connection: Connection | None = None,
-        guarding: bool = False,
-    ) -> None:
-        self._node = Cia402Node(
-            client, clock, options, name=name, traffic=traffic, connection=connection, guarding=guarding
-        )
+    def __init__(self, node: Cia402Node, clock: Clock, options: Cia402SixStepOptions, *, name: str = "drive") -> None:
+        self._node = node
         self._clock = clock
         self._options = options
         self._name = name
-        if not guarding:
-            self._node.watch()
+        if not node.guarding:
+            node.watch()
 
     @property
     def identity(self) -> Identity:

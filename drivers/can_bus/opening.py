@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from drivers.can_bus.buses import CanBuses
+from drivers.can_bus.node import Cia402Node
 from drivers.interfaces import Clock, Traffic
 
 OptionsT_contra = TypeVar("OptionsT_contra", contravariant=True)
@@ -47,7 +48,10 @@ def opener(make: Callable[..., DriverT], role: str) -> Opener[Any, DriverT]:
     ) -> DriverT:
         place = (buses or CanBuses()).node(address, name)
         try:
-            return make(place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding)
+            node = Cia402Node(
+                place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding
+            )
+            return make(node, clock, options, name=name)
         except BaseException:
             place.disconnect()
             raise

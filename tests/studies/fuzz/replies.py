@@ -14,6 +14,7 @@ from pyvisa.errors import VisaIOError
 from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.cia402_inverter import Cia402Inverter
 from drivers.can_bus.cia402_six_step import Cia402SixStep
+from drivers.can_bus.node import Cia402Node
 from drivers.can_bus.objects import NodeObjects
 from drivers.can_bus.options import Cia402Options, Cia402SixStepOptions
 from drivers.interfaces import ChannelSettings, InstrumentError, ProbeKind, Trigger
@@ -287,14 +288,16 @@ def canopen_objects(data: bytes) -> None:
         ],
         ERRORS,
     )
-    inverter = Cia402Inverter(Objects(data), Clock(), Cia402Options(maximum_current=10.0, maximum_frequency=100.0))
+    limits = Cia402Options(maximum_current=10.0, maximum_frequency=100.0)
+    inverter = Cia402Inverter(Cia402Node(Objects(data), Clock(), limits, name="inverter"), Clock(), limits)
 
     def driving() -> None:
         with inverter.driving_frequency(10.0, 1.0):
             inverter.measure_current()
 
     each([inverter.measure_frequency, inverter.measure_current, driving, inverter.make_safe], ERRORS)
-    drive = Cia402SixStep(Objects(data), Clock(), Cia402SixStepOptions())
+    options = Cia402SixStepOptions()
+    drive = Cia402SixStep(Cia402Node(Objects(data), Clock(), options, name="drive"), Clock(), options)
 
     def running() -> None:
         with drive.running():
