@@ -7,11 +7,7 @@ from sim_instruments.instruments.cia402_power import (
     ACTUAL_VELOCITY,
     CONTROL_WORD,
     DC_VOLTAGE,
-    ERROR_CODE,
-    ERROR_REGISTER,
     MODE,
-    MODE_DISPLAY,
-    STATUS_WORD,
     VELOCITY_UNIT,
     Entry,
     PowerStage,
@@ -52,7 +48,7 @@ class Cia402Inverter:
         self._velocity = 0
         self._torque = 0
         self._amplitude = 0
-        power, inverter, stage = self._power, world.inverter, world.inverter.stage
+        inverter, stage = world.inverter, world.inverter.stage
         highest = velocity_steps(stage.maximum_frequency)
         self._limits: dict[int, tuple[int, int]] = {
             CONTROL_WORD: (0, 0xFFFF),
@@ -63,12 +59,7 @@ class Cia402Inverter:
         # The drive regulates what its own sensor shows, so it reports what it was told.
         seen = 1.0 + self._errors.current_gain
         self._readers: dict[int, Callable[[], int]] = {
-            ERROR_REGISTER: lambda: int(power.state is State.FAULT),
-            ERROR_CODE: lambda: power.error,
-            CONTROL_WORD: lambda: power.control,
-            STATUS_WORD: self._status,
-            MODE: lambda: power.mode,
-            MODE_DISPLAY: lambda: power.mode,
+            **self._power.readers(self._status),
             TARGET_VELOCITY: lambda: self._velocity,
             TARGET_TORQUE: lambda: self._torque,
             AMPLITUDE: lambda: self._amplitude,

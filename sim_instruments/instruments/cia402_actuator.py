@@ -9,11 +9,7 @@ from sim_instruments.instruments.cia402_power import (
     ACTUAL_VELOCITY,
     CONTROL_WORD,
     DC_VOLTAGE,
-    ERROR_CODE,
-    ERROR_REGISTER,
     MODE,
-    MODE_DISPLAY,
-    STATUS_WORD,
     Entry,
     PowerStage,
     State,
@@ -69,19 +65,14 @@ class Cia402Actuator:
         self._outputs, self._mask = 0, _ALL
         self._move: _Move | None = None
         self._law: _Law = ("free", None)
-        power, fastest = self._power, math.floor(maximum_speed / _RADIANS)
+        fastest = math.floor(maximum_speed / _RADIANS)
         self._limits: dict[int, tuple[int, int]] = {
             CONTROL_WORD: (0, 0xFFFF),
             PROFILE_SPEED: (0, fastest),
             TARGET_VELOCITY: (-fastest, fastest),
         }
         self._readers: dict[int, Callable[[], int]] = {
-            ERROR_REGISTER: lambda: int(power.state is State.FAULT),
-            ERROR_CODE: lambda: power.error,
-            CONTROL_WORD: lambda: power.control,
-            STATUS_WORD: self._status,
-            MODE: lambda: power.mode,
-            MODE_DISPLAY: lambda: power.mode,
+            **self._power.readers(self._status),
             POSITION: lambda: _int32(round(world.dial_angle() / _RADIANS)),
             ACTUAL_VELOCITY: lambda: _int32(round(world.shaft_velocity() / _RADIANS)),
             TARGET_POSITION: lambda: self._target_position,

@@ -1,5 +1,6 @@
 """What every drive of the CiA 402 profile has: objects, aborts (CiA 301), and the state machine (CiA 402-2)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal, Protocol
@@ -97,6 +98,17 @@ class PowerStage:
         """The status word, without what a mode adds to it."""
         return int(self.state) | _REMOTE
 
+    def readers(self, status: Callable[[], int]) -> dict[int, Callable[[], int]]:
+        """Return what reads the objects that all drives have; `status` returns the status word with what a mode adds to it."""
+        return {
+            ERROR_REGISTER: lambda: int(self.state is State.FAULT),
+            ERROR_CODE: lambda: self.error,
+            CONTROL_WORD: lambda: self.control,
+            STATUS_WORD: status,
+            MODE: lambda: self.mode,
+            MODE_DISPLAY: lambda: self.mode,
+        }
+
     def set_mode(self, value: int) -> None:
         """Choose a mode of operation, 0 for none. Raises SdoError where mode or state does not allow it."""
         if value not in (NO_MODE, *self._modes):
@@ -150,7 +162,7 @@ def check_limits(index: int, value: int, limits: dict[int, tuple[int, int]]) -> 
 
 
 def standard_entries(name: str, product: int, modes: int) -> tuple[Entry, ...]:
-    """Return what both drives' dictionaries have in common: `modes` are the bits of 6502h."""
+    """Return what all drives' dictionaries have in common: `modes` are the bits of 6502h."""
     return (
         Entry(0x1000, "Device type", "u32", "const", value=0x00020192),
         Entry(ERROR_REGISTER, "Error register", "u8"),

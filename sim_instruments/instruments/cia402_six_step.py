@@ -10,11 +10,7 @@ from sim_instruments.instruments.cia402_power import (
     ACTUAL_VELOCITY,
     CONTROL_WORD,
     DC_VOLTAGE,
-    ERROR_CODE,
-    ERROR_REGISTER,
     MODE,
-    MODE_DISPLAY,
-    STATUS_WORD,
     Entry,
     PowerStage,
     State,
@@ -52,14 +48,8 @@ class Cia402SixStep:
         self._errors = errors or DriveErrors()
         self._power = PowerStage((BLOCK_COMMUTATION,))
         self._powered = False
-        power = self._power
         self._readers: dict[int, Callable[[], int]] = {
-            ERROR_REGISTER: lambda: int(power.state is State.FAULT),
-            ERROR_CODE: lambda: power.error,
-            CONTROL_WORD: lambda: power.control,
-            STATUS_WORD: self._status,
-            MODE: lambda: power.mode,
-            MODE_DISPLAY: lambda: power.mode,
+            **self._power.readers(self._status),
             ACTUAL_VELOCITY: self._velocity,
             DC_VOLTAGE: self._bus_voltage,
             BUS_CURRENT: self._bus_current,
