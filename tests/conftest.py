@@ -1,8 +1,15 @@
 """What all tests share."""
 
 import os
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from tests.command_line import Call
 
 # A loaded machine must not fail a test: speed is measured in tests/benchmarks.
 # The suite has minutes; MOTORBENCH_EXAMPLES=1000 searches longer.
@@ -12,3 +19,12 @@ settings.load_profile("motorbench")
 # Two workers with two BLAS threads each only get in each other's way on two cores.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+
+@pytest.fixture
+def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> "Call":
+    """The command line, in a folder of its own."""
+    from tests.command_line import called
+
+    monkeypatch.chdir(tmp_path)
+    return partial(called, capsys)

@@ -2,30 +2,15 @@ import json
 import re
 import runpy
 import shlex
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from bench.cli import main
+from tests.command_line import Call
 from tests.studies import simulated as sim
 
-Call = Callable[..., tuple[int, str, str]]
 DOCS = Path(__file__).parents[2] / "docs" / "captures.md"
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Call:
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(arguments)
-        out, err = capsys.readouterr()
-        return int(stop.value.code or 0), out, err
-
-    return run
 
 
 @pytest.fixture

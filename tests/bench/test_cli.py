@@ -3,20 +3,18 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bench.cli import main
 from bench.files.motor_file import load_motor
 from bench.files.shipped_motors import shipped_motors
+from tests.command_line import Call
 
 ROOT = Path(__file__).parents[2]
 LG = (ROOT / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
 
-Call = Callable[..., tuple[int, str, str]]
 
 MANUAL = """
 [station]
@@ -33,20 +31,6 @@ driver = "manual"
 maximum_speed = 600.0
 maximum_torque = 5.0
 """
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Call:
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(arguments)
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return int(stop.value.code or 0), out, err
-
-    return run
 
 
 @pytest.fixture

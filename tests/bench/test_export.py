@@ -7,15 +7,13 @@ from typing import Any
 
 import pytest
 
-from bench.cli import main
 from bench.record.journal import Journal
 from bench.record.stored_result import store
 from procedures.result import Notice, ProcedureResult
 from procedures.text import text
 from procedures.uncertainty import Uncertainties
 from reports.exports.table import TARGETS
-
-Call = Callable[..., tuple[int, str, str]]
+from tests.command_line import Call
 
 MOTOR = """
 [nameplate]
@@ -85,20 +83,6 @@ def record(tmp_path: Path) -> Callable[..., Path]:
         return folder
 
     return write
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Call:
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(arguments)
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return int(stop.value.code or 0), out, err
-
-    return run
 
 
 def everything() -> ProcedureResult:

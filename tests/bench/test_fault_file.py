@@ -3,18 +3,17 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bench.cli import main
 from bench.errors import InputError, UsageError
 from bench.files.fault_file import given_faults, load_faults
 from bench.files.fault_phrase import parse_phrase
 from bench.record.journal import read_journal
 from sim_instruments.injection.on_lines import LineFault
+from tests.command_line import Call
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "faults.toml"
 
@@ -155,35 +154,20 @@ def test_an_empty_phrase_says_what_faults_there_are() -> None:
         given_faults(None, [""])
 
 
-Call = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def motorbench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(arguments)
-        return int(stop.value.code or 0), *capsys.readouterr()
-
-    return call
-
-
 RUN = ("run", "stator-resistance", "--motor", "lg-400w")
 
 
-def test_on_a_real_station_faults_are_refused(motorbench: Call, tmp_path: Path) -> None:
+def test_on_a_real_station_faults_are_refused(call: Call, tmp_path: Path) -> None:
     station = tmp_path / "station.toml"
     station.write_text('[station]\nname = "real"\n[instruments.lcr_meter]\ndriver = "manual"\n', encoding="utf-8")
-    code, _, said = motorbench(*RUN, "--station", str(station), "--fault", "stuck_rotor")
+    code, _, said = call(*RUN, "--station", str(station), "--fault", "stuck_rotor")
     assert code == 2
     assert f"--faults, --fault: {station} is no virtual bench" in said
     assert not (tmp_path / "runs").exists()
 
 
-def test_what_the_bench_cannot_have_is_refused_before_the_run(motorbench: Call, tmp_path: Path) -> None:
-    code, _, said = motorbench(*RUN, "--station", "virtual", "--fault", "drive: silence at 1")
+def test_what_the_bench_cannot_have_is_refused_before_the_run(call: Call, tmp_path: Path) -> None:
+    code, _, said = call(*RUN, "--station", "virtual", "--fault", "drive: silence at 1")
     assert code == 1
     assert "--fault \"drive: silence at 1\": role 'drive' is unknown; the bench has supply" in said
     assert not (tmp_path / "runs").exists()
@@ -202,10 +186,10 @@ def test_what_libraries_log_does_not_stand_between_the_lines(tmp_path: Path) -> 
     assert first.startswith("motorbench: the run failed: pole-pairs-inverter: inverter after 'read 0x6041:00'")
 
 
-def test_faults_stand_in_the_record(motorbench: Call, tmp_path: Path) -> None:
+def test_faults_stand_in_the_record(call: Call, tmp_path: Path) -> None:
     file = written(tmp_path, "[[faults]]\nfault = 'thermal_runaway'\ntemperature = 30\nat = 2\nduration = 3\n")
     phrase = "lcr_meter: silence at step 3.2.2/3 after 1"
-    code, out, _ = motorbench(*RUN, "--station", "virtual", "--json", "--faults", str(file), "--fault", phrase)
+    code, out, _ = call(*RUN, "--station", "virtual", "--json", "--faults", str(file), "--fault", phrase)
     assert code == 1
     result = json.loads(out)
     heat = {"fault": "thermal_runaway", "temperature": 30, "at": 2, "duration": 3}

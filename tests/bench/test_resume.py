@@ -4,13 +4,11 @@ import dataclasses
 import errno
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bench.cli import main
 from bench.errors import InputError
 from bench.files.motor_file import MotorFile, load_motor
 from bench.files.station import Station, load_station
@@ -20,6 +18,7 @@ from bench.record.run_folder import RunFolder
 from bench.resume import begun, check_identities, check_unchanged, left_unsafe
 from drivers.interfaces import Identity
 from procedures.bench import Role
+from tests.command_line import Call
 
 STATION = """
 # the bench at the window
@@ -164,23 +163,6 @@ def test_a_journal_without_a_beginning_is_no_run_to_go_on_with(tmp_path: Path) -
     journal.close()
     with pytest.raises(InputError, match="no beginning"):
         begun(RunFolder(tmp_path))
-
-
-Call = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Call:
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(arguments)
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return int(stop.value.code or 0), out, err
-
-    return run
 
 
 def test_a_run_whose_disk_fills_up_ends_safely_and_goes_on_later(

@@ -3,19 +3,16 @@
 import io
 import json
 import re
-from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
 
-from bench.cli import main
 from bench.record.journal import read_journal
 from bench.record.waveforms import read_waveform
 from procedures.catalogue import catalogue
-
-Call = Callable[..., tuple[int, str, str]]
+from tests.command_line import Call
 
 
 class Words(HTMLParser):
@@ -34,20 +31,6 @@ class Words(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         self.text += data.replace("\N{NO-BREAK SPACE}", " ")
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Call:
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(arguments)
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return int(stop.value.code or 0), out, err
-
-    return run
 
 
 def test_from_the_demo_to_page_and_pdf(call: Call) -> None:

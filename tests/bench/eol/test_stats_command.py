@@ -11,19 +11,15 @@ from sqlalchemy import Engine
 
 from bench.cli import main
 from bench.eol.statistics.gauge import gauge_study
+from tests.command_line import Call, called
 
-Call = Callable[..., tuple[int, str, str]]
 Put = Callable[..., None]
 
 
 @pytest.fixture
 def call(capsys: pytest.CaptureFixture[str], reference: str) -> Call:
     def run(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(["eol", "stats", *arguments, "--records", reference])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return int(stop.value.code or 0), out, err
+        return called(capsys, "eol", "stats", *arguments, "--records", reference)
 
     return run
 

@@ -1,0 +1,19 @@
+"""The command line, in this process."""
+
+from collections.abc import Callable
+
+import pytest
+
+from bench.cli import main
+
+#: Takes what is typed after `motorbench`; returns exit status, standard output and standard error.
+Call = Callable[..., tuple[int, str, str]]
+
+
+def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """Return what a `Call` does; a traceback fails the test."""
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    out, err = capsys.readouterr()
+    assert "Traceback" not in out + err
+    return int(stop.value.code or 0), out, err
