@@ -11,10 +11,11 @@ import psycopg
 import pytest
 from sqlalchemy import Engine, make_url
 
-from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.record import CheckRecord, Measured
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
+from tests.bench.eol.motor_records import motor_record
 from tests.bench.eol.wire import Wire
 
 SERVER = os.environ.get("MOTORBENCH_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432/postgres")
@@ -53,9 +54,13 @@ def engine(reference: str) -> Iterator[Engine]:
 
 
 @pytest.fixture
-def put(engine: Engine) -> Callable[..., None]:
+def records(engine: Engine) -> Records:
+    return Records(engine)
+
+
+@pytest.fixture
+def put(records: Records) -> Callable[..., None]:
     """Keep one motor's record: figures by parameter, each with its limits."""
-    records = Records(engine)
     kept = 0
 
     def save(
@@ -77,14 +82,9 @@ def put(engine: Engine) -> Callable[..., None]:
         verdict = Verdict.ERROR if error else Verdict.FAIL if Verdict.FAIL in verdicts.values() else Verdict.PASS
         measured = tuple(Measured(n, v, "Ω", 0.01, 0.02, low, high, verdicts[n]) for n, v in values.items())
         records.save(
-            MotorRecord(
-                identifier=f"{kept:036d}",
+            motor_record(
+                kept,
                 batch=batch,
-                number=kept,
-                plan="Pump",
-                plan_sha256="0" * 64,
-                station="S",
-                socket="1",
                 person=person,
                 model=model,
                 serial_number=serial or f"P-{kept:04d}",

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,31 +22,17 @@ from bench.eol.exports.json_lines import read_json_line, write_json_lines
 from bench.eol.exports.junit import write_junit
 from bench.eol.exports.parquet import write_parquet
 from bench.eol.record import CheckRecord, Measured, MotorRecord
-from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
+from tests.bench.eol.motor_records import NOON, motor_record
+from tests.command_line import called
 
-NOON = datetime(2026, 11, 21, 12, 0, 0, 123456, tzinfo=UTC)
 WRITERS = {"csv": write_csv, "jsonl": write_json_lines, "junit": write_junit, "parquet": write_parquet}
 
 
 def record(number: int = 1, **changes: Any) -> MotorRecord:
-    made = MotorRecord(
-        identifier=f"{number:036d}",
-        batch="B1",
-        number=number,
-        plan="Pump",
-        plan_sha256="0" * 64,
-        station="S",
-        socket="1",
-        person="王工",
-        model="LG-400W",
-        serial_number=f"P-{number:04d}",
-        started=NOON,
-        ended=NOON + timedelta(seconds=3),
-        verdict=Verdict.FAIL,
-        first_pass=False,
-        bench_time=12.5,
+    made = motor_record(
+        number,
         measured=(
             Measured("flux_linkage", math.nan, "V·s/rad", math.nan, math.nan, -math.inf, math.inf, Verdict.ERROR),
             Measured("inertia", 7.1e-5, "kg·m²", 1e-7, 2e-7, 5e-5, 7e-5, Verdict.FAIL),
@@ -63,47 +49,38 @@ def record(number: int = 1, **changes: Any) -> MotorRecord:
 
 
 @pytest.fixture
-def kept(reference: str) -> Iterator[Records]:
-    engine = open_database(reference)
-    yield Records(engine)
-    engine.dispose()
-
-
-@pytest.fixture
 def export(
-    kept: Records, reference: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    records: Records, reference: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[int, Path, str]]:
     def run(form: str, *batches: str, out: str = "out.file") -> tuple[int, Path, str]:
-        with pytest.raises(SystemExit) as stop:
-            main(["eol", "export", *batches, "--records", reference, "--format", form, "--out", str(tmp_path / out)])
-        shown, err = capsys.readouterr()
-        assert "Traceback" not in shown + err
-        return int(stop.value.code or 0), tmp_path / out, shown + err
+        wanted = ("--records", reference, "--format", form, "--out", str(tmp_path / out))
+        code, shown, err = called(capsys, "eol", "export", *batches, *wanted)
+        return code, tmp_path / out, shown + err
 
     return run
 
 
-def test_json_lines_come_back_as_they_were(kept: Records, export) -> None:
-    records = [record(n, batch="B1" if n % 2 else "B2") for n in range(1, 6)]
-    for each in records:
-        kept.save(each)
+def test_json_lines_come_back_as_they_were(records: Records, export) -> None:
+    made = [record(n, batch="B1" if n % 2 else "B2") for n in range(1, 6)]
+    for each in made:
+        records.save(each)
     code, path, said = export("jsonl", "B1")
     assert (code, said) == (0, f"{path}: 3 motors\n")
     with path.open("rb") as file:
-        assert [repr(read_json_line(line)) for line in file] == [repr(each) for each in records if each.batch == "B1"]
+        assert [repr(read_json_line(line)) for line in file] == [repr(each) for each in made if each.batch == "B1"]
 
 
-def test_batches_longer_than_what_is_read_at_once(kept: Records, export, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_batches_longer_than_what_is_read_at_once(records: Records, export, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("bench.eol.store.records._AT_ONCE", 3)
     for n in range(1, 11):
-        kept.save(record(n, batch="B1" if n != 4 else "B2"))
+        records.save(record(n, batch="B1" if n != 4 else "B2"))
     lines = export("jsonl", "B1")[1].read_text(encoding="utf-8").splitlines()
     assert [json.loads(line)["number"] for line in lines] == [1, 2, 3, 5, 6, 7, 8, 9, 10]
 
 
-def test_parquet_keeps_types_and_figures(kept: Records, export) -> None:
-    kept.save(record())
-    kept.save(record(2, measured=(), verdict=Verdict.ABORTED))
+def test_parquet_keeps_types_and_figures(records: Records, export) -> None:
+    records.save(record())
+    records.save(record(2, measured=(), verdict=Verdict.ABORTED))
     table = pq.read_table(export("parquet")[1]).to_pylist()
     assert [row["parameter"] for row in table] == ["flux_linkage", "inertia", "stator_resistance", None]
     assert table[0]["started"] == NOON
@@ -111,8 +88,8 @@ def test_parquet_keeps_types_and_figures(kept: Records, export) -> None:
     assert (table[3]["motor_verdict"], table[3]["first_pass"], table[3]["person"]) == ("aborted", False, "王工")
 
 
-def test_csv_keeps_every_digit(kept: Records, export) -> None:
-    kept.save(record(measured=(Measured("r", 0.1 + 0.2, "Ω", 1e-300, 0.0, 0.0, math.inf, Verdict.PASS),)))
+def test_csv_keeps_every_digit(records: Records, export) -> None:
+    records.save(record(measured=(Measured("r", 0.1 + 0.2, "Ω", 1e-300, 0.0, 0.0, math.inf, Verdict.PASS),)))
     with export("csv")[1].open(encoding="utf-8", newline="") as file:
         (row,) = csv.DictReader(file)
     assert (float(row["value"]), float(row["standard_uncertainty"]), row["high"]) == (0.1 + 0.2, 1e-300, "")
@@ -137,11 +114,11 @@ def test_words_come_back_from_a_cell(words: str) -> None:
     assert original(harmless(words)) == words
 
 
-def test_junit_says_what_failed_and_by_which_limits(kept: Records, export) -> None:
-    kept.save(record())
-    kept.save(record(2, measured=record().measured[2:], checks=(), verdict=Verdict.PASS, first_pass=True, cause=""))
-    kept.save(record(3, measured=(), verdict=Verdict.ERROR))
-    kept.save(record(4, measured=(), checks=(), verdict=Verdict.ABORTED, cause="stopped by Wang"))
+def test_junit_says_what_failed_and_by_which_limits(records: Records, export) -> None:
+    records.save(record())
+    records.save(record(2, measured=record().measured[2:], checks=(), verdict=Verdict.PASS, first_pass=True, cause=""))
+    records.save(record(3, measured=(), verdict=Verdict.ERROR))
+    records.save(record(4, measured=(), checks=(), verdict=Verdict.ABORTED, cause="stopped by Wang"))
     suites = list(JUnitXml.fromfile(str(export("junit")[1])))
     assert [(s.name, s.tests, s.failures, s.errors) for s in suites] == [
         ("B1 P-0001", 3, 1, 1),
@@ -192,16 +169,16 @@ def test_what_is_read_is_written_before_more_is_read(form: str, monkeypatch: pyt
     assert any(0 < seen < 50 for seen in file.seen)
 
 
-def test_a_file_is_whole_or_not_there(kept: Records, export, tmp_path: Path) -> None:
-    kept.save(record())
+def test_a_file_is_whole_or_not_there(records: Records, export, tmp_path: Path) -> None:
+    records.save(record())
     before = sorted(tmp_path.iterdir())
     assert export("csv", "B9")[2] == "motorbench: there is no batch 'B9'; there are: B1\n"
     assert "cannot be written: No such file" in export("csv", out="no/such/x.csv")[2]
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_without_a_file_the_records_go_to_standard_output(kept: Records, reference: str, capfdbinary) -> None:
-    kept.save(record())
+def test_without_a_file_the_records_go_to_standard_output(records: Records, reference: str, capfdbinary) -> None:
+    records.save(record())
     with pytest.raises(SystemExit):
         main(["eol", "export", "--records", reference, "--format", "jsonl"])
     (line,) = capfdbinary.readouterr().out.splitlines()

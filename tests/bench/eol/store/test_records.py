@@ -3,10 +3,8 @@ import signal
 import subprocess
 import sys
 import uuid
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -20,27 +18,13 @@ from bench.eol.store.records import Records, StoreError
 from bench.eol.store.tallies import parameters
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
-
-NOON = datetime(2026, 11, 21, 12, 0, 0, 123456, tzinfo=UTC)
+from tests.bench.eol.motor_records import motor_record
 
 
 def record(number: int = 1, **changes: object) -> MotorRecord:
-    made = MotorRecord(
+    made = motor_record(
+        number,
         identifier=str(uuid.uuid4()),
-        batch="B1",
-        number=number,
-        plan="Pump",
-        plan_sha256="0" * 64,
-        station="S",
-        socket="1",
-        person="王工",
-        model="LG-400W",
-        serial_number=f"P-{number:04d}",
-        started=NOON,
-        ended=NOON + timedelta(seconds=3),
-        verdict=Verdict.FAIL,
-        first_pass=False,
-        bench_time=12.5,
         measured=(
             Measured("flux_linkage", math.nan, "V·s/rad", math.nan, math.nan, -math.inf, math.inf, Verdict.ERROR),
             Measured("stator_resistance", 0.016, "Ω", 1e-5, 2e-5, 0.014, 0.018, Verdict.PASS),
@@ -55,13 +39,6 @@ def record(number: int = 1, **changes: object) -> MotorRecord:
         waveforms={"waveforms/0001-oscilloscope.h5": "a" * 64},
     )
     return replace(made, **changes)
-
-
-@pytest.fixture
-def records(reference: str) -> Iterator[Records]:
-    engine = open_database(reference)
-    yield Records(engine)
-    engine.dispose()
 
 
 def same(first: MotorRecord, second: MotorRecord) -> bool:
@@ -159,11 +136,10 @@ def test_a_server_that_is_away_costs_no_record_and_none_comes_twice(tmp_path: Pa
 
 KILLED = """
 import sys, itertools
-sys.path.insert(0, "tests/bench/eol/store")
-from test_records import record
 from bench.eol.store.database import open_database
 from bench.eol.store import insertion
 from bench.eol.store.records import Records
+from tests.bench.eol.store.test_records import record
 insertion._TOGETHER = 4
 records = Records(open_database(sys.argv[1]))
 for number in itertools.count(1):

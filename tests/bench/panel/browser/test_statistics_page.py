@@ -14,6 +14,7 @@ from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
+from tests.bench.eol.motor_records import motor_record
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.conftest import Server
 
@@ -27,14 +28,9 @@ UNITS = {"stator_resistance": "Ω", "cogging_torque": "N·m"}
 def record(number: int, batch: str, serial: str, model: str, values: dict[str, float]) -> MotorRecord:
     verdicts = {n: Verdict.PASS if LIMITS[n][0] <= v <= LIMITS[n][1] else Verdict.FAIL for n, v in values.items()}
     verdict = Verdict.FAIL if Verdict.FAIL in verdicts.values() else Verdict.PASS
-    return MotorRecord(
-        identifier=f"{number:036d}",
+    return motor_record(
+        number,
         batch=batch,
-        number=number,
-        plan="Pump",
-        plan_sha256="0" * 64,
-        station="S",
-        socket="1",
         person="Wang",
         model=model,
         serial_number=serial,
