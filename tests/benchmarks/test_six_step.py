@@ -1,11 +1,9 @@
 """Speed of the six-step drive's steady state, against solve_ivp in the same run."""
 
-import importlib.util
 import math
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +12,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from bench.files.six_step_file import EXAMPLE, load_drive
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState, steady_state
+from tests.sim_instruments.six_step.reference import Reference
 
 RPM = math.pi / 30
 SWEEP = """
@@ -54,13 +53,7 @@ def test_steady_state_and_its_averages(benchmark: BenchmarkFixture, bridge: Brid
 
 def test_against_solve_ivp(benchmark: BenchmarkFixture, bridge: Bridge) -> None:
     """Target: at least 100 times faster than solve_ivp at rtol 1e-9, currents equal to 1e-6 A."""
-    path = Path(__file__).parents[1] / "sim_instruments" / "six_step" / "reference.py"
-    spec = importlib.util.spec_from_file_location("six_step_reference", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    reference = module.Reference(bridge.drive, 3256 * RPM)
+    reference = Reference(bridge.drive, 3256 * RPM)
     start = time.perf_counter()
     expected, states = reference.periodic(tolerance=1e-8)
     slow = time.perf_counter() - start

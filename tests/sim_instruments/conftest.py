@@ -5,21 +5,12 @@ import pyvisa
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.physics.motor import VirtualMotor
+from tests.sim_instruments.motors import BENCH_MOTOR
 
 
 @pytest.fixture
 def bench_motor() -> VirtualMotor:
-    return VirtualMotor(
-        connection="wye",
-        phase_resistances=(0.5, 0.5, 0.5),
-        d_axis_inductance=1.0e-3,
-        q_axis_inductance=1.5e-3,
-        flux_linkage=0.02,
-        pole_pairs=4,
-        inertia=1.0e-4,
-        coulomb_friction=0.01,
-        viscous_friction=1.0e-5,
-    )
+    return BENCH_MOTOR
 
 
 @pytest.fixture

@@ -12,26 +12,11 @@ from canopen import objectdictionary as od
 from sim_instruments.bench import ROLES, VirtualBench
 from sim_instruments.faults import Fault
 from sim_instruments.instruments.errors import DriveErrors, Errors
-from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.six_step.state import Bridge
+from tests.sim_instruments.motors import SIX_STEP
 
-DRIVE = SixStepDrive(
-    connection="delta",
-    resistance=0.1146,
-    self_inductance=0.412e-3,
-    mutual_inductance=-0.0233e-3,
-    emf_constant=0.0613,
-    pole_pairs=4,
-    source_voltage=24.32,
-    source_resistance=0.124,
-    switch_resistance=0.03,
-    diode_drop=0.7,
-    inertia=1.17e-4,
-    coulomb_friction=0.0349,
-    viscous_friction=7.941e-6,
-)
 EXACT = DriveErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 TYPES = {
     0x1000: od.UNSIGNED32,
@@ -49,7 +34,7 @@ TYPES = {
 
 
 def make_bench(errors: DriveErrors = EXACT, seed: int = 1) -> VirtualBench:
-    bench = VirtualBench(virtual_motor(DRIVE), seed=seed, errors=replace(Errors(), drive=errors), six_step=DRIVE)
+    bench = VirtualBench(virtual_motor(SIX_STEP), seed=seed, errors=replace(Errors(), drive=errors), six_step=SIX_STEP)
     bench.world.connect({"A": "drive_1", "B": "drive_2", "C": "drive_3"})
     return bench
 
@@ -97,7 +82,7 @@ def test_the_role_is_there_only_with_a_drive(bench: VirtualBench) -> None:
     assert isinstance(drive, dict)
     assert (inverter["channel"], inverter["node_id"]) == (drive["channel"], 5)
     assert drive["node_id"] == 6
-    with VirtualBench(virtual_motor(DRIVE)) as plain:
+    with VirtualBench(virtual_motor(SIX_STEP)) as plain:
         assert "drive" not in plain.addresses()
         with pytest.raises(ValueError, match="'drive' is unknown"):
             plain.address("drive")
@@ -133,7 +118,7 @@ def test_readings_of_a_loaded_motor(node: canopen.RemoteNode, bench: VirtualBenc
     world.dynamometer.command(-0.5 + machine.coulomb_friction + machine.viscous_friction * 340.5)
     world.dynamometer.enable(True)
     bench.clock.sleep(3.0)
-    model = balance_load(Bridge(DRIVE), 0.5)
+    model = balance_load(Bridge(SIX_STEP), 0.5)
     assert node.sdo[0x606C].raw == pytest.approx(21678, abs=2)
     assert node.sdo[0x2010].raw == pytest.approx(1000 * model.average_supply_current, rel=1e-3)
     assert node.sdo[0x6079].raw == pytest.approx(1000 * model.average_bus_voltage, rel=1e-4)

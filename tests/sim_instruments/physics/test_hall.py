@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from sim_instruments.clock import VirtualClock
 from sim_instruments.physics.hall import HallSensors
 from sim_instruments.physics.windings import Windings
-from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.world import World
+from tests.sim_instruments.motors import SIX_STEP
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 720, endpoint=False) + 1e-4
 
@@ -77,22 +77,7 @@ def test_sensor_1_rises_30_degrees_after_the_emf_of_phase_a(connection: str, lab
 @pytest.mark.parametrize("connection", ["wye", "delta"])
 @pytest.mark.parametrize("advance", [0.0, 0.1])
 def test_the_leads_are_the_sensors_that_the_six_step_drive_commutates_by(connection: str, advance: float) -> None:
-    drive = SixStepDrive(
-        connection=connection,  # type: ignore[arg-type]
-        resistance=0.1146,
-        self_inductance=0.412e-3,
-        mutual_inductance=-0.0233e-3,
-        emf_constant=0.0613,
-        pole_pairs=4,
-        source_voltage=24.0,
-        source_resistance=0.1,
-        switch_resistance=0.03,
-        diode_drop=0.7,
-        inertia=1.17e-4,
-        coulomb_friction=0.03,
-        viscous_friction=8e-6,
-        advance_angle=advance,
-    )
+    drive = replace(SIX_STEP, connection=connection, advance_angle=advance)  # type: ignore[arg-type]
     clock = VirtualClock()
     world = World(virtual_motor(drive), clock, six_step=drive)
     for channel, node in ((1, "H1"), (2, "H2"), (3, "H3")):

@@ -18,33 +18,19 @@ from sim_instruments.six_step.steady_state import SteadyState, steady_state
 from sim_instruments.six_step_output import SixStepOutput
 from sim_instruments.stages import DynamometerMachine
 from sim_instruments.world import World
+from tests.sim_instruments.motors import SIX_STEP
 
 WIRED = {"A": "drive_1", "B": "drive_2", "C": "drive_3"}
 RPM = math.pi / 30.0
 #: A dynamometer's machine that takes nothing for itself.
 LIGHT = DynamometerMachine(inertia=0.0, coulomb_friction=0.0, viscous_friction=0.0)
-DRIVE = SixStepDrive(
-    connection="delta",
-    resistance=0.1146,
-    self_inductance=0.412e-3,
-    mutual_inductance=-0.0233e-3,
-    emf_constant=0.0613,
-    pole_pairs=4,
-    source_voltage=24.32,
-    source_resistance=0.124,
-    switch_resistance=0.03,
-    diode_drop=0.7,
-    inertia=1.17e-4,
-    coulomb_friction=0.0349,
-    viscous_friction=7.941e-6,
-)
-WYE = replace(DRIVE, connection="wye", advance_angle=0.1, emf_harmonics=(EmfHarmonic(5, 0.04, 0.3),))
+WYE = replace(SIX_STEP, connection="wye", advance_angle=0.1, emf_harmonics=(EmfHarmonic(5, 0.04, 0.3),))
 
 
 class Stand:
     """A drive's motor on the dynamometer, wired and coupled."""
 
-    def __init__(self, drive: SixStepDrive = DRIVE, *, machine: DynamometerMachine = LIGHT, **more: Any) -> None:
+    def __init__(self, drive: SixStepDrive = SIX_STEP, *, machine: DynamometerMachine = LIGHT, **more: Any) -> None:
         self.drive = drive
         self.clock = VirtualClock()
         self.world = World(virtual_motor(drive), self.clock, six_step=drive, dynamometer=machine, **more)
@@ -81,7 +67,7 @@ class Stand:
         return (electrical + math.pi / 2 - start) / (self.drive.pole_pairs * steady.speed)
 
 
-@pytest.fixture(scope="module", params=[DRIVE, WYE], ids=["delta", "wye"])
+@pytest.fixture(scope="module", params=[SIX_STEP, WYE], ids=["delta", "wye"])
 def loaded(request: pytest.FixtureRequest) -> tuple[Stand, SteadyState]:
     return Stand(request.param).running(0.5), balance_load(Bridge(request.param), 0.5)
 
@@ -156,7 +142,7 @@ def test_the_dynamometers_own_machine_brakes_too() -> None:
     stand.output.enable(True)
     stand.clock.sleep(5.0)
     speed = stand.world.shaft_speed(0.5)
-    model = steady_state(Bridge(DRIVE), speed)
+    model = steady_state(Bridge(SIX_STEP), speed)
     assert model.load_torque == pytest.approx(0.02 + 5e-5 * speed, rel=1e-6)
     assert speed < Stand().running(0.0).world.shaft_speed(0.1)
 
@@ -164,8 +150,8 @@ def test_the_dynamometers_own_machine_brakes_too() -> None:
 def test_a_load_step_settles_on_the_time_scale_of_the_exact_run_up() -> None:
     stand = Stand().running(0.3)
     before = stand.world.shaft_speed(0.0)
-    after = balance_load(Bridge(DRIVE), 0.6).speed
-    exact = run_up(Bridge(DRIVE), 0.3, load_torque=0.6, initial_speed=before)
+    after = balance_load(Bridge(SIX_STEP), 0.6).speed
+    exact = run_up(Bridge(SIX_STEP), 0.3, load_torque=0.6, initial_speed=before)
     stand.load(0.6, 0.0)
     speeds = []
     for _ in range(300):
@@ -177,9 +163,9 @@ def test_a_load_step_settles_on_the_time_scale_of_the_exact_run_up() -> None:
     assert settled == pytest.approx(float(exact.times[np.argmax(exact.speeds < threshold)]), rel=0.25)
     # Mean bus current on the way lies between the ends; the source's resistance ties the voltage to it.
     current, voltage = stand.output.bus_current(0.3), stand.output.bus_voltage(0.3)
-    low, high = (balance_load(Bridge(DRIVE), load).average_supply_current for load in (0.3, 0.6))
+    low, high = (balance_load(Bridge(SIX_STEP), load).average_supply_current for load in (0.3, 0.6))
     assert low < current < high
-    assert voltage == pytest.approx(DRIVE.source_voltage - DRIVE.source_resistance * current, rel=1e-6)
+    assert voltage == pytest.approx(SIX_STEP.source_voltage - SIX_STEP.source_resistance * current, rel=1e-6)
     stand.clock.sleep(2.0)
     assert stand.world.shaft_speed(0.1) == pytest.approx(after, rel=1e-6)
 
@@ -192,7 +178,7 @@ def test_waveforms_on_the_way_are_those_of_the_present_speed() -> None:
     for _ in range(50):
         stand.clock.sleep(1e-3)
         now = np.array([stand.clock.now()])
-        model = steady_state(Bridge(DRIVE), stand.world.shaft_speed(0.0))
+        model = steady_state(Bridge(SIX_STEP), stand.world.shaft_speed(0.0))
         expected = model.line_currents(stand.times_in(model, now))[0, 0]
         assert stand.world.probe_signal(4, now)[0] == pytest.approx(expected, abs=0.1)
     times = np.linspace(start, stand.clock.now(), 20_001)
@@ -207,7 +193,7 @@ def test_driven_at_a_speed_the_dynamometer_takes_what_is_left() -> None:
     stand.clock.sleep(3.0)
     stand.output.enable(True)
     stand.clock.sleep(1.0)
-    model = steady_state(Bridge(DRIVE), 3000 * RPM)
+    model = steady_state(Bridge(SIX_STEP), 3000 * RPM)
     assert stand.world.shaft_speed(0.5) / RPM == pytest.approx(3000.0, rel=1e-4)
     assert stand.world.dynamometer.torque(0.5) == pytest.approx(-model.load_torque, rel=1e-3)
     assert stand.output.bus_current(0.5) == pytest.approx(model.average_supply_current, rel=1e-3)
@@ -215,14 +201,14 @@ def test_driven_at_a_speed_the_dynamometer_takes_what_is_left() -> None:
     stand.world.dynamometer.command(5000 * RPM)
     stand.clock.sleep(2.0)
     assert stand.output.bus_current(0.2) < 0.0
-    assert stand.output.bus_voltage(0.2) > DRIVE.source_voltage
+    assert stand.output.bus_voltage(0.2) > SIX_STEP.source_voltage
     assert stand.output.fault is None
 
 
 def test_driven_by_torque_it_stops_at_the_dynamometers_largest_speed() -> None:
     stand = Stand(machine=replace(LIGHT, maximum_speed=420.0)).running(-0.5)
     assert stand.world.shaft_speed(0.1) == pytest.approx(420.0)
-    model = steady_state(Bridge(DRIVE), 420.0)
+    model = steady_state(Bridge(SIX_STEP), 420.0)
     assert stand.world.dynamometer.torque(0.1) == pytest.approx(-model.load_torque, rel=1e-6)
     assert -model.load_torque < 0.5
 
@@ -232,7 +218,7 @@ def test_uncoupled_it_runs_light() -> None:
     stand.world.uncouple_dynamometer()
     stand.output.enable(True)
     stand.clock.sleep(3.0)
-    assert stand.world.shaft_speed(0.1) == pytest.approx(balance_load(Bridge(DRIVE), 0.0).speed, rel=1e-6)
+    assert stand.world.shaft_speed(0.1) == pytest.approx(balance_load(Bridge(SIX_STEP), 0.0).speed, rel=1e-6)
 
 
 def test_off_it_coasts_and_the_bus_is_idle() -> None:
@@ -241,7 +227,7 @@ def test_off_it_coasts_and_the_bus_is_idle() -> None:
     stand.output.enable(False)
     stand.world.attach_current_probe(4, "A")
     stand.clock.sleep(0.1)
-    assert stand.output.bus_voltage(0.02) == pytest.approx(DRIVE.source_voltage)
+    assert stand.output.bus_voltage(0.02) == pytest.approx(SIX_STEP.source_voltage)
     assert stand.output.bus_current(0.02) == 0.0
     assert np.all(stand.world.probe_signal(4, stand.window(0.05, 100)) == 0.0)
     stand.clock.sleep(5.0)
@@ -332,13 +318,13 @@ def test_braked_to_standstill_by_the_dynamometer_it_trips_there() -> None:
     stand.world.dynamometer.command(0.0)
     stand.clock.sleep(0.2)
     assert stand.output.enabled
-    assert stand.output.bus_current(0.05) > balance_load(Bridge(DRIVE), 0.5).average_supply_current
+    assert stand.output.bus_current(0.05) > balance_load(Bridge(SIX_STEP), 0.5).average_supply_current
     stand.clock.sleep(2.0)
     assert stand.output.fault == "no rotation"
 
 
 def test_a_bench_without_the_drive_has_no_such_sockets() -> None:
-    world = World(virtual_motor(DRIVE), VirtualClock())
+    world = World(virtual_motor(SIX_STEP), VirtualClock())
     assert world.six_step is None
     with pytest.raises(ValueError, match="'drive_1' for terminal A is unknown"):
         world.connect(WIRED)
@@ -346,4 +332,8 @@ def test_a_bench_without_the_drive_has_no_such_sockets() -> None:
 
 def test_the_motor_must_be_the_drives_machine() -> None:
     with pytest.raises(ValueError, match="pole_pairs 4 and the motor on the bench 7"):
-        World(virtual_motor(replace(DRIVE, pole_pairs=7, emf_constant=0.0613 * 7 / 4)), VirtualClock(), six_step=DRIVE)
+        World(
+            virtual_motor(replace(SIX_STEP, pole_pairs=7, emf_constant=0.0613 * 7 / 4)),
+            VirtualClock(),
+            six_step=SIX_STEP,
+        )

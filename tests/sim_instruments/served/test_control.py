@@ -1,12 +1,12 @@
 import json
 from collections.abc import Iterator
-from types import ModuleType
 from typing import Any
 
 import pytest
 
 from sim_instruments.control.faults import clear
 from sim_instruments.served_bench import ServedBench
+from tests.sim_instruments.served import wires
 
 JSON = {"Content-Type": "application/json"}
 
@@ -23,7 +23,7 @@ def at_rest(bench: ServedBench) -> Iterator[None]:
 
 
 @pytest.fixture
-def act(bench: ServedBench, wires: ModuleType) -> Any:
+def act(bench: ServedBench) -> Any:
     def perform(action: str, **details: Any) -> Any:
         status, answer = wires.ask(bench, "POST", "/actions", {"action": action, **details})
         assert status == 200, answer
@@ -32,28 +32,28 @@ def act(bench: ServedBench, wires: ModuleType) -> Any:
     return perform
 
 
-def truth(bench: ServedBench, wires: ModuleType) -> dict[str, Any]:
+def truth(bench: ServedBench) -> dict[str, Any]:
     status, answer = wires.ask(bench, "GET", "/truth")
     assert status == 200
     return dict(answer)
 
 
-def test_hands(bench: ServedBench, wires: ModuleType, act: Any) -> None:
+def test_hands(bench: ServedBench, act: Any) -> None:
     act("connect", wiring={"A": "supply+", "B": "supply-"})
-    assert truth(bench, wires)["wiring"] == {"A": "supply+", "B": "supply-", "C": "open"}
+    assert truth(bench)["wiring"] == {"A": "supply+", "B": "supply-", "C": "open"}
     act("lock_rotor")
-    assert truth(bench, wires)["rotor_locked"] is True
+    assert truth(bench)["rotor_locked"] is True
     act("release_rotor")
     act("turn_shaft", speed=5.0)
-    assert truth(bench, wires)["shaft_speed"] == pytest.approx(5.0)
+    assert truth(bench)["shaft_speed"] == pytest.approx(5.0)
     act("turn_shaft", speed=-5, wobble=0.1)
-    assert truth(bench, wires)["shaft_holder"] == "turning"
+    assert truth(bench)["shaft_holder"] == "turning"
     act("hold_shaft")
-    assert truth(bench, wires)["shaft_speed"] == 0.0
+    assert truth(bench)["shaft_speed"] == 0.0
     act("let_go")
     assert act("nudge_to_next_rest", direction=-1) > 0.0
     act("short_leads", shorted=True)
-    assert truth(bench, wires)["leads_shorted"] is True
+    assert truth(bench)["leads_shorted"] is True
     act("short_leads", shorted=False)
     act("attach_voltage_probe", channel=1, positive="A", negative="star")
     act("attach_current_probe", channel=4, terminal="B")
@@ -62,17 +62,17 @@ def test_hands(bench: ServedBench, wires: ModuleType, act: Any) -> None:
     act("detach_voltmeter")
     act("set_ambient_temperature", temperature=30.0)
     act("set_winding_temperature", temperature=80.5)
-    assert truth(bench, wires)["winding_temperature"] == pytest.approx(80.5, abs=0.5)
+    assert truth(bench)["winding_temperature"] == pytest.approx(80.5, abs=0.5)
     act("set_ambient_temperature", temperature=25)
     act("set_winding_temperature", temperature=25)
     act("hold_shaft")
     act("couple_dynamometer")
-    assert truth(bench, wires)["dynamometer_coupled"] is True
+    assert truth(bench)["dynamometer_coupled"] is True
     act("uncouple_dynamometer")
     act("connect", wiring={})
 
 
-def test_what_the_world_does_not_let_be_done_is_a_conflict(bench: ServedBench, wires: ModuleType, act: Any) -> None:
+def test_what_the_world_does_not_let_be_done_is_a_conflict(bench: ServedBench, act: Any) -> None:
     act("lock_rotor")
     status, answer = wires.ask(bench, "POST", "/actions", {"action": "turn_shaft", "speed": 1.0})
     assert (status, answer["error"][:21]) == (409, "the rotor is locked; ")
@@ -99,13 +99,13 @@ def test_what_the_world_does_not_let_be_done_is_a_conflict(bench: ServedBench, w
         ({"action": "short_leads", "shorted": 1}, "shorted"),
     ],
 )
-def test_actions_that_are_refused_say_why(bench: ServedBench, wires: ModuleType, given: Any, named: str) -> None:
+def test_actions_that_are_refused_say_why(bench: ServedBench, given: Any, named: str) -> None:
     status, answer = wires.ask(bench, "POST", "/actions", given)
     assert status == 400
     assert named in answer["error"]
 
 
-def test_faults_of_motor_and_wiring(bench: ServedBench, wires: ModuleType) -> None:
+def test_faults_of_motor_and_wiring(bench: ServedBench) -> None:
     for fault in (
         {"fault": "open_phase", "terminal": "B"},
         {"fault": "swapped", "pair": ["A", "C"]},
@@ -117,12 +117,12 @@ def test_faults_of_motor_and_wiring(bench: ServedBench, wires: ModuleType) -> No
     assert {name: answer["world"][name] for name in given} == given
     wires.ask(bench, "POST", "/faults", {"fault": "open_phase", "terminal": None})
     wires.ask(bench, "POST", "/faults", {"fault": "stuck_rotor", "stuck": False})
-    left = {name: fault for name, fault in truth(bench, wires)["faults"].items() if fault}
+    left = {name: fault for name, fault in truth(bench)["faults"].items() if fault}
     assert left == {"swapped": ["A", "C"]}
     assert wires.ask(bench, "DELETE", "/faults")[1]["world"]["swapped"] is None
 
 
-def test_faults_of_instruments_by_role(bench: ServedBench, wires: ModuleType) -> None:
+def test_faults_of_instruments_by_role(bench: ServedBench) -> None:
     for fault in (
         {"fault": "silence", "role": "supply", "count": 1},
         {"fault": "replace", "role": "supply", "pattern": r"^\*tst", "reply": "\u00ff9\n", "times": None},
@@ -161,15 +161,13 @@ def test_faults_of_instruments_by_role(bench: ServedBench, wires: ModuleType) ->
         ({"fault": "swapped", "pair": ["A", "A"]}, 409, "two different"),
     ],
 )
-def test_faults_that_are_refused_say_why(
-    bench: ServedBench, wires: ModuleType, given: Any, status: int, named: str
-) -> None:
+def test_faults_that_are_refused_say_why(bench: ServedBench, given: Any, status: int, named: str) -> None:
     answered, answer = wires.ask(bench, "POST", "/faults", given)
     assert answered == status
     assert named in answer["error"]
 
 
-def test_what_can_be_asked(bench: ServedBench, wires: ModuleType) -> None:
+def test_what_can_be_asked(bench: ServedBench) -> None:
     assert wires.ask(bench, "GET", "/addresses") == (200, json.loads(json.dumps(bench.addresses())))
     assert wires.ask(bench, "GET", "/motor") == (200, {"truth": {"pole_pairs": 4.0}})
     status, clock = wires.ask(bench, "GET", "/clock")
@@ -201,7 +199,7 @@ def test_what_can_be_asked(bench: ServedBench, wires: ModuleType) -> None:
     ],
 )
 def test_requests_that_are_refused(
-    bench: ServedBench, wires: ModuleType, method: str, path: str, body: Any, headers: dict[str, str], status: int
+    bench: ServedBench, method: str, path: str, body: Any, headers: dict[str, str], status: int
 ) -> None:
     answered, answer = wires.ask_raw(bench, method, path, body, headers)
     assert answered == status
@@ -211,7 +209,7 @@ def test_requests_that_are_refused(
 @pytest.mark.parametrize(
     "garbage", [b"\0" * 50 + b"\r\n\r\n", b"GET /truth\r\n\r\n", b"GET /truth HTTP/1.1\r\n bad\r\n\r\n"]
 )
-def test_what_is_no_http_is_told_and_hung_up_on(bench: ServedBench, wires: ModuleType, garbage: bytes) -> None:
+def test_what_is_no_http_is_told_and_hung_up_on(bench: ServedBench, garbage: bytes) -> None:
     with wires.stream(bench.control) as connection:
         connection.sendall(garbage)
         answer = b""
@@ -220,7 +218,7 @@ def test_what_is_no_http_is_told_and_hung_up_on(bench: ServedBench, wires: Modul
     assert answer.startswith(b"HTTP/1.1 400 Bad Request\r\n")
 
 
-def test_one_connection_serves_many_requests(bench: ServedBench, wires: ModuleType) -> None:
+def test_one_connection_serves_many_requests(bench: ServedBench) -> None:
     request = b"GET /clock HTTP/1.1\r\nHost: localhost\r\n\r\n"
     with wires.stream(bench.control) as connection, wires.stream(bench.control) as idle:
         idle.sendall(b"POST /act")

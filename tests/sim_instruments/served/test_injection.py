@@ -2,13 +2,13 @@
 
 import time
 from collections.abc import Callable, Iterator
-from types import ModuleType
 from typing import Any
 
 import pytest
 
 from sim_instruments.control.faults import clear
 from sim_instruments.served_bench import ServedBench
+from tests.sim_instruments.served import wires
 
 
 @pytest.fixture(autouse=True)
@@ -17,7 +17,7 @@ def at_rest(bench: ServedBench) -> Iterator[None]:
     clear(bench.bench)
 
 
-def injected(bench: ServedBench, wires: ModuleType, **described: Any) -> dict[str, Any]:
+def injected(bench: ServedBench, **described: Any) -> dict[str, Any]:
     status, answer = wires.ask(bench, "POST", "/faults", described)
     assert status == 200, answer
     return dict(answer)
@@ -29,8 +29,8 @@ def until(true: Callable[[], bool]) -> None:
         assert time.monotonic() < deadline
 
 
-def test_a_fault_at_a_step_that_another_process_reports(bench: ServedBench, wires: ModuleType) -> None:
-    answer = injected(bench, wires, fault="stuck_rotor", step="3.2.2/3", procedure="stator-resistance")
+def test_a_fault_at_a_step_that_another_process_reports(bench: ServedBench) -> None:
+    answer = injected(bench, fault="stuck_rotor", step="3.2.2/3", procedure="stator-resistance")
     assert answer["injected"] == [
         {"fault": "stuck_rotor", "step": "3.2.2/3", "procedure": "stator-resistance", "state": "waiting"}
     ]
@@ -45,24 +45,24 @@ def test_a_fault_at_a_step_that_another_process_reports(bench: ServedBench, wire
 @pytest.mark.parametrize(
     ("given", "named"), [({}, "step"), ({"step": ""}, "step"), ({"step": "1", "procedure": 2}, "procedure")]
 )
-def test_steps_that_are_refused(bench: ServedBench, wires: ModuleType, given: Any, named: str) -> None:
+def test_steps_that_are_refused(bench: ServedBench, given: Any, named: str) -> None:
     status, answer = wires.ask(bench, "POST", "/steps", given)
     assert status == 400
     assert named in answer["error"]
 
 
-def test_a_fault_that_mends_by_itself(bench: ServedBench, wires: ModuleType) -> None:
-    answer = injected(bench, wires, fault="thermal_runaway", after=5.0, duration=10.0)
+def test_a_fault_that_mends_by_itself(bench: ServedBench) -> None:
+    answer = injected(bench, fault="thermal_runaway", after=5.0, duration=10.0)
     assert answer["injected"][0]["state"] == "waiting"
     until(lambda: wires.ask(bench, "GET", "/faults")[1]["injected"][0]["state"] == "over")
     assert wires.ask(bench, "GET", "/truth")[1]["faults"]["heating"] is None
 
 
 @pytest.mark.parametrize(("role", "way"), [("supply", "socket"), ("supply", "hislip"), ("dynamometer", "tcp")])
-def test_a_cable_that_is_pulled_out(bench: ServedBench, wires: ModuleType, role: str, way: str) -> None:
+def test_a_cable_that_is_pulled_out(bench: ServedBench, role: str, way: str) -> None:
     address = bench.addresses()[role][way]
     with wires.stream(address) as connection, wires.stream(bench.addresses()["voltmeter"]["socket"]) as other:
-        assert injected(bench, wires, fault="disconnect", role=role)["disconnected"] == [role]
+        assert injected(bench, fault="disconnect", role=role)["disconnected"] == [role]
         assert hung_up(connection)
         with wires.stream(address) as refused:
             assert hung_up(refused)
@@ -82,8 +82,8 @@ def hung_up(connection: Any) -> bool:
         return True
 
 
-def test_one_behind_on_a_socket(bench: ServedBench, wires: ModuleType) -> None:
-    injected(bench, wires, fault="stale", role="voltmeter", count=1)
+def test_one_behind_on_a_socket(bench: ServedBench) -> None:
+    injected(bench, fault="stale", role="voltmeter", count=1)
     with wires.stream(bench.addresses()["voltmeter"]["socket"]) as connection:
         connection.sendall(b"*OPC?\n")
         connection.sendall(b"*ESE?\n")

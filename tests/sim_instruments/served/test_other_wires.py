@@ -3,7 +3,6 @@ import socket
 import struct
 import threading
 import time
-from types import ModuleType
 
 import canopen
 import numpy as np
@@ -12,8 +11,9 @@ import serial
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
 from sim_instruments.faults import Fault
-from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.served_bench import ServedBench
+from tests.sim_instruments.motors import BENCH_MOTOR
+from tests.sim_instruments.served import wires
 
 
 def descriptors() -> int:
@@ -27,7 +27,7 @@ def frame(unit: int, pdu: bytes, transaction: int = 1) -> bytes:
 # Modbus
 
 
-def test_pymodbus_by_tcp_and_by_rtu(bench: ServedBench, wires: ModuleType) -> None:
+def test_pymodbus_by_tcp_and_by_rtu(bench: ServedBench) -> None:
     addresses = bench.addresses()["dynamometer"]
     tcp = ModbusTcpClient("127.0.0.1", port=wires.port_of(addresses["tcp"]), timeout=5)
     rtu = ModbusSerialClient(str(addresses["rtu"]).removeprefix("rtu://"), baudrate=9600, timeout=5)
@@ -64,7 +64,7 @@ def test_pymodbus_by_tcp_and_by_rtu(bench: ServedBench, wires: ModuleType) -> No
         (9, "03 0008 0001", "83 0B"),
     ],
 )
-def test_modbus_to_the_byte(bench: ServedBench, wires: ModuleType, unit: int, request_: str, reply: str) -> None:
+def test_modbus_to_the_byte(bench: ServedBench, unit: int, request_: str, reply: str) -> None:
     with wires.stream(bench.addresses()["dynamometer"]["tcp"]) as connection:
         connection.sendall(frame(unit, bytes.fromhex(request_), 0xABCD))
         answer = frame(unit, bytes.fromhex(reply), 0xABCD)
@@ -74,15 +74,13 @@ def test_modbus_to_the_byte(bench: ServedBench, wires: ModuleType, unit: int, re
 @pytest.mark.parametrize(
     "garbage", ["0001 0001 0006 01", "0001 0000 0001 01", "0001 0000 00FF 01", "47 45 54 20 2F 20 48"]
 )
-def test_what_is_no_modbus_is_hung_up_on(bench: ServedBench, wires: ModuleType, garbage: str) -> None:
+def test_what_is_no_modbus_is_hung_up_on(bench: ServedBench, garbage: str) -> None:
     with wires.stream(bench.addresses()["dynamometer"]["tcp"]) as connection:
         connection.sendall(bytes.fromhex(garbage))
         assert connection.recv(1) == b""
 
 
-def test_requests_without_end_that_nobody_reads_the_answers_to_harm_nobody(
-    bench: ServedBench, wires: ModuleType
-) -> None:
+def test_requests_without_end_that_nobody_reads_the_answers_to_harm_nobody(bench: ServedBench) -> None:
     address = bench.addresses()["dynamometer"]["tcp"]
     with wires.stream(address) as deaf, wires.stream(address) as half, wires.stream(address) as good:
         half.sendall(b"\0\1\0")
@@ -96,7 +94,7 @@ def test_requests_without_end_that_nobody_reads_the_answers_to_harm_nobody(
             assert time.perf_counter() - before < 1.0
 
 
-def test_faults_of_the_modbus_line(bench: ServedBench, wires: ModuleType) -> None:
+def test_faults_of_the_modbus_line(bench: ServedBench) -> None:
     faults, request = bench.bench.faults("dynamometer"), frame(2, b"\x03\0\x09\0\x01")
     with wires.stream(bench.addresses()["dynamometer"]["tcp"]) as connection:
 
@@ -185,9 +183,9 @@ def test_datagrams_that_are_no_frames_are_passed_over(bench: ServedBench) -> Non
     assert upload(channel, 0x1000) == (0x00020192).to_bytes(4, "little")
 
 
-def test_two_benches_do_not_meet_and_leave_nothing_behind(served_motor: VirtualMotor, wires: ModuleType) -> None:
+def test_two_benches_do_not_meet_and_leave_nothing_behind() -> None:
     threads, files = threading.active_count(), descriptors()
-    with ServedBench(served_motor, speedup=50.0) as one, ServedBench(served_motor, speedup=50.0) as other:
+    with ServedBench(BENCH_MOTOR, speedup=50.0) as one, ServedBench(BENCH_MOTOR, speedup=50.0) as other:
         channels = [dict(bench.addresses()["inverter"]["can"])["channel"] for bench in (one, other)]  # type: ignore[arg-type]
         assert channels[0] != channels[1]
         other.bench.faults("inverter").add(Fault.on("replace", "6041H", reply=b"\x43\x41\x60\0\xff\xff\xff\xff"))
@@ -199,10 +197,10 @@ def test_two_benches_do_not_meet_and_leave_nothing_behind(served_motor: VirtualM
     one.close()
 
 
-def test_a_port_that_cannot_be_had_is_an_error_and_all_is_closed(served_motor: VirtualMotor) -> None:
+def test_a_port_that_cannot_be_had_is_an_error_and_all_is_closed() -> None:
     threads, files = threading.active_count(), descriptors()
     with pytest.raises(OSError, match=r"192\.0\.2\.1"):
-        ServedBench(served_motor, host="192.0.2.1")
+        ServedBench(BENCH_MOTOR, host="192.0.2.1")
     # What an earlier test hung up on may still be closing when this one begins to count.
     assert threading.active_count() <= threads
     assert descriptors() <= files

@@ -2,13 +2,13 @@ import socket
 import threading
 import time
 from contextlib import ExitStack
-from types import ModuleType
 from typing import Any
 
 import pytest
 
 from sim_instruments.faults import Fault
 from sim_instruments.served_bench import SCPI_ROLES, ServedBench
+from tests.sim_instruments.served import wires
 
 
 @pytest.fixture(params=["socket", "hislip"])
@@ -22,7 +22,7 @@ def supply(bench: ServedBench) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("role", SCPI_ROLES)
-def test_every_instrument_answers_pyvisa(bench: ServedBench, wires: ModuleType, role: str, way: str) -> None:
+def test_every_instrument_answers_pyvisa(bench: ServedBench, role: str, way: str) -> None:
     face: Any = getattr(bench.bench, role)
     with wires.visa(bench.addresses()[role][way]) as session:
         assert session.query("*IDN?") == face.identity
@@ -33,7 +33,7 @@ def test_every_instrument_answers_pyvisa(bench: ServedBench, wires: ModuleType, 
         assert session.query("SYST:ERR?") == '-113,"Undefined header"'
 
 
-def test_settings_and_errors_are_one_for_all_clients(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_settings_and_errors_are_one_for_all_clients(supply: dict[str, Any]) -> None:
     with wires.visa(supply["socket"]) as one, wires.visa(supply["hislip"]) as other:
         one.write("*RST;*CLS;:VOLT 3.25,(@1)")
         assert float(other.query("VOLT? (@1)")) == 3.25
@@ -43,7 +43,7 @@ def test_settings_and_errors_are_one_for_all_clients(supply: dict[str, Any], wir
         assert one.query("SYST:ERR?").startswith("-222")
 
 
-def test_measuring_takes_bench_time(bench: ServedBench, wires: ModuleType, way: str) -> None:
+def test_measuring_takes_bench_time(bench: ServedBench, way: str) -> None:
     with wires.visa(bench.addresses()["voltmeter"][way]) as session:
         session.write("*RST;:CONF:VOLT:DC 10;:VOLT:DC:NPLC 100;:SAMP:COUN 2")
         before = bench.clock.now()
@@ -52,7 +52,7 @@ def test_measuring_takes_bench_time(bench: ServedBench, wires: ModuleType, way: 
         assert bench.clock.now() - before >= 4.0
 
 
-def test_replies_go_to_who_has_asked(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_replies_go_to_who_has_asked(supply: dict[str, Any]) -> None:
     wrong: list[str] = []
 
     def ask(session: Any, query: str, answer: str) -> None:
@@ -69,7 +69,7 @@ def test_replies_go_to_who_has_asked(supply: dict[str, Any], wires: ModuleType) 
     assert wrong == []
 
 
-def test_a_block_arrives_whole(bench: ServedBench, wires: ModuleType, way: str) -> None:
+def test_a_block_arrives_whole(bench: ServedBench, way: str) -> None:
     with wires.visa(bench.addresses()["oscilloscope"][way]) as scope:
         scope.write("*RST;:TIM:SCAL 1E-3;:DIG;:WAV:FORM BYTE;:WAV:POIN:MODE MAX;:WAV:POIN 100000")
         scope.read_termination = None
@@ -86,7 +86,7 @@ def test_a_block_arrives_whole(bench: ServedBench, wires: ModuleType, way: str) 
 # HiSLIP's own
 
 
-def test_the_status_byte_shows_a_reply(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_the_status_byte_shows_a_reply(supply: dict[str, Any]) -> None:
     with wires.visa(supply["hislip"]) as session:
         session.write("*CLS;*SRE 0;*ESE 32")
         assert session.query("*OPC?") == "1"
@@ -102,7 +102,7 @@ def test_the_status_byte_shows_a_reply(supply: dict[str, Any], wires: ModuleType
         session.write("*CLS")
 
 
-def test_device_clear_ends_a_wait_without_end(bench: ServedBench, wires: ModuleType) -> None:
+def test_device_clear_ends_a_wait_without_end(bench: ServedBench) -> None:
     address = bench.addresses()["oscilloscope"]["hislip"]
     with wires.visa(address, timeout=0.2) as waiting, wires.visa(address) as other:
         waiting.write("*RST;:TRIG:SWE NORM;:TRIG:LEV 4,CHAN1;:DIG CHAN1;*OPC?")
@@ -116,9 +116,7 @@ def test_device_clear_ends_a_wait_without_end(bench: ServedBench, wires: ModuleT
         assert waiting.query(":RST?") == "STOP" or waiting.query(":RSTate?") == "STOP"
 
 
-def test_a_reply_that_nobody_has_read_is_told_and_not_taken_for_the_next(
-    supply: dict[str, Any], wires: ModuleType
-) -> None:
+def test_a_reply_that_nobody_has_read_is_told_and_not_taken_for_the_next(supply: dict[str, Any]) -> None:
     with wires.visa(supply["hislip"]) as session:
         session.write("*CLS")
         session.write("*IDN?")
@@ -126,10 +124,10 @@ def test_a_reply_that_nobody_has_read_is_told_and_not_taken_for_the_next(
         assert session.query("SYST:ERR?") == '-410,"Query INTERRUPTED"'
 
 
-def test_trigger_message(bench: ServedBench, wires: ModuleType) -> None:
+def test_trigger_message(bench: ServedBench) -> None:
     address = bench.addresses()["voltmeter"]["hislip"]
     with wires.stream(address) as synchronous, wires.stream(address) as asynchronous:
-        open_session(wires, synchronous, asynchronous)
+        open_session(synchronous, asynchronous)
         first = wires.FIRST_MESSAGE
         synchronous.sendall(wires.header(7, 0, first, b"*RST;:CONF:VOLT:DC 10;:VOLT:DC:NPLC 1;:TRIG:SOUR BUS;:INIT\n"))
         synchronous.sendall(wires.header(12, 0, first + 2))
@@ -139,7 +137,7 @@ def test_trigger_message(bench: ServedBench, wires: ModuleType) -> None:
         assert abs(float(payload)) < 0.01
 
 
-def open_session(wires: ModuleType, synchronous: socket.socket, asynchronous: socket.socket) -> int:
+def open_session(synchronous: socket.socket, asynchronous: socket.socket) -> int:
     synchronous.sendall(wires.header(0, 0, 0x01007878, b"hislip0"))
     kind, control, parameter, _ = wires.message(synchronous)
     assert (kind, control, parameter >> 16) == (1, 0, 0x0100)
@@ -148,9 +146,9 @@ def open_session(wires: ModuleType, synchronous: socket.socket, asynchronous: so
     return int(parameter & 0xFFFF)
 
 
-def test_long_replies_are_cut_to_what_the_client_takes(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_long_replies_are_cut_to_what_the_client_takes(supply: dict[str, Any]) -> None:
     with wires.stream(supply["hislip"]) as synchronous, wires.stream(supply["hislip"]) as asynchronous:
-        open_session(wires, synchronous, asynchronous)
+        open_session(synchronous, asynchronous)
         asynchronous.sendall(wires.header(15, 0, 0, (256).to_bytes(8, "big")))
         assert wires.message(asynchronous) == (16, 0, 0, (1 << 20).to_bytes(8, "big"))
         synchronous.sendall(wires.header(7, 0, wires.FIRST_MESSAGE, b";".join([b"*IDN?"] * 12) + b"\n"))
@@ -162,16 +160,16 @@ def test_long_replies_are_cut_to_what_the_client_takes(supply: dict[str, Any], w
         assert b"".join(payload for *_, payload in parts).count(b"E36313A") == 12
 
 
-def test_locks(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_locks(supply: dict[str, Any]) -> None:
     with wires.stream(supply["hislip"]) as s1, wires.stream(supply["hislip"]) as a1:
-        open_session(wires, s1, a1)
+        open_session(s1, a1)
         a1.sendall(wires.header(4, 1, 1000))
         assert wires.message(a1)[:2] == (5, 1)
         with wires.visa(supply["hislip"], timeout=0.2) as other:
             with pytest.raises(Exception, match="VI_ERROR_TMO"):
                 other.query("*OPC?")
             with wires.stream(supply["hislip"]) as s2, wires.stream(supply["hislip"]) as a2:
-                open_session(wires, s2, a2)
+                open_session(s2, a2)
                 a2.sendall(wires.header(4, 1, 50))
                 assert wires.message(a2)[:2] == (5, 0)
                 a2.sendall(wires.header(24))
@@ -198,9 +196,7 @@ def test_locks(supply: dict[str, Any], wires: ModuleType) -> None:
         (b"HS\0\0\x01\0xx" + b"\0" * 7 + b"\x05inst0", 3),
     ],
 )
-def test_what_is_no_hislip_is_told_and_hung_up_on(
-    supply: dict[str, Any], wires: ModuleType, greeting: bytes, code: int
-) -> None:
+def test_what_is_no_hislip_is_told_and_hung_up_on(supply: dict[str, Any], greeting: bytes, code: int) -> None:
     with wires.stream(supply["hislip"]) as connection:
         connection.sendall(greeting)
         kind, control, _, words = wires.message(connection)
@@ -209,7 +205,7 @@ def test_what_is_no_hislip_is_told_and_hung_up_on(
         assert connection.recv(1) == b""
 
 
-def test_one_client_too_many_is_told(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_one_client_too_many_is_told(supply: dict[str, Any]) -> None:
     with ExitStack() as stack:
         crowd = [stack.enter_context(wires.stream(supply["hislip"])) for _ in range(31)]
         for connection in crowd:
@@ -218,7 +214,7 @@ def test_one_client_too_many_is_told(supply: dict[str, Any], wires: ModuleType) 
     assert kinds == [(1, 0)] * 30 + [(2, 4)]
 
 
-def test_a_channel_alone_is_no_session(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_a_channel_alone_is_no_session(supply: dict[str, Any]) -> None:
     with wires.stream(supply["hislip"]) as connection:
         connection.sendall(wires.header(0, 0, 0x01007878) + wires.header(7, 0, wires.FIRST_MESSAGE, b"*IDN?\n"))
         assert wires.message(connection)[0] == 1
@@ -226,9 +222,9 @@ def test_a_channel_alone_is_no_session(supply: dict[str, Any], wires: ModuleType
         assert connection.recv(1) == b""
 
 
-def test_unknown_messages_and_large_ones_are_survived(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_unknown_messages_and_large_ones_are_survived(supply: dict[str, Any]) -> None:
     with wires.stream(supply["hislip"]) as synchronous, wires.stream(supply["hislip"]) as asynchronous:
-        open_session(wires, synchronous, asynchronous)
+        open_session(synchronous, asynchronous)
         for channel in (synchronous, asynchronous):
             channel.sendall(wires.header(99, 0, 0, b"what?"))
             assert wires.message(channel)[:2] == (3, 1)
@@ -243,7 +239,7 @@ def test_unknown_messages_and_large_ones_are_survived(supply: dict[str, Any], wi
 # Clients that do harm
 
 
-def test_a_hundred_megabytes_without_an_end_harm_nobody(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_a_hundred_megabytes_without_an_end_harm_nobody(supply: dict[str, Any]) -> None:
     with wires.visa(supply["socket"]) as good, wires.stream(supply["socket"]) as bad:
         good.write("*CLS")
         chunk = b"\xffgarbage" * (1 << 17)
@@ -260,7 +256,7 @@ def test_a_hundred_megabytes_without_an_end_harm_nobody(supply: dict[str, Any], 
         assert bad.recv(100).startswith(b"-363")
 
 
-def test_clients_that_flood_hang_or_babble_harm_nobody(bench: ServedBench, wires: ModuleType) -> None:
+def test_clients_that_flood_hang_or_babble_harm_nobody(bench: ServedBench) -> None:
     addresses = bench.addresses()["oscilloscope"]
     with (
         wires.visa(addresses["hislip"]) as good,
@@ -285,7 +281,7 @@ def test_clients_that_flood_hang_or_babble_harm_nobody(bench: ServedBench, wires
             assert time.perf_counter() - before < 1.0
 
 
-def test_too_many_connections_are_hung_up_on_and_those_there_stay(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_too_many_connections_are_hung_up_on_and_those_there_stay(supply: dict[str, Any]) -> None:
     with ExitStack() as stack:
         good = stack.enter_context(wires.visa(supply["socket"]))
         assert good.query("*TST?") == "+0"
@@ -294,7 +290,7 @@ def test_too_many_connections_are_hung_up_on_and_those_there_stay(supply: dict[s
         assert good.query("*TST?") == "+0"
 
 
-def test_a_client_that_has_finished_sending_still_gets_its_reply(supply: dict[str, Any], wires: ModuleType) -> None:
+def test_a_client_that_has_finished_sending_still_gets_its_reply(supply: dict[str, Any]) -> None:
     with wires.stream(supply["socket"]) as connection:
         connection.sendall(b"*TST?\n*OPC?\n")
         connection.shutdown(socket.SHUT_WR)
@@ -302,7 +298,7 @@ def test_a_client_that_has_finished_sending_still_gets_its_reply(supply: dict[st
         assert connection.recv(1) == b""
 
 
-def test_faults_pass_through_the_wires(bench: ServedBench, supply: dict[str, Any], wires: ModuleType, way: str) -> None:
+def test_faults_pass_through_the_wires(bench: ServedBench, supply: dict[str, Any], way: str) -> None:
     faults = bench.bench.faults("supply")
     with wires.visa(supply[way], timeout=0.3) as session:
         session.write("*CLS")

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive
 from sim_instruments.six_step.emf import trapezoid
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import steady_state
+from tests.sim_instruments.six_step.reference import Reference
 
 LIVELY = (EmfHarmonic(3, 0.15, 0.3), EmfHarmonic(5, 0.2, 1.0))
 U, L, O = "UPPER_DIODE", "LOWER_DIODE", "OPEN"  # noqa: E741
@@ -38,16 +38,14 @@ CASES = [
 
 
 @pytest.mark.parametrize(("changes", "relative", "sequence"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
-def test_currents_agree(
-    example: SixStepDrive, reference: ModuleType, changes: dict, relative: float, sequence: list[str] | None
-) -> None:
+def test_currents_agree(example: SixStepDrive, changes: dict, relative: float, sequence: list[str] | None) -> None:
     bridge = Bridge(replace(example, **changes))
     speed = relative * bridge.no_load_speed
     steady = steady_state(bridge, speed)
     if sequence is not None:
         seen = [s.circuit.conduction for s in steady.segments]
         assert [c.idle.name + "*" * (c.upper_clamped or c.lower_clamped) for c in seen] == sequence
-    other = reference.Reference(bridge.drive, speed)
+    other = Reference(bridge.drive, speed)
     # From rest a loosely coupled machine takes hundreds of turns to the state that the model claims to repeat.
     start = steady.winding_currents(0.0)[:, 0] if "mutual_inductance" in changes else None
     y = np.concatenate([other.periodic(start)[0], [0.0]])

@@ -1,7 +1,6 @@
 """The run-up against solve_ivp with the shaft free, and where it ends."""
 
 import math
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -10,10 +9,11 @@ from sim_instruments.six_step.drive import SixStepDrive, SixStepError
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.run_up import run_up
 from sim_instruments.six_step.state import Bridge
+from tests.sim_instruments.six_step.reference import Reference
 
 
-def reference_run(module: ModuleType, drive: SixStepDrive, load: float, states: int) -> tuple[np.ndarray, np.ndarray]:
-    other = module.Reference(drive, None, load)
+def reference_run(drive: SixStepDrive, load: float, states: int) -> tuple[np.ndarray, np.ndarray]:
+    other = Reference(drive, None, load)
     # Just above standstill, where the reference's friction holds.
     y, time, rows = np.array([0.0, 0.0, 0.0, 0.0, 1e-6]), 0.0, []
     for number in range(states):
@@ -25,8 +25,8 @@ def reference_run(module: ModuleType, drive: SixStepDrive, load: float, states: 
     return table[:, 0], table[:, 1:]
 
 
-def test_agrees_with_the_reference(example: SixStepDrive, bridge: Bridge, reference: ModuleType) -> None:
-    times, table = reference_run(reference, example, 0.5, 30)
+def test_agrees_with_the_reference(example: SixStepDrive, bridge: Bridge) -> None:
+    times, table = reference_run(example, 0.5, 30)
     found = run_up(bridge, times[-1], load_torque=0.5)
     final = balance_load(bridge, 0.5).speed
     speeds = np.interp(times, found.times, found.speeds)
