@@ -1,6 +1,5 @@
 """One run from the command line's wishes to the written result."""
 
-import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ from bench.fault_hooks import StepTeller, recording
 from bench.files.motor_file import MotorFile
 from bench.instruments import StationInstruments
 from bench.language import translator
+from bench.library_logs import quieten_libraries
 from bench.plan import Catalogue, Planned, check_roles, make_plan, possible
 from bench.progress import Progress
 from bench.record.disk import Reserve
@@ -235,16 +235,6 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             journal.last_hash,
             where.really(),
         )
-
-
-def quieten_libraries() -> None:
-    """Have libraries' logs go where somebody has set them up to go, and not between the lines of the run.
-
-    What they complain of is in the errors that the drivers raise.
-    """
-    root = logging.getLogger()
-    if not root.handlers:
-        root.addHandler(logging.NullHandler())
 
 
 def _check_instruments(

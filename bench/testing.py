@@ -18,10 +18,11 @@ from bench.errors import InputError
 from bench.files.fault_file import given_faults, inject
 from bench.files.motor_file import MotorFile, load_motor
 from bench.files.toml_file import nearest
+from bench.library_logs import quieten_libraries
 from bench.plan import Planned, check_roles, make_plan
 from bench.record.run_folder import RunFolder
 from bench.safety.interrupts import Interrupts
-from bench.session import How, Wishes, carry_out, quieten_libraries
+from bench.session import How, Wishes, carry_out
 from bench.surroundings import place
 from bench.truth import truth_of
 from procedures.catalogue import catalogue

@@ -14,6 +14,7 @@ from bench.guardian.charge import charge_of, decode, encode
 from bench.guardian.hands import GuardedInstruments, is_shared
 from bench.guardian.record import GuardianRecord, complain
 from bench.guardian.watch import Watch
+from bench.library_logs import quieten_libraries
 from bench.safety.interlocks import Interlocks, cause
 from bench.safety.latch import Latch
 from drivers.interfaces import InstrumentError
@@ -25,6 +26,7 @@ def main() -> None:
     begun = monotonic()
     # A pipe whose reader has died must not end the one who is there for that.
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    quieten_libraries()
     charge = charge_of(decode(_first_line()))
     record = GuardianRecord(Path(charge.folder))
     content = charge.content.encode()

@@ -35,6 +35,7 @@ from bench.eol.line.messages import (
 )
 from bench.eol.line.order import sampled
 from bench.eol.line.process import Nursery, WorkerProcess
+from bench.eol.line.pulse import Pulse
 from bench.eol.line.times import Times
 from bench.eol.plan import Check
 from bench.eol.record import MotorRecord
@@ -45,6 +46,11 @@ from bench.errors import InputError
 _DEATHS = 3
 #: How often (s) the line looks up although nobody has said anything.
 _LOOK = 0.05
+#: A worker that gives no sign of life for so long (s) is ended, and so is one that is still there so long after the
+#: second wish to stop. Its guardian has as long again, before a person is told to look.
+_SILENT, _HURRY = 10.0, 15.0
+#: A look counts as this long (s) at most: a line that was stopped itself has not heard what there was.
+_LONGEST_LOOK = 1.0
 #: How often and for how long (s) a record that the database does not take is tried again.
 _TRY, _TRIES = 1.0, 30.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -90,6 +96,10 @@ class _Seat:
     idle: bool = False
     waits_for_motor: bool = False
     leaving: bool = False
+    pulse: Pulse = field(default_factory=Pulse)
+    #: Why it was ended, and for how long (s) its guardian has not left since.
+    ended: str = ""
+    unguarded: float = 0.0
 
 
 class Coordinator:
@@ -119,6 +129,8 @@ class Coordinator:
         self._arbiter = Arbiter({number: socket.name for number, socket in enumerate(line.sockets)})
         self._seats: dict[int, _Seat] = {}
         self._stopped = ""
+        self._stops = 0
+        self._looked, self._hurried = self._start, 0.0
         self._wake = os.pipe()
         for end in self._wake:
             os.set_blocking(end, False)
@@ -138,6 +150,7 @@ class Coordinator:
     def stop(self, by: str) -> None:
         """Have every socket take its way down and the batch end, from any thread; the second time without waiting."""
         self._stopped = self._stopped or by
+        self._stops += 1
         os.write(self._wake[1], b"s")
 
     # the loop
@@ -154,6 +167,7 @@ class Coordinator:
             elif source == self._wake[0]:
                 os.read(self._wake[0], 100)
                 self._tell_all_to_stop()
+        self._look_after_the_silent()
         self._seat_waiting()
         self._decide()
 
@@ -316,6 +330,7 @@ class Coordinator:
 
     def _seat(self, number: int) -> _Seat:
         socket = self._line.sockets[number]
+        self._times.beat(number, 0)
         place = Place(
             socket=number,
             name=socket.name,
@@ -344,7 +359,7 @@ class Coordinator:
         how = self._dismiss(seat)
         if seat.leaving and seat.task is None:
             return
-        how = how or "left its work"
+        how = f"{seat.ended}{how}" if how else "left its work"
         if seat.task is not None:
             record = cut_off_record(self._batch, seat.name, seat.task, seat.began, how, stopped=self._stopped)
             self._finish(seat, record, self._times.reached(seat.number))
@@ -364,6 +379,36 @@ class Coordinator:
         self._seats[seat.number] = fresh
         self._times.reach(seat.number, time)
         self._arbiter.join(seat.number, self._time(time))
+
+    def _look_after_the_silent(self) -> None:
+        """End workers that are frozen or stuck, and take leave of those whose guardian does not."""
+        now = monotonic()
+        passed, self._looked = min(now - self._looked, _LONGEST_LOOK), now
+        self._hurried += passed if self._stops > 1 else 0.0
+        for seat in list(self._seats.values()):
+            if seat.dying:
+                self._wait_for_guardian(seat, passed)
+                continue
+            seat.pulse.look(self._times.beats(seat.number), passed)
+            if seat.ended:
+                continue
+            if seat.pulse.silent > _SILENT:
+                seat.ended = f"gave no sign of life for {_SILENT:g} s and "
+            elif self._hurried > _HURRY:
+                seat.ended = f"had not ended {_HURRY:g} s after the second wish to stop and "
+            if seat.ended:
+                seat.process.kill()
+
+    def _wait_for_guardian(self, seat: _Seat, passed: float) -> None:
+        before, seat.unguarded = seat.unguarded, seat.unguarded + passed
+        if before <= _HURRY < seat.unguarded:
+            self._ears.trouble(
+                f"socket {seat.name}: its process has gone, and its guardian has not left for {_HURRY:g} s; see to it that "
+                "everything there is off"
+            )
+        # Nobody is there who could wish for more.
+        if seat.unguarded > _HURRY and self._hurried > _HURRY:
+            self._bury(seat)
 
     # its end
 

@@ -20,15 +20,17 @@ from bench.eol.line.messages import Passed, Setup, Task
 from bench.eol.line.motor_record import Passage, record_of
 from bench.eol.line.passage_names import new_folder
 from bench.eol.line.preparation import operator_of, planned_of
+from bench.eol.line.pulse import give_signs
 from bench.eol.line.times import Times
 from bench.eol.line.virtual_motors import drawn_motor, seed_of
 from bench.eol.record import MotorRecord
 from bench.errors import InputError
 from bench.files.station import Station
+from bench.library_logs import quieten_libraries
 from bench.plan import Planned, check_roles
 from bench.record.journal import DURABLE
 from bench.safety.interrupts import Interrupts
-from bench.session import How, Wishes, carry_out, quieten_libraries
+from bench.session import How, Wishes, carry_out
 from bench.sharing import Alone, Sharing
 from bench.software import software
 from bench.surroundings import Place, place_at
@@ -38,6 +40,10 @@ from procedures.bench import Role
 if TYPE_CHECKING:
     from bench.eol.line.virtual_socket import Stations
     from sim_instruments.bench import VirtualBench
+
+
+#: A run that was asked to end so long (s) ago, and what its way down may wait besides, and has not is stuck.
+_OVERDUE = 60.0
 
 
 class Socket:
@@ -57,6 +63,10 @@ class Socket:
         self._stopped = ""
         self._told = 0.0
         self._stations: Stations | None = None
+        self._measuring = False
+        items = self._station.way_down.items if self._station else ()
+        self._overdue = _OVERDUE + sum(item.within for item in items if item.measures)
+        give_signs(self._times, setup.place.socket, self._stuck)
 
     def stop(self, by: str) -> None:
         """Have the run under way take its way down, from any thread, and none begin after it; the second time in a hurry."""
@@ -73,14 +83,20 @@ class Socket:
         batch = self._batch
         judge = MotorJudge(task.checks, batch.limits, batch.plan.guard, batch.plan.minimum_ratio)
         passage = Passage(task, judge, KeptWaveforms(batch.plan.keep_waveforms), datetime.now(UTC))
+        self._measuring = True
         try:
             self._run(passage)
         except (InputError, OSError) as error:
             passage.cause = str(error)
         except Exception as error:  # noqa: BLE001  one motor's trouble must not end the line
             passage.cause = f"{type(error).__name__}: {error}"
+        finally:
+            self._measuring = False
         record = record_of(passage, batch, self._place.name)
         return record, task.at + record.bench_time
+
+    def _stuck(self) -> bool:
+        return self._measuring and self._interrupts.delays().get("started_after", 0.0) > self._overdue
 
     def _run(self, passage: Passage) -> None:
         batch, task = self._batch, passage.task

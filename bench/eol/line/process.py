@@ -72,6 +72,7 @@ class WorkerProcess:
             theirs.close()
             os.close(far)
             reporting.close()
+        self._pidfd: int | None = None
         self.connection = Connection(ours.detach())
         self.send(setup)
 
@@ -79,6 +80,13 @@ class WorkerProcess:
         """Tell it something; one that has died is heard of on its connection."""
         with suppress(OSError):
             self.connection.send(message)
+
+    def kill(self) -> None:
+        """End it as it is, stopped or not; its guardian, where it has one, goes on until all is off."""
+        handle = self._handle()
+        if handle is not None:
+            with suppress(ProcessLookupError):
+                signal.pidfd_send_signal(handle, signal.SIGKILL)
 
     def close(self) -> str:
         """Wait for its end, and say how that was, empty where it left by itself; the lifeline is let go of."""
@@ -99,10 +107,11 @@ class WorkerProcess:
 
     def _handle(self) -> int | None:
         """Return the process, as a descriptor that becomes readable at its end; None where it never began."""
-        with suppress(OSError):
-            _, descriptors, _, _ = socket.recv_fds(self._report, 1, 1)
-            return descriptors[0] if descriptors else None
-        return None
+        if self._pidfd is None:
+            with suppress(OSError):
+                _, descriptors, _, _ = socket.recv_fds(self._report, 1, 1)
+                self._pidfd = descriptors[0] if descriptors else None
+        return self._pidfd
 
     def _status(self) -> str:
         told = b""

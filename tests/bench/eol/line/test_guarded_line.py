@@ -1,12 +1,19 @@
-"""A line of real sockets: a worker that dies while something is energised, and its guardian."""
+"""A line of real sockets: a worker that dies or freezes while something is energised, and its guardian."""
 
 import json
 import os
 import signal
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
+import pytest
+
+from bench.eol.line import coordinator
+from bench.eol.line.batch import Counts
 from bench.eol.line.ledger import Begun
 from bench.eol.verdict import Verdict
 from bench.files.motor_file import load_motor
@@ -27,27 +34,9 @@ settings = { levels = 3, settle = 0.03, wiring_settle = 0.03, winding_temperatur
 """
 
 
-def test_a_motor_is_done_with_only_after_its_guardian_is(bench: Any) -> None:
-    energised = threading.Event()
-
-    def kill_when_energised(motor: Begun) -> None:
-        if motor.number > 1:
-            return
-        journal = bench.folder / "runs" / "small" / "000" / f"000001-{motor.serial_number}" / "journal.jsonl"
-
-        def watch() -> None:
-            pause = threading.Event()
-            for _ in range(1200):
-                if journal.is_file() and b'"kind":"energised"' in journal.read_bytes():
-                    energised.set()
-                    (worker,) = bench.workers()
-                    os.kill(worker, signal.SIGKILL)
-                    return
-                pause.wait(0.05)
-
-        threading.Thread(target=watch, daemon=True).start()
-
-    bench.ear.when_begun = kill_when_energised
+@contextmanager
+def served_line(bench: Any) -> Iterator[Callable[[], tuple[Counts, str, dict[str, Any]]]]:
+    """Give what runs two motors on a served virtual bench: counts, why it was stopped, and the bench's truth after it."""
     (bench.folder / "plan.toml").write_text(PLAN, encoding="utf-8")
     (bench.folder / "serials.txt").write_text("R1\nR2\n", encoding="utf-8")
     station = bench.folder / "station.toml"
@@ -56,17 +45,76 @@ def test_a_motor_is_done_with_only_after_its_guardian_is(bench: Any) -> None:
         station.write_text(
             toml_text(describe(served.preferred(), served.control, served.interlocks())), encoding="utf-8"
         )
-        counts, stopped = bench.run(station=str(station), serials=str(bench.folder / "serials.txt"), motors=None)
-        assert not served.bench.world.truth()["output_on"]
-    assert energised.is_set()
+
+        def run() -> tuple[Counts, str, dict[str, Any]]:
+            counts, stopped = bench.run(station=str(station), serials=str(bench.folder / "serials.txt"), motors=None)
+            return counts, stopped, served.bench.world.truth()
+
+        yield run
+
+
+def folder_of(bench: Any, serial: str) -> Path:
+    return Path(bench.folder / "runs" / "small" / "000" / f"000001-{serial}")
+
+
+def when_energised(bench: Any, act: Callable[[int], None]) -> threading.Event:
+    """Have something done to the first motor's worker as soon as it has energised something."""
+    done = threading.Event()
+
+    def begun(motor: Begun) -> None:
+        if motor.number > 1:
+            return
+        journal = folder_of(bench, motor.serial_number) / "journal.jsonl"
+
+        def watch() -> None:
+            pause = threading.Event()
+            for _ in range(1200):
+                if journal.is_file() and b'"kind":"energised"' in journal.read_bytes():
+                    (worker,) = bench.workers()
+                    act(worker)
+                    done.set()
+                    return
+                pause.wait(0.05)
+
+        threading.Thread(target=watch, daemon=True).start()
+
+    bench.ear.when_begun = begun
+    return done
+
+
+def guardian_events(bench: Any) -> list[dict[str, Any]]:
+    told = (folder_of(bench, "R1") / "guardian.jsonl").read_text(encoding="utf-8")
+    return [json.loads(line) for line in told.splitlines()]
+
+
+def kill(worker: int) -> None:
+    os.kill(worker, signal.SIGKILL)
+
+
+def freeze(worker: int) -> None:
+    os.kill(worker, signal.SIGSTOP)
+
+
+@pytest.mark.parametrize(
+    ("act", "told"),
+    [(kill, "was ended by SIGKILL"), (freeze, "gave no sign of life for 2 s and was ended by SIGKILL")],
+)
+def test_a_motor_is_done_with_only_after_its_guardian_is(
+    bench: Any, monkeypatch: pytest.MonkeyPatch, act: Callable[[int], None], told: str
+) -> None:
+    monkeypatch.setattr(coordinator, "_SILENT", 2.0)
+    acted = when_energised(bench, act)
+    with served_line(bench) as run:
+        counts, stopped, truth = run()
+    assert not truth["output_on"]
+    assert acted.is_set()
     assert stopped == ""
     assert counts.motors == 2
     lost, measured = bench.ear.records
     assert lost.verdict is Verdict.ERROR
-    assert "was ended by SIGKILL, in stator-resistance-dc at step E9/2" in lost.cause
+    assert f"{told}, in stator-resistance-dc at step E9/2" in lost.cause
     assert measured.verdict is Verdict.PASS
-    told = (bench.folder / "runs" / "small" / "000" / "000001-R1" / "guardian.jsonl").read_text(encoding="utf-8")
-    events = [json.loads(line) for line in told.splitlines()]
+    events = guardian_events(bench)
     assert [event["kind"] for event in events if event["kind"] in ("took", "walked", "left")] == [
         "took",
         "walked",
@@ -74,3 +122,34 @@ def test_a_motor_is_done_with_only_after_its_guardian_is(bench: Any) -> None:
     ]
     assert datetime.fromisoformat(events[-1]["wall"]) <= lost.ended
     assert measured.started >= lost.ended
+
+
+def test_a_batch_ends_at_the_second_wish_although_worker_and_guardian_are_frozen(
+    bench: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coordinator, "_SILENT", 60.0)
+    monkeypatch.setattr(coordinator, "_HURRY", 1.0)
+    frozen: list[int] = []
+
+    def freeze_both(worker: int) -> None:
+        children = [Path(task, "children").read_text() for task in Path(f"/proc/{worker}/task").iterdir()]
+        frozen.extend(int(word) for word in " ".join(children).split())
+        for process in (*frozen, worker):
+            freeze(process)
+        os.kill(os.getpid(), signal.SIGINT)
+        threading.Event().wait(0.3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    when_energised(bench, freeze_both)
+    try:
+        with served_line(bench) as run:
+            _, stopped, _ = run()
+    finally:
+        for process in frozen:
+            os.kill(process, signal.SIGCONT)
+    assert len(frozen) == 1, "the worker has one child, its guardian"
+    assert stopped == "Ctrl-C"
+    (lost,) = bench.ear.records
+    assert lost.verdict is Verdict.ABORTED
+    assert "had not ended 1 s after the second wish to stop and was ended by SIGKILL" in lost.cause
+    assert any("its guardian has not left for 1 s; see to it that everything" in words for words in bench.ear.troubles)
