@@ -32,9 +32,13 @@ def text(template: str, **values: object) -> Text:
     return Text(template, values)
 
 
+#: What stands between the items of a list; Chinese has a comma of its own for it.
+_BETWEEN = text(", ")
+
+
 def _render(value: object, translate: Translate) -> object:
     if isinstance(value, Text):
         return value.render(translate)
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return ", ".join(str(_render(item, translate)) for item in value)
+        return _BETWEEN.render(translate).join(str(_render(item, translate)) for item in value)
     return value

@@ -51,12 +51,22 @@ ROLE_NAMES: Mapping[str, Text] = {
     "inverter": text("Inverter"),
     "voltmeter": text("Voltmeter"),
     "drive": text("Six-step drive"),
+    "insulation_tester": text("Insulation tester"),
+    "switch_matrix": text("Switch matrix"),
+    "rotor_actuator": text("Rotor actuator"),
 }
 
 
 def role_name(role: str) -> Text:
     """Return what readers call the instrument of a role; one without such a name keeps its own."""
     return ROLE_NAMES.get(role, Text("{role}", {"role": role}))
+
+
+def section_name(section: str) -> Text:
+    """Return a section as readers look it up: `§3.2` of the note, the paper, or a step of this bench's own, as `E9`."""
+    if section == "paper":
+        return text("paper")
+    return Text("§{section}" if section[:1].isdigit() else "{section}", {"section": section})
 
 
 def parameter_name(name: str) -> Text:

@@ -3,7 +3,7 @@
 from xml.etree import ElementTree as Xml
 
 _SVG = "http://www.w3.org/2000/svg"
-_FONT = "'Noto Sans','Noto Sans CJK SC','Helvetica Neue',Arial,sans-serif"
+_FONT = "'Noto Sans','Segoe UI',Arial,'Liberation Sans','DejaVu Sans','Noto Sans CJK SC',sans-serif"
 INK = "#20262b"
 PAPER = "#ffffff"
 FAINT = "#f2f4f6"

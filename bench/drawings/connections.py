@@ -174,7 +174,8 @@ def _probes(canvas: Canvas, probes: Sequence[VoltageProbe | CurrentProbe], trans
                 colour=colour,
                 dashed=dashed,
             )
-    canvas.text(290.0, 424.0, text("solid: tip, dashed: reference").render(translate), anchor="end", size=13)
+    if any(isinstance(probe, VoltageProbe) for probe in probes):
+        canvas.text(290.0, 512.0, text("solid: tip, dashed: reference").render(translate), anchor="start", size=13)
 
 
 def _to_pin(

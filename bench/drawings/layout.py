@@ -15,6 +15,8 @@ from procedures.actions import (
     SeparateMeterLeads,
     ShortMeterLeads,
     Socket,
+    StartTurning,
+    StopTurning,
     Terminal,
     UncoupleDynamometer,
     VoltageProbe,
@@ -31,6 +33,7 @@ class Layout:
     leads_shorted: bool = False
     rotor_locked: bool = False
     dynamometer_coupled: bool = False
+    shaft_turned: bool = False
 
     def after(self, action: Action) -> "Layout":
         """Return what an action makes of it; actions that connect nothing leave it as it is."""
@@ -47,6 +50,8 @@ class Layout:
                 return replace(self, rotor_locked=isinstance(action, LockRotor))
             case CoupleDynamometer() | UncoupleDynamometer():
                 return replace(self, dynamometer_coupled=isinstance(action, CoupleDynamometer))
+            case StartTurning() | StopTurning():
+                return replace(self, shaft_turned=isinstance(action, StartTurning))
             case _:
                 return self
 

@@ -8,17 +8,21 @@ from typing import Any
 from bench.drawings.layout import Layout
 from bench.record.journal import Event
 from bench.record.run_view import RunView
+from bench.record.step_readings import quantities_read
 from bench.record.stored_action import restore_action
 from procedures.actions import Action
+from procedures.text import Text
 
-#: Readings kept for the live plot, per instrument and call.
+#: Readings kept for the live plot, per instrument and quantity.
 _KEPT = 20_000
 
 
 @dataclass
 class Readings:
-    """What one call of one instrument gave: bench times (s) and values, newest last."""
+    """Readings of one quantity by one instrument: bench times (s) and values, newest last."""
 
+    instrument: str
+    quantity: Text
     unit: str
     times: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     values: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
@@ -41,6 +45,8 @@ class LiveView:
         self.step_values: dict[str, object] = {}
         self.energised: dict[str, float] = {}
         self.readings: dict[tuple[str, str], Readings] = {}
+        #: Those whose newest is the newest of all; None where the procedure has read nothing yet.
+        self.latest: Readings | None = None
         self.waveforms: deque[Mapping[str, Any]] = deque(maxlen=64)
         self.made_safe: list[Mapping[str, Any]] = []
         self.instruments: dict[str, Mapping[str, Any]] = {}
@@ -58,15 +64,6 @@ class LiveView:
         if take is not None:
             take(event)
 
-    @property
-    def latest(self) -> tuple[tuple[str, str], float, str] | None:
-        """The newest reading: instrument and call, value, unit."""
-        if not self.readings:
-            return None
-        key = max(self.readings, key=lambda k: self.readings[k].times[-1])
-        found = self.readings[key]
-        return key, found.values[-1], found.unit
-
     def _run_started(self, _event: Event) -> None:
         self.ended = False
 
@@ -80,6 +77,7 @@ class LiveView:
         self.step, self.step_text = "", ""
         self.step_values = dict(event.data.get("values", event.data["settings"]))
         self.readings.clear()
+        self.latest = None
 
     def _step_started(self, event: Event) -> None:
         self.step = event.data["step"]
@@ -103,18 +101,16 @@ class LiveView:
         self.instruments[event.data["instrument"]] = event.data
 
     def _reading(self, event: Event) -> None:
-        value = event.data.get("value")
-        if isinstance(value, Mapping) and isinstance(value.get("value"), int | float):
-            self._keep(event, event.data["call"], float(value["value"]), str(value.get("unit", "")))
-        elif isinstance(value, Mapping):
-            for name, part in value.items():
-                if isinstance(part, Mapping) and isinstance(part.get("value"), int | float):
-                    self._keep(event, f"{event.data['call']} {name}", float(part["value"]), str(part.get("unit", "")))
-
-    def _keep(self, event: Event, call: str, value: float, unit: str) -> None:
-        kept = self.readings.setdefault((event.data["instrument"], call), Readings(unit))
-        kept.times.append(event.time)
-        kept.values.append(value)
+        instrument, wanted = event.data["instrument"], event.data.get("arguments") or [""]
+        found = []
+        for quantity, unit, value in quantities_read(event.data):
+            kept = self.readings.setdefault((instrument, str(quantity)), Readings(instrument, quantity, unit))
+            kept.times.append(event.time)
+            kept.values.append(value)
+            found.append(kept)
+        if found:
+            # A bridge gives several at once; the one that it was asked for is what is looked at.
+            self.latest = next((kept for kept in found if str(kept.quantity) == wanted[0]), found[0])
 
     def _waveforms(self, event: Event) -> None:
         self.waveforms.append(event.data)

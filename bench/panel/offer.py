@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
+from procedures.text import Text
 
 _TIME = 120.0
 
@@ -50,12 +51,20 @@ class Offer:
             self._asked = asyncio.create_task(_offered())
         return await asyncio.shield(self._asked)
 
+    def title(self, procedure: str) -> Text:
+        """Return what readers call a procedure; its own name until that is known."""
+        found = self._known(procedure)
+        return Text(found.title if found else "{name}", {"name": procedure})
+
     def step(self, procedure: str, identifier: str) -> StepWords | None:
         """Return a step's words, where they are known already."""
+        found = self._known(procedure)
+        return next((step for step in found.steps if step.identifier == identifier), None) if found else None
+
+    def _known(self, procedure: str) -> Offered | None:
         if self._asked is None or not self._asked.done() or self._asked.exception() is not None:
             return None
-        found = self._asked.result().get(procedure)
-        return next((step for step in found.steps if step.identifier == identifier), None) if found else None
+        return self._asked.result().get(procedure)
 
 
 @dataclass(frozen=True)

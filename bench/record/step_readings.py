@@ -78,7 +78,8 @@ def _asked(data: Mapping[str, Any]) -> tuple[Text | None, str]:
 def _values(event: Event, asked: Text | None, unit: str) -> Iterator[tuple[str, Text, str, float, bool]]:
     data = event.data
     if event.kind == "reading":
-        yield from _reading(data)
+        for quantity, quantity_unit, value in quantities_read(data):
+            yield data["instrument"], quantity, quantity_unit, value, False
     elif event.kind in ("energising", "setting"):
         known = _SETTINGS.get((data["instrument"], data["call"]), ())
         for (quantity, quantity_unit), value in zip(known, data.get("arguments", ()), strict=False):
@@ -94,19 +95,20 @@ def _values(event: Event, asked: Text | None, unit: str) -> Iterator[tuple[str, 
                     yield "", _MARKS, "rad", float(value), False
 
 
-def _reading(data: Mapping[str, Any]) -> Iterator[tuple[str, Text, str, float, bool]]:
+def quantities_read(data: Mapping[str, Any]) -> Iterator[tuple[Text, str, float]]:
+    """Yield quantity, unit and value of each figure in a reading's event; a figure that has no name here is left out."""
     value = data.get("value")
     if not isinstance(value, Mapping):
         return
     if "value" in value and _is_number(value["value"]):
         quantity = _CALLS.get(data["call"])
         if quantity is not None:
-            yield data["instrument"], quantity, str(value.get("unit", "")), float(value["value"]), False
+            yield quantity, str(value.get("unit", "")), float(value["value"])
         return
     for name, (quantity, unit) in _PARTS.items():
         part = value.get(name)
         if _is_number(part):
-            yield data["instrument"], quantity, unit, float(part), False
+            yield quantity, unit, float(part)
 
 
 def _is_number(value: object) -> TypeGuard[float]:

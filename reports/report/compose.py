@@ -1,6 +1,7 @@
 """A run as a document: what was found, who and what, each procedure, the record."""
 
 from procedures.text import Text, text
+from reports.names import parameter_name
 from reports.report.identity import motor_section, record_section, signature_section, station_section
 from reports.report.model import Block, Column, Document, Facts, Notices, Paragraph, Row, Section, Table
 from reports.report.parameters import parameter_table
@@ -71,7 +72,8 @@ def _plan(run: RunRecord) -> Section:
             if procedure.cause
             else (text("done") if procedure.result is not None else text("not finished"))
         )
-        gave = ", ".join(p.name for p in procedure.result.parameters) if procedure.result is not None else ""
+        given = procedure.result.parameters if procedure.result is not None else ()
+        gave = Text("{names}", {"names": [parameter_name(name) for name in dict.fromkeys(p.name for p in given)]})
         rows.append(Row([procedure.section, procedure.title, procedure.name, gave, ended]))
     table = Table(
         [

@@ -9,7 +9,7 @@ from bench.panel.pages.frame import Reader
 from bench.panel.pages.tables import html_table
 from procedures.result import Parameter
 from procedures.text import text
-from reports.names import parameter_name
+from reports.names import parameter_name, phrase
 
 
 def budgets_part(run: LiveRun, reader: Reader) -> None:
@@ -21,7 +21,7 @@ def budgets_part(run: LiveRun, reader: Reader) -> None:
     with ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Uncertainty budgets"))}"'):
         ui.label(say(text("Uncertainty budgets"))).classes("text-lg font-semibold")
         for parameter in with_budget:
-            title = f"{say(parameter_name(parameter.name))} · {parameter.procedure} · {parameter.estimator}"
+            title = f"{say(parameter_name(parameter.name))} ({parameter.procedure}): {say(phrase(parameter.estimator))}"
             with ui.expansion(title).classes("w-full text-base"):
                 ui.html(_table(parameter, reader), sanitize=False)
 

@@ -15,7 +15,8 @@ from procedures.text import Text, Translate, text
 _STYLE = """
 <style>
   :root { --ink:#17202a; --paper:#f4f6f8; --card:#ffffff; --line:#c9d1d9; --go:#0b6b3a; --stop:#b3261e; --warn:#8a5a00; }
-  body { background: var(--paper); color: var(--ink); font-family: 'Noto Sans','Noto Sans CJK SC','Segoe UI',Arial,sans-serif; }
+  body { background: var(--paper); color: var(--ink);
+    font-family: 'Noto Sans','Segoe UI',Arial,'Liberation Sans','DejaVu Sans','Noto Sans CJK SC',sans-serif; }
   .mb-card { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 1rem 1.25rem; }
   .mb-abort { background: var(--stop) !important; color: #fff !important; font-weight: 700; }
   .mb-go { background: var(--go) !important; color: #fff !important; font-weight: 700; }

@@ -60,10 +60,10 @@ class _LinePage:
 
     def build(self) -> None:
         say = self._reader.say
-        self._start = ui.element("section").classes("mb-card max-w-3xl flex flex-col gap-3")
+        self._start = ui.element("section").classes("mb-card max-w-3xl flex flex-col flex-nowrap gap-3")
         with self._start:
             self._build_start()
-        self._work = ui.element("div").classes("w-full flex flex-col gap-4")
+        self._work = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
         with self._work:
             with ui.row().classes("w-full items-center gap-4 no-wrap"):
                 self._scan = ui.input(say(text("Scan a serial number"))).props("outlined autofocus autocomplete=off")

@@ -18,12 +18,13 @@ from procedures.nameplate import Connection
 from procedures.text import Text, text
 
 _LABELS: Mapping[str, Text] = {
-    "name": text("Name"),
+    "name": text("Motor's name"),
     "connection": text("Connection of the windings"),
     "rated_current": text("Rated current (phase, peak)"),
     "maximum_current": text("Maximum current (phase, peak)"),
     "rated_speed_rpm": text("Rated speed"),
     "rated_voltage": text("Rated voltage"),
+    "maximum_voltage": text("Maximum voltage"),
     "pole_pairs": text("Pole pairs (data sheet)"),
     "maximum_speed_rpm": text("Maximum speed"),
     "maximum_winding_temperature": text("Maximum winding temperature"),
@@ -65,13 +66,14 @@ class _MotorForm:
 
     def _field(self, name: str, field: FieldInfo) -> Any:
         say = self._reader.say
-        label = say(_LABELS.get(name, Text(name))) + (" *" if field.is_required() else "")
+        unit = _unit(field)
+        label = say(_LABELS[name]) + (f", {unit}" if unit else "") + (" *" if field.is_required() else "")
         if name == "connection":
             options = {Connection.WYE.value: say(text("star (wye)")), Connection.DELTA.value: say(text("delta"))}
             return ui.select(options, label=label).props("outlined dense")
         made = ui.input(label).props("outlined dense")
         if name not in _TEXTS:
-            made.props(f'inputmode=decimal suffix="{_unit(field)}" hint="{_range(field)}"')
+            made.props(f'inputmode=decimal hint="{_range(field)}"')
         return made
 
     def _save(self) -> None:
@@ -103,13 +105,13 @@ def _range(field: FieldInfo) -> str:
     for bound in field.metadata:
         match bound:
             case Gt():
-                low = f"> {bound.gt:g}"
+                low = f"> {bound.gt:.10g}"
             case Ge():
-                low = f"{bound.ge:g}"
+                low = f"{bound.ge:.10g}"
             case Lt():
-                high = f"< {bound.lt:g}"
+                high = f"< {bound.lt:.10g}"
             case Le():
-                high = f"{bound.le:g}"
+                high = f"{bound.le:.10g}"
     return f"{low} … {high}" if low or high else ""
 
 

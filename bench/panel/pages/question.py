@@ -9,13 +9,13 @@ from bench.language import catalogue
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.frame import Reader
-from bench.panel.pages.roles import role_name
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.phrasebook import translate_said
 from bench.record.stored_result import restore_text
 from procedures.actions import Connect, ConnectProbes, ConnectVoltmeter, ShortMeterLeads
 from procedures.text import Text, text
+from reports.names import role_name
 
 _DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, ShortMeterLeads)
 
@@ -49,7 +49,7 @@ class QuestionCard:
         number = list(view.run.procedures).index(view.procedure) + 1 if here else 0
         place = text(
             "{procedure} ({number} of {all}) · document §{step}",
-            procedure=view.procedure,
+            procedure=self._panel.offer.title(view.procedure),
             number=number,
             all=len(view.run.planned),
             step=view.step or "–",
@@ -61,6 +61,7 @@ class QuestionCard:
             question["id"] if question else None,
             self._run.running,
             self._panel.control.holds(self._session.token),
+            view.layout.shaft_turned,
         )
         if asked != self._asked:
             self._asked = asked
@@ -95,7 +96,9 @@ class QuestionCard:
         if question is None:
             with ui.row().classes("items-center gap-3 text-xl"):
                 ui.spinner(size="2rem").props("aria-hidden=true")
-                ui.label(say(text("Measuring; keep your hands off the motor.")))
+                turned = self._run.view.layout.shaft_turned
+                going_on = text("Measuring; go on turning the shaft evenly until told to stop.")
+                ui.label(say(going_on if turned else text("Measuring; keep your hands off the motor.")))
             return
         for number, words in enumerate(self._lines(question)):
             ui.label(words).classes("text-2xl font-bold" if number == 0 else "text-xl pl-4")

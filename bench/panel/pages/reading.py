@@ -1,15 +1,17 @@
 """The live reading, in digits that can be read from the bench, and its course."""
 
+import math
+from collections.abc import Sequence
 from time import monotonic
 
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
-from bench.panel.pages.roles import role_name
 from bench.panel.plots import axes, line, thinned
 from procedures.text import text
 from reports.figures import decimals_for, figure, scale_of
+from reports.names import role_name
 
 #: A plot is drawn anew at most so often (s): drawing costs the browser more than digits do.
 _PLOT = 0.25
@@ -31,28 +33,38 @@ class ReadingCard:
 
     def show(self) -> None:
         """Show the newest reading at once, the plot when it is due."""
-        latest = self._run.view.latest
+        say, latest = self._reader.say, self._run.view.latest
         if latest is None:
-            return
-        (instrument, call), value, unit = latest
-        scale = scale_of(value, unit)
-        shown = value / scale.factor
-        self._what.set_text(f"{self._reader.say(role_name(instrument))} · {call.replace('_', ' ')}")
-        self._value.set_text(f"{figure(shown, min(decimals_for(0.0, shown), 6))} {scale.unit}")
+            self._what.set_text(say(text("No reading yet")))
+            self._value.set_text("–")
+        else:
+            values, unit = _for_people([latest.values[-1]], latest.unit)
+            scale = scale_of(values[0], unit)
+            shown = values[0] / scale.factor
+            self._what.set_text(f"{say(role_name(latest.instrument))} · {say(latest.quantity)}")
+            self._value.set_text(f"{figure(shown, min(decimals_for(0.0, shown), 6))} {scale.unit}")
         self._dirty = True
         self.tick()
 
     def tick(self) -> None:
         """Draw the plot where there is something new and the last drawing is old enough."""
-        latest = self._run.view.latest
-        if not self._dirty or latest is None or monotonic() - self._plotted < _PLOT:
+        if not self._dirty or monotonic() - self._plotted < _PLOT:
             return
         self._plotted, self._dirty = monotonic(), False
-        kept = self._run.view.readings[latest[0]]
-        options = axes("", self._reader.say(text("bench time / s")), kept.unit)
-        options["series"] = [
-            line(latest[0][1], thinned(list(kept.times), list(kept.values), 600), marks=len(kept.values) < 60)
-        ]
+        say, latest = self._reader.say, self._run.view.latest
+        options = axes("", say(text("bench time / s")), "")
+        if latest is not None:
+            values, unit = _for_people(list(latest.values), latest.unit)
+            options = axes("", say(text("bench time / s")), unit)
+            points = thinned(list(latest.times), values, 600)
+            options["series"] = [line(say(latest.quantity), points, marks=len(values) < 60)]
         self._chart.options.clear()
         self._chart.options.update(options)
         self._chart.update()
+
+
+def _for_people(values: Sequence[float], unit: str) -> tuple[list[float], str]:
+    """Return speeds in revolutions a minute, which tachometers show; all else as it is."""
+    if unit == "rad/s":
+        return [value * 30.0 / math.pi for value in values], "rpm"
+    return list(values), unit

@@ -9,11 +9,11 @@ from bench.panel.pages.ended import ended_part
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.question import QuestionCard
 from bench.panel.pages.reading import ReadingCard
-from bench.panel.pages.roles import role_name
 from bench.panel.pages.steps import ProgressCard
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from procedures.text import text
+from reports.names import role_name
 
 #: How often (s) a page looks whether its run has changed.
 _LOOK = 0.05
@@ -41,17 +41,19 @@ class _RunPage:
         self._emergency = ui.label().classes("mb-emergency w-full mb-4").props("role=alert")
         self._emergency.set_visibility(False)
         with ui.element("div").classes("w-full") as self._live:
-            with ui.row().classes("w-full items-stretch gap-4 mb-4 no-wrap"):
+            # Beneath the page's head, however far a small screen is scrolled: ABORT is always in reach.
+            bar = ui.row().classes("w-full items-stretch gap-4 pb-2 mb-2 no-wrap sticky top-[48px] z-10")
+            with bar.style("background: var(--paper)"):
                 self._state = ui.label().classes("grow text-xl rounded-lg px-4 py-3").props("role=status")
                 abort = ui.button(say(text("ABORT")), on_click=self._abort, color=None).classes("mb-abort text-xl px-8")
                 abort.props(f'aria-label="{say(text("Abort the run: everything off"))}" accesskey=x')
                 ui.tooltip(say(text("Everything off, in the station's order. Key: Ctrl+Esc")))
             with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-3"):
-                with ui.element("div").classes("lg:col-span-2 flex flex-col gap-4"):
+                with ui.element("div").classes("lg:col-span-2 flex flex-col flex-nowrap gap-4 min-w-0"):
                     self._question = QuestionCard(self._panel, self._session, self._run, self._reader)
-                with ui.element("div").classes("flex flex-col gap-4"):
+                with ui.element("div").classes("flex flex-col flex-nowrap gap-4 min-w-0"):
                     self._reading = ReadingCard(self._run, self._reader)
-                    self._progress = ProgressCard(self._run, self._reader)
+                    self._progress = ProgressCard(self._panel, self._run, self._reader)
         self._end = ui.element("div").classes("w-full")
         ui.keyboard(on_key=self._key, repeating=False, ignore=[])
         self.look()

@@ -12,11 +12,11 @@ from bench.panel.launch import Order
 from bench.panel.offer import Offered, check_station, rehearse
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.motor_form import motor_files
-from bench.panel.pages.roles import role_name
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.virtual_station import VIRTUAL
 from procedures.text import Text, text
+from reports.names import role_name, section_name
 
 #: Roles that the virtual bench in process does without: its hands do what a fixture would.
 _NOT_VIRTUAL = frozenset({"switch_matrix", "rotor_actuator", "insulation_tester"})
@@ -46,10 +46,12 @@ class _StartPage:
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("1  Motor"))).classes("text-xl font-bold mb-2")
                 self._serial = (
-                    ui.input(say(text("Serial number (scan or type)"))).props("outlined autofocus").classes("w-full")
+                    ui.input(say(text("Serial number (scan or type)")))
+                    .props("outlined autofocus")
+                    .classes("w-full mb-3")
                 )
                 self._motor = ui.select(
-                    _motors(self._panel.motors), label=say(text("Motor type")), on_change=self._motor_chosen
+                    self._motors(), label=say(text("Motor type")), on_change=self._motor_chosen
                 ).props("outlined")
                 self._motor.classes("w-full")
                 known = {Path(path).stem: path for path in motor_files(self._panel.motors)}
@@ -62,12 +64,12 @@ class _StartPage:
                 self._person = (
                     ui.input(say(text("Operator's name")), value=self._session.person)
                     .props("outlined")
-                    .classes("w-full")
+                    .classes("w-full mt-2")
                 )
                 self._serial.on("keydown.enter", self._begin)
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("2  Procedures"))).classes("text-xl font-bold mb-2")
-                self._list = ui.element("div").classes("flex flex-col")
+                self._list = ui.element("div").classes("flex flex-col flex-nowrap")
                 with self._list:
                     ui.spinner(size="2rem")
             with ui.element("section").classes("mb-card"):
@@ -75,11 +77,18 @@ class _StartPage:
                 self._station = ui.element("div").classes("w-full")
                 self._show_station()
         with ui.row().classes("w-full mt-4 py-3 items-center gap-4 sticky bottom-0").style("background: var(--paper)"):
-            start = ui.button(say(text("Start")), on_click=self._begin, color=None).classes("mb-go text-2xl px-12 py-4")
-            start.set_enabled(self._session.may_lead)
-            ui.button(say(text("Rehearse")), on_click=self._rehearse).props("outline").classes("text-lg")
+            self._start = ui.button(say(text("Start")), on_click=self._begin, color=None)
+            self._start.classes("mb-go text-2xl px-12 py-4").set_enabled(False)
+            self._try = ui.button(say(text("Rehearse")), on_click=self._rehearse).props("outline").classes("text-lg")
+            self._try.set_enabled(False)
             self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line").style("color:#7a130d")
+            self._said = ui.label().props("role=status").classes("text-lg whitespace-pre-line")
         ui.timer(0.01, self._fill, once=True)
+
+    def _motors(self) -> dict[str, str]:
+        """Return the motors to choose from, by what the command line calls them."""
+        shipped = {name: self._reader.say(text("{name} (virtual)", name=name)) for name in shipped_motors()}
+        return motor_files(self._panel.motors) | shipped
 
     def _running(self) -> None:
         for run in self._panel.running():
@@ -93,8 +102,10 @@ class _StartPage:
         try:
             offered = await self._panel.offer.procedures()
         except InputError as error:
-            self._fault.set_text(str(error))
+            self._complain(str(error))
             return
+        self._start.set_enabled(self._session.may_lead)
+        self._try.set_enabled(True)
         self._offered = offered
         self._show_procedures(offered)
         self._motor_chosen()
@@ -111,7 +122,7 @@ class _StartPage:
             for name, procedure in offered.items():
                 missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
                 box = ui.checkbox(
-                    f"{say(Text(procedure.title))}  ·  §{procedure.section}",
+                    f"{say(Text(procedure.title))} · {say(section_name(procedure.section))}",
                     value=not missing and not procedure.end_of_line,
                 )
                 box.props("dense").classes("text-base")
@@ -135,7 +146,7 @@ class _StartPage:
         try:
             drive = load_motor(str(self._motor.value)).six_step is not None
         except InputError as error:
-            self._fault.set_text(str(error))
+            self._complain(str(error))
             return
         roles = {role for procedure in self._offered.values() for role in procedure.roles}
         self._roles = frozenset((roles if drive else roles - {"drive"}) - _NOT_VIRTUAL)
@@ -192,33 +203,41 @@ class _StartPage:
         say = self._reader.say
         chosen = [name for name, box in self._boxes.items() if box.value]
         if not self._motor.value or not chosen:
-            self._fault.set_text(say(text("Choose motor and procedures first.")))
+            self._complain(say(text("Choose motor and procedures first.")))
             return
-        self._fault.set_text(say(text("Rehearsing on a virtual twin …")))
+        self._tell(say(text("Rehearsing on a virtual twin …")))
         try:
             found = await rehearse(chosen, self._panel.station, str(self._motor.value), self._session.language)
         except InputError as error:
-            self._fault.set_text(str(error))
+            self._complain(str(error))
             return
         for name, (bench, hands) in found.times.items():
             if name in self._notes:
                 words = text("about {minutes:.1f} min, {hands:.0f} s of it by hand", minutes=bench / 60.0, hands=hands)
                 self._notes[name].set_text(say(words))
         total = sum(bench for bench, _ in found.times.values())
-        said = [say(text("About {minutes:.0f} min in all.", minutes=total / 60.0)), *found.objections]
-        self._fault.set_text("\n".join(said))
+        self._tell(say(text("About {minutes:.0f} min in all.", minutes=total / 60.0)))
+        self._fault.set_text("\n".join(found.objections))
+
+    def _tell(self, words: str) -> None:
+        self._fault.set_text("")
+        self._said.set_text(words)
+
+    def _complain(self, words: str) -> None:
+        self._fault.set_text(words)
+        self._said.set_text("")
 
     async def _begin(self) -> None:
         say = self._reader.say
         chosen = [name for name, box in self._boxes.items() if box.value]
         if not self._motor.value:
-            self._fault.set_text(say(text("Choose the motor's type.")))
+            self._complain(say(text("Choose the motor's type.")))
             return
         if not chosen:
-            self._fault.set_text(say(text("Choose at least one procedure.")))
+            self._complain(say(text("Choose at least one procedure.")))
             return
         self._session.person = str(self._person.value or "").strip() or self._session.person
-        self._fault.set_text(say(text("Starting …")))
+        self._tell(say(text("Starting …")))
         order = Order(
             chosen,
             self._panel.station,
@@ -230,12 +249,7 @@ class _StartPage:
         try:
             run = await self._panel.start(order)
         except (InputError, TimeoutError) as error:
-            self._fault.set_text(str(error))
+            self._complain(str(error))
             return
         self._panel.control.take(self._session.token, self._session.person)
         ui.navigate.to(f"/runs/{run.name}")
-
-
-def _motors(folder: Path) -> dict[str, str]:
-    """Return the motors to choose from, by what the command line calls them."""
-    return motor_files(folder) | {name: f"{name} (virtual)" for name in shipped_motors()}

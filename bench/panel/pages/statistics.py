@@ -71,7 +71,7 @@ class _Statistics:
                 ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
             self._status = ui.label().props("role=status").classes("text-base mt-2")
         self._fault = ui.label().props("role=alert").classes("text-xl whitespace-pre-line").style("color:#7a130d")
-        self._content = ui.element("div").classes("w-full flex flex-col gap-4")
+        self._content = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
         ui.timer(0.01, self._read, once=True)
 
     async def _read(self) -> None:
@@ -194,7 +194,7 @@ class _Statistics:
                 with ui.element("div"):
                     if any(each.failed for each in by_parameter):
                         self._plot(pareto_plot(by_parameter, self._reader.translate))
-                with ui.element("div").classes("flex flex-col gap-4"):
+                with ui.element("div").classes("flex flex-col flex-nowrap gap-4"):
                     for title, failures in ((text("Parameter"), by_parameter), (text("Procedure"), by_procedure)):
                         if failures:
                             self._pareto(title, failures)

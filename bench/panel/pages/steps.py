@@ -4,13 +4,15 @@ from nicegui import ui
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
+from bench.panel.panel import Panel
 from procedures.text import text
 
 
 class ProgressCard:
     """The list of procedures and what was warned of."""
 
-    def __init__(self, run: LiveRun, reader: Reader) -> None:
+    def __init__(self, panel: Panel, run: LiveRun, reader: Reader) -> None:
+        self._panel = panel
         self._run = run
         self._reader = reader
         self._shown: object = None
@@ -29,10 +31,12 @@ class ProgressCard:
         self._list.clear()
         with self._list:
             for name, (mark, words) in states:
-                with ui.element("li").classes("flex gap-2 py-0.5 text-base" + (" font-bold" if mark == "▶" else "")):
+                with ui.element("li").classes(
+                    "flex flex-nowrap gap-2 py-0.5 text-base" + (" font-bold" if mark == "▶" else "")
+                ):
                     ui.label(mark).props("aria-hidden=true").classes("w-5")
-                    ui.label(name)
-                    ui.label(words).classes("ml-auto text-sm").style("color:#44505c")
+                    ui.label(say(self._panel.offer.title(name)))
+                    ui.label(words).classes("ml-auto text-sm whitespace-nowrap").style("color:#44505c")
         self._warnings.clear()
         with self._warnings:
             for words in warnings:

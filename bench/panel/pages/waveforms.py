@@ -7,10 +7,10 @@ from nicegui import run as background
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
-from bench.panel.pages.roles import role_name
 from bench.panel.plots import waveform_plot
 from bench.record.waveforms import StoredWaveform, read_waveform
 from procedures.text import text
+from reports.names import role_name
 
 
 class WaveformsPart:

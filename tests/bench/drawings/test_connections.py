@@ -23,6 +23,8 @@ from procedures.actions import (
     SeparateMeterLeads,
     ShortMeterLeads,
     Socket,
+    StartTurning,
+    StopTurning,
     Terminal,
     UncoupleDynamometer,
     VoltageProbe,
@@ -140,3 +142,8 @@ def test_hall_sensors_have_a_connector_of_their_own_when_they_are_probed():
     assert ends.count(["600", "427"]) == 1
     assert ends.count(["600", "477"]) == 1
     assert ends.count(["600", "502"]) == 2
+
+
+def test_who_turns_the_shaft_is_told_to_go_on_until_it_stops() -> None:
+    assert layout_after([LockRotor(), StartTurning(0.2)]).shaft_turned
+    assert not layout_after([StartTurning(0.2), StopTurning()]).shaft_turned

@@ -72,6 +72,15 @@ def test_a_run_is_followed_and_led_to_its_end(tmp_path: Path) -> None:
     assert run.view.latest is not None
 
 
+def test_the_newest_reading_is_what_the_bridge_was_asked_for(tmp_path: Path) -> None:
+    run = led(tmp_path, Order(("dq-inductance-extremes",), "virtual", "lg-400w", "J. Doe"), confirm_all)
+    latest = run.view.latest
+    assert latest is not None
+    assert (latest.instrument, str(latest.quantity), latest.unit) == ("lcr_meter", "inductance", "H")
+    assert latest.values[-1] == pytest.approx(150e-6, rel=0.05)
+    assert run.view.readings["lcr_meter", "resistance"].unit == "Ω"
+
+
 def test_the_open_question_shows_what_is_to_be_connected(tmp_path: Path) -> None:
     async def lead(run: LiveRun) -> None:
         await until(lambda: run.line.question is not None)

@@ -72,3 +72,9 @@ def test_what_the_fonts_lack_is_known() -> None:
     assert fonts.uncovered(["Ω µ · … λ 测", "𠮷 x"]) == {"𠮷"}
     assert fonts.chinese_subset(["only Latin, Ω"]) == b""
     assert fonts.chinese_subset(["测"])[:4] == b"OTTO"
+
+
+def test_a_figure_is_not_broken_over_two_lines(rendered: Rendered) -> None:
+    pages = PdfReader(io.BytesIO(paper(rendered(station="low_limit=-0.25")))).pages
+    said = "".join(page.extract_text() for page in pages)
+    assert "low_\u200blimit=\u200b-0.25" in said

@@ -72,6 +72,29 @@ def test_the_connections_are_drawn_and_told(panel: Panel, new_page: NewPage) -> 
     assert "A (white) → supply, plus" in str(picture.get_attribute("aria-label"))
 
 
+def test_a_small_screen_shows_the_whole_drawing_and_keeps_abort_in_reach(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    page.set_viewport_size({"width": 820, "height": 600})
+    begin(page, panel, "Stator resistance ·")
+    card, picture = (
+        page.get_by_role("region", name="The present step"),
+        page.get_by_role("img", name=re.compile("^Conn")),
+    )
+    for _ in range(4):
+        expect(page.get_by_role("button", name="Done")).to_be_visible()
+        if picture.is_visible():
+            whole, part = card.bounding_box(), picture.bounding_box()
+            assert whole is not None
+            assert part is not None
+            assert part["y"] + part["height"] <= whole["y"] + whole["height"]
+        page.get_by_role("button", name="Done").click()
+        page.wait_for_timeout(300)
+    expect(picture).to_be_visible()
+    page.mouse.wheel(0, 5000)
+    expect(page.get_by_role("button", name="Abort the run")).to_be_in_viewport()
+    page.set_viewport_size({"width": 1400, "height": 900})
+
+
 def test_abort_takes_the_way_down_and_cannot_be_overlooked(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     run = begin(page, panel, "Pole pairs by stable positions")

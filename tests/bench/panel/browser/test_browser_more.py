@@ -85,7 +85,7 @@ def test_a_choice_is_rehearsed_before_it_is_run(panel: Panel, new_page: NewPage)
 def test_a_motor_is_entered_by_its_nameplate(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     page.goto(f"{panel.url}/motor")
-    page.get_by_label("Name *").fill("Pump drive 3")
+    page.get_by_label("Motor's name *").fill("Pump drive 3")
     page.get_by_label("Connection of the windings").click()
     page.get_by_role("option", name="delta").click()
     page.get_by_label("Rated current").fill("-2")
