@@ -33,25 +33,10 @@ from drivers.manual.options import (
 from drivers.manual.oscilloscope import ManualOscilloscope
 from drivers.manual.supply import ManualSupply
 from drivers.manual.tachometer import ManualTachometer
+from tests.drivers.person import Person
 
 RPM = 2 * math.pi / 60
 STATED = Accuracy(gain=0.01, source="manual")
-
-
-class Person:
-    """Someone who does what the text says and types what was prepared."""
-
-    def __init__(self, *answers: float) -> None:
-        self.answers = list(answers)
-        self.asked: list[tuple[str, str, float, float, str]] = []
-        self.told: list[str] = []
-
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
-        self.asked.append((quantity, unit, minimum, maximum, context))
-        return self.answers.pop(0)
-
-    def confirm(self, text: str) -> None:
-        self.told.append(text)
 
 
 def supply(person: Person, clock: Any) -> ManualSupply:

@@ -8,24 +8,9 @@ import pytest
 from drivers.interfaces import Accuracy, MeasurementError, SetpointError
 from drivers.manual.options import ManualVoltmeterOptions
 from drivers.manual.voltmeter import ManualVoltmeter
+from tests.drivers.person import Person
 
 STATED = Accuracy(gain=5e-4, offset=2e-5, source="manual")
-
-
-class Person:
-    """Someone who does what the text says and types what was prepared."""
-
-    def __init__(self, *answers: float) -> None:
-        self.answers = list(answers)
-        self.asked: list[tuple[str, str, float, float, str]] = []
-        self.told: list[str] = []
-
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
-        self.asked.append((quantity, unit, minimum, maximum, context))
-        return self.answers.pop(0)
-
-    def confirm(self, text: str) -> None:
-        self.told.append(text)
 
 
 def voltmeter(person: Person, clock: Any, accuracy: Accuracy | None = STATED) -> ManualVoltmeter:

@@ -8,6 +8,7 @@ from canopen import objectdictionary as od
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults import Fault
 from sim_instruments.physics.motor import VirtualMotor
+from tests.sim_instruments.can_client import aborted, remote_node
 
 TYPES = {
     0x6040: od.UNSIGNED16,
@@ -30,20 +31,8 @@ TYPES = {
 
 @pytest.fixture
 def node(virtual_bench: VirtualBench) -> Iterator[canopen.RemoteNode]:
-    address = virtual_bench.address("inverter")
-    assert isinstance(address, dict)
-    dictionary = od.ObjectDictionary()
-    for index, kind in TYPES.items():
-        variable = od.ODVariable(f"{index:04X}", index)
-        variable.data_type = kind
-        dictionary.add_object(variable)
-    network = canopen.Network()
-    network.NOTIFIER_CYCLE = 0.05
-    network.connect(interface=address["interface"], channel=address["channel"])
-    remote = network.add_node(int(address["node_id"]), dictionary)
-    remote.sdo.RESPONSE_TIMEOUT = 0.5
-    yield remote
-    network.disconnect()
+    with remote_node(virtual_bench.address("inverter"), TYPES) as made:
+        yield made
 
 
 @pytest.fixture
@@ -55,12 +44,6 @@ def bench(virtual_bench: VirtualBench) -> VirtualBench:
 def enable(node: canopen.RemoteNode) -> None:
     for word in (6, 7, 0xF):
         node.sdo[0x6040].raw = word
-
-
-def aborted(access: Callable[[], object]) -> int:
-    with pytest.raises(canopen.SdoAbortedError) as caught:
-        access()
-    return int(caught.value.code)
 
 
 def write(node: canopen.RemoteNode, index: int, value: int) -> Callable[[], object]:

@@ -1,7 +1,7 @@
 """The six-step drive's node on the bus that the inverter's is on."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import can
@@ -15,6 +15,7 @@ from sim_instruments.instruments.errors import DriveErrors, Errors
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.six_step.state import Bridge
+from tests.sim_instruments.can_client import aborted, remote_node
 from tests.sim_instruments.motors import SIX_STEP
 
 EXACT = DriveErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -47,32 +48,14 @@ def bench() -> Iterator[VirtualBench]:
 
 @pytest.fixture
 def node(bench: VirtualBench) -> Iterator[canopen.RemoteNode]:
-    address = bench.address("drive")
-    assert isinstance(address, dict)
-    dictionary = od.ObjectDictionary()
-    for index, kind in TYPES.items():
-        variable = od.ODVariable(f"{index:04X}", index)
-        variable.data_type = kind
-        dictionary.add_object(variable)
-    network = canopen.Network()
-    network.NOTIFIER_CYCLE = 0.05
-    network.connect(interface=address["interface"], channel=address["channel"])
-    remote = network.add_node(int(address["node_id"]), dictionary)
-    remote.sdo.RESPONSE_TIMEOUT = 0.5
-    yield remote
-    network.disconnect()
+    with remote_node(bench.address("drive"), TYPES) as made:
+        yield made
 
 
 def run(node: canopen.RemoteNode) -> None:
     node.sdo[0x6060].raw = -1
     for word in (6, 7, 0xF):
         node.sdo[0x6040].raw = word
-
-
-def aborted(access: Callable[[], object]) -> int:
-    with pytest.raises(canopen.SdoAbortedError) as caught:
-        access()
-    return int(caught.value.code)
 
 
 def test_the_role_is_there_only_with_a_drive(bench: VirtualBench) -> None:

@@ -39,19 +39,7 @@ from procedures.actions import (
 )
 from procedures.bench import ProcedureError, Role
 from procedures.text import text
-
-
-class Clock:
-    """Bench time that passes by sleeping only."""
-
-    def __init__(self) -> None:
-        self.time = 0.0
-
-    def now(self) -> float:
-        return self.time
-
-    def sleep(self, seconds: float) -> None:
-        self.time += seconds
+from tests.bench.conftest import Clock
 
 
 class Matrix:
@@ -105,11 +93,6 @@ class Actuator:
 
     def __getattr__(self, name: str) -> Any:
         return lambda *given: self.calls.append((name, *given))
-
-
-@pytest.fixture
-def clock() -> Clock:
-    return Clock()
 
 
 @pytest.fixture

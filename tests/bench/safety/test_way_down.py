@@ -10,17 +10,7 @@ from bench.safety.way_down import WayDown, failures
 from bench.safety.way_down_items import OFF_BY, ROLES_OF, Do, Item, default_items, item
 from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, Reading
 from procedures.bench import Role
-
-
-class Clock:
-    def __init__(self) -> None:
-        self.time = 0.0
-
-    def now(self) -> float:
-        return self.time
-
-    def sleep(self, seconds: float) -> None:
-        self.time += seconds
+from tests.bench.conftest import Clock
 
 
 class Journal:

@@ -10,21 +10,9 @@ from bench.eol.line.accounting import AccountedClock
 from bench.eol.line.batch import BatchWishes
 from bench.eol.line.dry_run import dry_run
 from bench.eol.line.process import Nursery
+from tests.bench.conftest import Clock
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
-
-
-class Clock:
-    """A clock that counts."""
-
-    def __init__(self) -> None:
-        self.time = 0.0
-
-    def now(self) -> float:
-        return self.time
-
-    def sleep(self, seconds: float) -> None:
-        self.time += seconds
 
 
 def test_a_wait_is_needed_for_as_long_as_the_current_still_changes() -> None:
