@@ -1,0 +1,29 @@
+"""A dynamometer on Modbus."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from drivers.modbus.delta_dyn200 import DeltaDyn200, open_delta_dyn200
+from tests.drivers.modbus.units import OPTIONS, TcpServer, Units
+
+
+@pytest.fixture
+def units() -> Units:
+    return Units()
+
+
+@pytest.fixture
+def server(units: Units) -> Iterator[TcpServer]:
+    made = TcpServer(units)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def dynamometer(server: TcpServer, clock: Any) -> Iterator[DeltaDyn200]:
+    made = open_delta_dyn200(server.address, clock, OPTIONS)
+    yield made
+    made.close()
+    made.close()

@@ -1,0 +1,55 @@
+"""The drive's watch over its master, and a second process that holds the line for the way down only."""
+
+import threading
+from typing import Any
+
+import pytest
+
+from drivers.interfaces import ReportedError, SetpointError
+from drivers.modbus.delta_dyn200 import open_delta_dyn200
+from drivers.modbus.options import DeltaDyn200Options
+from tests.drivers.modbus.units import TcpServer, Units
+
+WATCHED = {"maximum_speed": 300.0, "watchdog_time": 0.5}
+
+
+def test_the_drive_watches_over_its_master(units: Units, server: TcpServer, clock: Any) -> None:
+    units.registers |= {(1, 0x0902): 3, (1, 0x0903): 0, (1, 0x2101): 0}
+    made = open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    assert units.writes == [(1, 0x0902, [2]), (1, 0x0903, [5])]
+    fed = threading.Event()
+    server.garble = lambda reply: fed.set() or reply if server.requests[-1].endswith("03 21 01 00 01") else reply
+    with made.driving_speed(50.0):
+        # Nobody asks anything here, and the drive is asked nevertheless.
+        assert fed.wait(10.0)
+    made.close()
+    assert units.writes[-2:] == [(1, 0x0903, [0]), (1, 0x0902, [3])]
+    before = len(units.writes)
+    made.close()
+    assert len(units.writes) == before
+
+
+def test_parameters_that_are_so_already_are_not_written(units: Units, server: TcpServer, clock: Any) -> None:
+    units.registers |= {(1, 0x0902): 2, (1, 0x0903): 5, (1, 0x2101): 0}
+    made = open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    made.close()
+    assert units.writes == []
+
+
+def test_a_drive_without_such_a_watch_is_told_of(units: Units, server: TcpServer, clock: Any) -> None:
+    with pytest.raises(ReportedError, match=r"0902H.*09-02"):
+        open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    with pytest.raises(SetpointError, match=r"watchdog_time = 0.1 s is outside 0.5 … 100 s"):
+        open_delta_dyn200(server.address, clock, DeltaDyn200Options(maximum_speed=300.0, watchdog_time=0.1))
+
+
+def test_a_guarding_process_asks_nothing_before_it_must_act(units: Units, server: TcpServer, clock: Any) -> None:
+    units.registers[1, 0x2100] = 49
+    options = DeltaDyn200Options(**WATCHED)
+    made = open_delta_dyn200(server.address, clock, options, guarding=True)
+    assert server.requests == []
+    made.command_zero()
+    made.make_safe()
+    assert units.command == 0x01
+    assert made.measure().speed == 0.0
+    made.close()
