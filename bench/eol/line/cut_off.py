@@ -1,10 +1,12 @@
 """The record of a motor whose worker died: what its journal still tells."""
 
-from datetime import UTC, datetime
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
+from bench.eol.line.ended_record import ended_record
 from bench.eol.line.messages import Batch, Task
-from bench.eol.line.passage_names import identifier, run_folders
+from bench.eol.line.passage_names import run_folders
 from bench.eol.record import MotorRecord
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
@@ -15,22 +17,10 @@ def cut_off_record(batch: Batch, socket: str, task: Task, began: datetime, how: 
     """Return the record: an error, or aborted where the batch was `stopped`; `how` says what became of the worker."""
     folder, journal = _journal(Path(batch.folder), task)
     where = _where(journal)
-    return MotorRecord(
-        identifier=identifier(batch.uid, task.number),
-        batch=batch.name,
-        number=task.number,
-        plan=batch.plan.name,
-        plan_sha256=batch.plan.sha256,
-        station=batch.line,
-        socket=socket,
-        person=batch.person,
-        model=batch.motor.nameplate.name,
-        serial_number=task.serial_number,
-        started=began,
-        ended=datetime.now(UTC),
-        verdict=Verdict.ABORTED if stopped else Verdict.ERROR,
-        first_pass=False,
-        bench_time=journal.events[-1].time if journal and journal.events else 0.0,
+    verdict = Verdict.ABORTED if stopped else Verdict.ERROR
+    bench_time = journal.events[-1].time if journal and journal.events else 0.0
+    return replace(
+        ended_record(batch, socket, task, began, verdict, first_pass=False, bench_time=bench_time),
         cause=f"the process of socket {socket} {how}{where}",
         run=str(folder) if folder else "",
         journal_sha256=journal.last_hash if journal else "",

@@ -1,13 +1,13 @@
 """A motor's record from what is known of its passage."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
+from datetime import datetime
 
+from bench.eol.line.ended_record import ended_record
 from bench.eol.line.judging import MotorJudge, described
 from bench.eol.line.kept_waveforms import KeptWaveforms
 from bench.eol.line.messages import Batch, Task
-from bench.eol.line.passage_names import identifier
 from bench.eol.record import Measured, MotorRecord
 from bench.eol.verdict import Verdict
 from bench.record.errors import RecordError
@@ -46,22 +46,9 @@ def record_of(passage: Passage, batch: Batch, socket: str) -> MotorRecord:
     except RecordError as error:
         waveforms, cause = {}, f"{cause}; {error}" if cause else str(error)
         verdict = Verdict.ERROR if verdict is Verdict.PASS else verdict
-    return MotorRecord(
-        identifier=identifier(batch.uid, task.number),
-        batch=batch.name,
-        number=task.number,
-        plan=batch.plan.name,
-        plan_sha256=batch.plan.sha256,
-        station=batch.line,
-        socket=socket,
-        person=batch.person,
-        model=batch.motor.nameplate.name,
-        serial_number=task.serial_number,
-        started=passage.started,
-        ended=datetime.now(UTC),
-        verdict=verdict,
-        first_pass=judge.first_pass(verdict),
-        bench_time=bench_time,
+    first_pass = judge.first_pass(verdict)
+    return replace(
+        ended_record(batch, socket, task, passage.started, verdict, first_pass=first_pass, bench_time=bench_time),
         measured=figures,
         checks=judge.attempts,
         cause="" if verdict is Verdict.PASS else _cause(judge, figures, cause),
