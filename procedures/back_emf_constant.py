@@ -31,6 +31,12 @@ from procedures.procedure import Procedure
 from procedures.recording import ranged_record
 from procedures.steps import step
 from procedures.temperature import magnet_factor, winding_temperature
+from procedures.temperature_settings import (
+    MagnetCoefficient,
+    MagnetCoefficientUncertainty,
+    MagnetsTemperature,
+    TemperatureUncertainty,
+)
 from procedures.text import text
 from procedures.wiring.settings import TurnedWiringSettings
 
@@ -63,21 +69,10 @@ class BackEmfConstantSettings(TurnedWiringSettings):
     )
     record_time: float = Field(default=0.1, gt=0.0, le=10.0, description="length of the record, s")
     harmonics: tuple[int, ...] = Field(default=(1, 3, 5, 7), description="harmonics to fit")
-    winding_temperature: float | None = Field(
-        default=None,
-        ge=-60.0,
-        le=250.0,
-        description="winding temperature, taken for the magnets', °C; asked for when not given",
-    )
-    temperature_uncertainty: float = Field(
-        default=2.0, ge=0.0, le=50.0, description="half-width of what is known of it, K"
-    )
-    magnet_coefficient: float = Field(
-        default=-0.001, ge=-0.01, le=0.0, description="temperature coefficient of the magnets' flux at 25 °C, 1/K"
-    )
-    magnet_coefficient_uncertainty: float | None = Field(
-        default=None, ge=0.0, le=0.01, description="half-width of what is known of it, 1/K; 30 % of it when not given"
-    )
+    winding_temperature: MagnetsTemperature = None
+    temperature_uncertainty: TemperatureUncertainty = 2.0
+    magnet_coefficient: MagnetCoefficient = -0.001
+    magnet_coefficient_uncertainty: MagnetCoefficientUncertainty = None
 
 
 @dataclass(frozen=True)

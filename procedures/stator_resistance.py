@@ -25,6 +25,12 @@ from procedures.procedure import Procedure
 from procedures.result import Notice
 from procedures.steps import step
 from procedures.temperature import COLD, copper_factor, winding_temperature
+from procedures.temperature_settings import (
+    CopperCoefficient,
+    ReferenceTemperature,
+    TemperatureUncertainty,
+    WindingTemperature,
+)
 from procedures.text import text
 from procedures.wiring.settings import WiringSettings
 
@@ -42,19 +48,13 @@ class StatorResistanceSettings(WiringSettings):
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=3, ge=1, le=100, description="readings a line pair")
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
-    winding_temperature: float | None = Field(
-        default=None, ge=-60.0, le=250.0, description="winding temperature, °C; asked for when not given"
-    )
-    temperature_uncertainty: float = Field(
-        default=1.0, ge=0.0, le=50.0, description="half-width of what is known of it, K"
-    )
+    winding_temperature: WindingTemperature = None
+    temperature_uncertainty: TemperatureUncertainty = 1.0
     working_temperature: float = Field(
         default=85.0, ge=-60.0, le=250.0, description="also refer the resistance to this, °C"
     )
-    coefficient: float = Field(default=0.00393, gt=0.0, le=0.01, description="temperature coefficient, 1/K")
-    reference_temperature: float = Field(
-        default=20.0, ge=-60.0, le=250.0, description="temperature at which it holds, °C"
-    )
+    coefficient: CopperCoefficient = 0.00393
+    reference_temperature: ReferenceTemperature = 20.0
     requested_uncertainty: float = Field(
         default=0.01, gt=0.0, le=1.0, description="relative standard uncertainty asked for"
     )

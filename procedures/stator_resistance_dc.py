@@ -27,6 +27,12 @@ from procedures.estimation.linear import least_squares
 from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.temperature import COLD, check_temperature, copper_factor, warmed, winding_temperature
+from procedures.temperature_settings import (
+    CopperCoefficient,
+    ReferenceTemperature,
+    TemperatureUncertainty,
+    WindingTemperature,
+)
 from procedures.text import text
 from procedures.wiring.settings import SupplyWiringSettings
 
@@ -49,16 +55,10 @@ class StatorResistanceDcSettings(SupplyWiringSettings):
     heating_limit: float = Field(
         default=1.0, gt=0.0, le=50.0, description="warming of the winding that is a warning, K"
     )
-    winding_temperature: float | None = Field(
-        default=None, ge=-60.0, le=250.0, description="winding temperature, °C; asked for when not given"
-    )
-    temperature_uncertainty: float = Field(
-        default=1.0, ge=0.0, le=50.0, description="half-width of what is known of it, K"
-    )
-    coefficient: float = Field(default=0.00393, gt=0.0, le=0.01, description="temperature coefficient, 1/K")
-    reference_temperature: float = Field(
-        default=20.0, ge=-60.0, le=250.0, description="temperature at which it holds, °C"
-    )
+    winding_temperature: WindingTemperature = None
+    temperature_uncertainty: TemperatureUncertainty = 1.0
+    coefficient: CopperCoefficient = 0.00393
+    reference_temperature: ReferenceTemperature = 20.0
 
 
 @dataclass(frozen=True)

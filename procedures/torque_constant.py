@@ -15,6 +15,12 @@ from procedures.estimation.torque_constant import fit_torque_constant
 from procedures.procedure import Procedure
 from procedures.steps import step
 from procedures.temperature import magnet_factor, winding_temperature
+from procedures.temperature_settings import (
+    MagnetCoefficient,
+    MagnetCoefficientUncertainty,
+    MagnetsTemperature,
+    TemperatureUncertainty,
+)
 from procedures.text import text
 from procedures.wiring.settings import DrivenWiringSettings
 
@@ -36,21 +42,10 @@ class TorqueConstantSettings(DrivenWiringSettings):
     levels: int = Field(default=4, ge=2, le=50, description="current levels in each direction")
     readings: int = Field(default=10, ge=1, le=1000, description="torque readings at each level")
     interval: float = Field(default=0.05, gt=0.0, le=10.0, description="time between readings, s")
-    winding_temperature: float | None = Field(
-        default=None,
-        ge=-60.0,
-        le=250.0,
-        description="winding temperature, taken for the magnets', °C; asked for when not given",
-    )
-    temperature_uncertainty: float = Field(
-        default=2.0, ge=0.0, le=50.0, description="half-width of what is known of it, K"
-    )
-    magnet_coefficient: float = Field(
-        default=-0.001, ge=-0.01, le=0.0, description="temperature coefficient of the magnets' flux at 25 °C, 1/K"
-    )
-    magnet_coefficient_uncertainty: float | None = Field(
-        default=None, ge=0.0, le=0.01, description="half-width of what is known of it, 1/K; 30 % of it when not given"
-    )
+    winding_temperature: MagnetsTemperature = None
+    temperature_uncertainty: TemperatureUncertainty = 2.0
+    magnet_coefficient: MagnetCoefficient = -0.001
+    magnet_coefficient_uncertainty: MagnetCoefficientUncertainty = None
 
 
 class TorqueConstant(Procedure[TorqueConstantSettings]):
