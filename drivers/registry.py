@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drivers.can_bus.buses import CanBuses
@@ -17,6 +16,7 @@ from drivers.interfaces import (
     Inverter,
     LcrMeter,
     Oscilloscope,
+    Role,
     RotorActuator,
     Supply,
     SwitchMatrix,
@@ -62,22 +62,6 @@ if TYPE_CHECKING:
 MANUAL = "manual"
 OptionsT = TypeVar("OptionsT")
 InstrumentT = TypeVar("InstrumentT")
-
-
-class Role(StrEnum):
-    """What an instrument is on the bench, as the station file writes it."""
-
-    SUPPLY = "supply"
-    LCR_METER = "lcr_meter"
-    OSCILLOSCOPE = "oscilloscope"
-    DYNAMOMETER = "dynamometer"
-    TACHOMETER = "tachometer"
-    INVERTER = "inverter"
-    VOLTMETER = "voltmeter"
-    DRIVE = "drive"
-    SWITCH_MATRIX = "switch_matrix"
-    ROTOR_ACTUATOR = "rotor_actuator"
-    INSULATION_TESTER = "insulation_tester"
 
 
 @dataclass(frozen=True)

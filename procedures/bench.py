@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from enum import Enum
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import Any, Protocol, cast
 
 from drivers.interfaces import (
     BldcDrive,
@@ -18,29 +17,11 @@ from drivers.interfaces import (
     Tachometer,
     Voltmeter,
 )
+from drivers.interfaces import Role as Role
 from procedures.actions import Action, Mend
 from procedures.steps import Step
 from procedures.text import Text, text
 from procedures.wiring.standing import Standing
-
-if TYPE_CHECKING:
-    pass
-
-
-class Role(Enum):
-    """The place an instrument takes on the bench."""
-
-    SUPPLY = "supply"
-    LCR_METER = "lcr_meter"
-    OSCILLOSCOPE = "oscilloscope"
-    DYNAMOMETER = "dynamometer"
-    TACHOMETER = "tachometer"
-    INVERTER = "inverter"
-    VOLTMETER = "voltmeter"
-    DRIVE = "drive"
-    SWITCH_MATRIX = "switch_matrix"
-    ROTOR_ACTUATOR = "rotor_actuator"
-    INSULATION_TESTER = "insulation_tester"
 
 
 class Operator(Protocol):

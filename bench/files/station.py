@@ -147,14 +147,13 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
 def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     prefix = f"instruments.{role.value}"
     common = validate(_Instrument, {key: table[key] for key in _COMMON if key in table}, source, prefix)
-    if role.value not in [known.value for known in registry.Role]:
+    names = registry.drivers_for(role)
+    if not names:
         raise InputError(f"{source}: {prefix}: there is no driver for this role; take the table out of the file")
-    kind = registry.Role(role.value)
-    names = registry.drivers_for(kind)
     if common.driver not in names:
         hint = nearest(common.driver, names)
         raise InputError(f"{source}: {prefix}.driver = {common.driver!r} is no driver for this role; {hint}")
-    driver = registry.find(common.driver, kind)
+    driver = registry.find(common.driver, role)
     if driver.needs_address and not common.address:
         raise InputError(f"{source}: {prefix}.address is missing; {driver.name} needs the address it answers at")
     limits, own = take_limits(role, {key: table[key] for key in table if key not in _COMMON}, source, prefix)

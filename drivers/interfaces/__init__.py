@@ -28,6 +28,7 @@ from drivers.interfaces.oscilloscope import (
     Trigger,
     Waveform,
 )
+from drivers.interfaces.role import Role
 from drivers.interfaces.rotor_actuator import RotorActuator
 from drivers.interfaces.supply import OutputMode, Regulated, Supply
 from drivers.interfaces.switch_matrix import SwitchMatrix
@@ -63,6 +64,7 @@ __all__ = [
     "Reading",
     "Regulated",
     "ReportedError",
+    "Role",
     "RotorActuator",
     "ScreenReadings",
     "SetpointError",

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from bench.files.station import make_station
-from drivers.interfaces import Accuracy
-from drivers.registry import DRIVERS, MANUAL, Driver, Role
-from procedures.bench import Role as StationRole
+from drivers.interfaces import Accuracy, Role
+from drivers.registry import DRIVERS, MANUAL, Driver
 
 PAGE = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
@@ -74,5 +73,5 @@ def test_the_examples_are_station_files(example: str) -> None:
 def test_the_voltmeters_calibration_is_by_range() -> None:
     data = tomllib.loads(EXAMPLES[1])
     station = make_station({"station": {"name": "bench"}, **data}, "page", b"")
-    options = station.entries[StationRole.VOLTMETER].options
+    options = station.entries[Role.VOLTMETER].options
     assert options.calibration == {0.1: Accuracy(2e-5, 2e-6, 1e-7, source="certificate 4712")}  # type: ignore[attr-defined]

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from drivers.interfaces import Accuracy
+from drivers.interfaces import Accuracy, Role
 from drivers.manual.options import ManualTachometerOptions
 from drivers.manual.tachometer import ManualTachometer
-from drivers.registry import DRIVERS, MANUAL, Role, Surroundings, drivers_for, find
+from drivers.registry import DRIVERS, MANUAL, Surroundings, drivers_for, find
 from drivers.serial_line.options import LutronTachometerOptions
 from drivers.visa.keysight_e36300 import KeysightE36300
 from drivers.visa.options import E36300Options
