@@ -30,6 +30,23 @@ def combined(parameter: Parameter) -> float:
     return math.hypot(*(row.contribution for row in parameter.budget))
 
 
+def budget_rows(parameter: Parameter, factor: float) -> list[list[str]]:
+    """Return each input's source, kind, estimate, u, sensitivity, contribution (in units of `factor`) and share, as written."""
+    total = combined(parameter)
+    return [
+        [
+            row.source,
+            row.kind,
+            f"{row.value:.6g}",
+            f"{row.standard_uncertainty:.3g}",
+            f"{row.sensitivity:.4g}",
+            contribution(row.contribution, total, factor),
+            _share((row.contribution / total) ** 2),
+        ]
+        for row in parameter.budget
+    ]
+
+
 def contribution(size: float, total: float, factor: float) -> str:
     """Return a row's contribution in the scaled unit, two digits; what rounding left of nothing as a power of ten."""
     if size < _NEGLIGIBLE * total:
@@ -77,16 +94,8 @@ def _budget(parameter: Parameter, translate: Translate) -> "Group":
         footer=figure(total / scale.factor, decimals),
     )
     made.add_column(text("Share").render(translate), justify="right", no_wrap=True, footer="100 %")
-    for row in parameter.budget:
-        made.add_row(
-            row.source,
-            row.kind,
-            f"{row.value:.6g}",
-            f"{row.standard_uncertainty:.3g}",
-            f"{row.sensitivity:.4g}",
-            contribution(row.contribution, total, scale.factor),
-            _share((row.contribution / total) ** 2),
-        )
+    for cells in budget_rows(parameter, scale.factor):
+        made.add_row(*cells)
     legend = text(
         "Type A: from statistics; B: from a specification, a certificate or what was entered. u: standard uncertainty."
     )

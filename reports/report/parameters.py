@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from procedures.parameter_set import ParameterSet
 from procedures.result import Parameter
 from procedures.text import Text, text
-from reports.budget import combined, contribution, freedom
-from reports.figures import decimals_for, figure, percent, scale_of
+from reports.budget import budget_rows, combined, freedom
+from reports.figures import decimals_for, figure, scale_of
 from reports.names import parameter_name, phrase, unit_for_readers
 from reports.parameter_figures import shown
 from reports.report.model import Cell, Column, Row, Table
@@ -102,20 +102,7 @@ def budget_table(parameter: Parameter) -> Table | None:
     scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
     total = combined(parameter)
     decimals = decimals_for(total / scale.factor, 0.0)
-    rows = [
-        Row(
-            [
-                row.source,
-                row.kind,
-                f"{row.value:.6g}",
-                f"{row.standard_uncertainty:.3g}",
-                f"{row.sensitivity:.4g}",
-                contribution(row.contribution, total, scale.factor),
-                _share((row.contribution / total) ** 2),
-            ]
-        )
-        for row in parameter.budget
-    ]
+    rows = [Row(cells) for cells in budget_rows(parameter, scale.factor)]
     rows.append(
         Row(
             [text("all rows, root sum of squares"), "", "", "", "", figure(total / scale.factor, decimals), "100 %"],
@@ -144,7 +131,3 @@ def budget_table(parameter: Parameter) -> Table | None:
             interval=figures.interval,
         ),
     )
-
-
-def _share(part: float) -> str:
-    return f"{percent(part)} %" if part >= 1e-4 else "< 0.01 %"
