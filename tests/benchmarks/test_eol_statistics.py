@@ -1,29 +1,22 @@
 """Statistics over a million motors: `pytest tests/benchmarks/test_eol_statistics.py --benchmark-enable -n 0` (filling takes minutes)."""
 
-import os
-import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
-import psycopg
 import pytest
 
 from bench.eol.line_statistics import Wanted, line_statistics
 from bench.eol.store.database import open_database
+from tests.bench.eol.postgresql import own_database
 from tests.benchmarks.line_records import PARAMETERS, fill
 
 MOTORS = 1_000_000
-SERVER = os.environ.get("MOTORBENCH_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432/postgres")
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    name = f"motorbench_{uuid.uuid4().hex}"
-    with psycopg.connect(SERVER, autocommit=True) as connection:
-        connection.execute(f'CREATE DATABASE "{name}"')
-    yield SERVER.rpartition("/")[0] + f"/{name}"
-    with psycopg.connect(SERVER, autocommit=True) as connection:
-        connection.execute(f'DROP DATABASE "{name}" WITH (FORCE)')
+    with own_database() as address:
+        yield address
 
 
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])
