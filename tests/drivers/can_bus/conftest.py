@@ -45,7 +45,15 @@ STATES = {0x00: 0x240, 0x06: 0x231, 0x07: 0x233, 0x0F: 0x237}
 class Node:
     """A drive's side: the power state machine behind the controlword, and a heartbeat consumer where it has one."""
 
-    def __init__(self, number: int = 6, *, consumer: dict[int, int] | None = None, abort_option: int | None = None):
+    def __init__(
+        self,
+        number: int = 6,
+        *,
+        interface: str = "virtual",
+        channel: str = CHANNEL,
+        consumer: dict[int, int] | None = None,
+        abort_option: int | None = None,
+    ) -> None:
         self.values = {(index, 0): 0 for index in OBJECTS} | {
             (0x1000, 0): 0x00020192,
             (0x6041, 0): 0x240,
@@ -63,7 +71,7 @@ class Node:
         self.lost = 0  # how many replies never come
         self.network = canopen.Network()
         self.network.NOTIFIER_CYCLE = 0.02
-        self.network.connect(interface="virtual", channel=CHANNEL)
+        self.network.connect(interface=interface, channel=channel)
         self.node = self.network.create_node(number, self.dictionary())
         self.send, self.node.sdo.send_response = self.node.sdo.send_response, self.respond
         self.node.add_read_callback(self.read)
@@ -123,6 +131,11 @@ class Node:
 
     def fail(self, code: int) -> None:
         self.values[0x6041, 0], self.values[0x603F, 0] = 0x218, code
+
+    @property
+    def words(self) -> list[int]:
+        """The controlwords that were written, in order."""
+        return [int.from_bytes(data, "little") for index, data in self.writes if index == 0x6040]
 
     @property
     def state(self) -> PowerState:

@@ -5,18 +5,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import can
-import canopen
 import pytest
-from canopen.objectdictionary import ODArray, ODVariable
-from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
-from hypothesis import given
-from hypothesis import strategies as st
 
-from drivers.can_bus.addresses import BusAddress, parse_address
 from drivers.can_bus.cia402_inverter import Cia402Inverter, open_cia402_inverter
-from drivers.can_bus.objects import NodeObjects
 from drivers.can_bus.options import Cia402Options
-from drivers.can_bus.power_state import PowerState, decode_state, error_name
+from drivers.can_bus.power_state import PowerState
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -25,101 +18,24 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
+from tests.drivers.can_bus.conftest import CHANNEL, Node
 
 NODE = 5
-SIZES = {
-    0x1000: 4,
-    0x603F: 2,
-    0x6040: 2,
-    0x6041: 2,
-    0x6060: 1,
-    0x6061: 1,
-    0x60FF: 4,
-    0x606C: 4,
-    0x6071: 2,
-    0x6077: 2,
-    0x6075: 4,
-    0x2000: 4,
-}
-SIGNED = (0x6060, 0x6061, 0x60FF, 0x606C, 0x6071, 0x6077)
-TYPES = {
-    (1, True): canopen.objectdictionary.INTEGER8,
-    (2, True): canopen.objectdictionary.INTEGER16,
-    (4, True): canopen.objectdictionary.INTEGER32,
-    (2, False): canopen.objectdictionary.UNSIGNED16,
-    (4, False): canopen.objectdictionary.UNSIGNED32,
-}
 
 
-class Drive:
-    """The drive's side: an object dictionary with the power state machine behind the controlword."""
+class Drive(Node):
+    """The inverter's side: what is commanded is there at once."""
 
-    def __init__(self, interface: str = "virtual", channel: str = "drive") -> None:
-        self.values = dict.fromkeys(SIZES, 0) | {0x1000: 0x00020192, 0x6075: 20_000, 0x6041: 0x240}
-        self.writes: list[tuple[int, bytes]] = []
-        self.words: list[int] = []
-        self.abort: dict[int, int] = {}
-        self.deaf: set[int] = set()  # controlwords that change nothing
+    def __init__(self, interface: str = "virtual", channel: str = CHANNEL) -> None:
         self.follows = True
-        self.network = canopen.Network()
-        self.network.NOTIFIER_CYCLE = 0.02
-        self.network.connect(interface=interface, channel=channel)
-        self.node = self.network.create_node(NODE, self.dictionary())
-        self.node.add_read_callback(self.read)
-        self.node.add_write_callback(self.written)
-
-    def dictionary(self) -> canopen.ObjectDictionary:
-        dictionary = canopen.ObjectDictionary()
-        for index, size in SIZES.items():
-            variable = ODVariable(f"object {index:X}", index)
-            variable.data_type = TYPES[size, index in SIGNED]
-            dictionary.add_object(variable)
-        name = ODVariable("name", 0x1008)
-        name.data_type, name.value = canopen.objectdictionary.VISIBLE_STRING, "Bench inverter"
-        dictionary.add_object(name)
-        identity = ODArray("identity", 0x1018)
-        for subindex, value in enumerate((4, 0x2A, 0x402, 0x10, 4711)):
-            member = ODVariable(f"member {subindex}", 0x1018, subindex)
-            member.data_type, member.value = canopen.objectdictionary.UNSIGNED32, value
-            identity.add_member(member)
-        dictionary.add_object(identity)
-        return dictionary
-
-    def read(self, *, index: int, subindex: int, od: Any) -> Any:
-        if index in self.abort:
-            raise SdoAbortedError(self.abort[index])
-        return self.values.get(index)
+        super().__init__(NODE, interface=interface, channel=channel)
 
     def written(self, *, index: int, subindex: int, od: Any, data: bytes) -> None:
-        if index in self.abort:
-            raise SdoAbortedError(self.abort[index])
-        self.writes.append((index, bytes(data)))
-        value = int.from_bytes(data, "little", signed=index in SIGNED)
-        self.values[index] = value
-        if index == 0x6040:
-            self.words.append(value)
-            if value not in self.deaf:
-                self.command(value)
-        if index == 0x6060:
-            self.values[0x6061] = value
-        enabled = self.values[0x6041] & 0x6F == 0x27
+        super().written(index=index, subindex=subindex, od=od, data=data)
         if self.follows:
-            self.values[0x606C] = self.values[0x60FF] if enabled else 0
-            self.values[0x6077] = self.values[0x6071] if enabled else 0
-
-    def command(self, word: int) -> None:
-        faulty = self.values[0x6041] & 0x4F == 0x08
-        if faulty and word == 0x80:
-            self.values[0x6041], self.values[0x603F] = 0x240, 0
-        elif not faulty and word in (0x00, 0x06, 0x07, 0x0F):
-            self.values[0x6041] = {0x00: 0x240, 0x06: 0x231, 0x07: 0x233, 0x0F: 0x237}[word]
-
-    def fail(self, code: int) -> None:
-        self.values[0x6041], self.values[0x603F] = 0x218, code
-
-    @property
-    def state(self) -> PowerState:
-        return decode_state(self.values[0x6041])
+            enabled = self.state is PowerState.OPERATION_ENABLED
+            for actual, target in ((0x606C, 0x60FF), (0x6077, 0x6071)):
+                self.values[actual, 0] = self.values[target, 0] if enabled else 0
 
 
 @pytest.fixture
@@ -130,7 +46,7 @@ def drive() -> Iterator[Drive]:
 
 
 OPTIONS = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
-ADDRESS = f"can://virtual/drive?node={NODE}"
+ADDRESS = f"can://virtual/{CHANNEL}?node={NODE}"
 
 
 @pytest.fixture
@@ -142,8 +58,8 @@ def inverter(drive: Drive, clock: Any) -> Iterator[Cia402Inverter]:
 
 
 def test_identity_and_limits(inverter: Cia402Inverter) -> None:
-    assert inverter.identity.model == "Bench inverter"
-    assert inverter.identity.serial_number == "4711"
+    assert inverter.identity.model == "Bench drive"
+    assert inverter.identity.serial_number == "815"
     assert (inverter.maximum_current, inverter.maximum_frequency) == (15.0, 400.0)
 
 
@@ -179,7 +95,7 @@ def test_payloads_of_the_current_mode(inverter: Cia402Inverter, drive: Drive) ->
 
 
 def test_the_frames_on_the_bus(inverter: Cia402Inverter) -> None:
-    with can.Bus(interface="virtual", channel="drive") as bus:
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus:
         inverter.measure_frequency()
         frames = []
         while (message := bus.recv(0)) is not None:
@@ -286,7 +202,7 @@ def test_limits(inverter: Cia402Inverter, drive: Drive, way: str, values: Any, m
 
 
 def test_make_safe(inverter: Cia402Inverter, drive: Drive) -> None:
-    drive.values[0x6041] = 0x237
+    drive.values[0x6041, 0] = 0x237
     inverter.make_safe()
     assert drive.state is PowerState.SWITCH_ON_DISABLED
 
@@ -294,31 +210,31 @@ def test_make_safe(inverter: Cia402Inverter, drive: Drive) -> None:
 def test_command_zero_leaves_no_target(inverter: Cia402Inverter, drive: Drive) -> None:
     with inverter.driving_current(2.0):
         inverter.command_zero()
-        assert (drive.values[0x6071], drive.values[0x60FF]) == (0, 0)
+        assert (drive.values[0x6071, 0], drive.values[0x60FF, 0]) == (0, 0)
         assert drive.state is PowerState.OPERATION_ENABLED
 
 
 def test_another_node_is_refused(drive: Drive, clock: Any) -> None:
-    drive.values[0x1000] = 0x00020191
+    drive.values[0x1000, 0] = 0x00020191
     with pytest.raises(IdentityError, match="device type is 0x00020191, expected profile 402"):
         open_cia402_inverter(ADDRESS, clock, OPTIONS)
 
 
 def test_another_serial_number_is_refused(drive: Drive, clock: Any) -> None:
     options = Cia402Options(maximum_current=1.0, maximum_frequency=1.0, serial_number="1")
-    with pytest.raises(IdentityError, match="serial number 4711 answers, expected 1"):
+    with pytest.raises(IdentityError, match="serial number 815 answers, expected 1"):
         open_cia402_inverter(ADDRESS, clock, options)
 
 
 def test_a_drive_without_a_rating_is_refused(drive: Drive, clock: Any) -> None:
-    drive.values[0x6075] = 0
+    drive.values[0x6075, 0] = 0
     with pytest.raises(ReportedError, match="rated current"):
         open_cia402_inverter(ADDRESS, clock, OPTIONS)
 
 
 def test_a_node_that_is_silent(drive: Drive, clock: Any) -> None:
     with pytest.raises(CommunicationError, match=r"read 0x1000:00': no usable reply .*Check node id"):
-        open_cia402_inverter("can://virtual/drive?node=9", clock, OPTIONS)
+        open_cia402_inverter(f"can://virtual/{CHANNEL}?node=9", clock, OPTIONS)
 
 
 def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -> None:
@@ -328,34 +244,12 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
     )
     inverter = open_cia402_inverter(ADDRESS, clock, options)
     with inverter.driving_current(20.0):
-        assert drive.values[0x6071] == 707
+        assert drive.values[0x6071, 0] == 707
         assert inverter.measure_current().value == pytest.approx(20.0, abs=0.03)
         assert inverter.measure_current().accuracy is accuracy
     with inverter.driving_frequency(1.0, 10.0):
-        assert drive.values[0x2000] == 7071
+        assert drive.values[0x2000, 0] == 7071
     inverter.close()
-
-
-@pytest.mark.parametrize(
-    ("address", "parts"),
-    [
-        ("can://socketcan/can0?node=5", (BusAddress("socketcan", "can0", 500_000), 5)),
-        (
-            "can://udp_multicast/239.74.163.2?node=127&bitrate=1000000",
-            (BusAddress("udp_multicast", "239.74.163.2", 10**6), 127),
-        ),
-    ],
-)
-def test_addresses(address: str, parts: Any) -> None:
-    assert parse_address(address, "inverter") == parts
-
-
-@pytest.mark.parametrize(
-    "address", ["can://virtual/a", "can://virtual?node=1", "can://virtual/a?node=200", "tcp://a/b", "can://[/a?node=1"]
-)
-def test_addresses_that_are_none(address: str) -> None:
-    with pytest.raises(CommunicationError, match="is no CAN address"):
-        parse_address(address, "inverter")
 
 
 def test_between_processes_over_udp(clock: Any) -> None:
@@ -376,48 +270,3 @@ def test_between_processes_over_udp(clock: Any) -> None:
 def test_a_bus_that_cannot_be_opened(clock: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at can://nothing/x"):
         open_cia402_inverter("can://nothing/x?node=1", clock, OPTIONS)
-
-
-@given(st.integers(0, 0xFFFF))
-def test_every_statusword_is_one_state_or_none(word: int) -> None:
-    matching = [state for state in PowerState if word & state.value[0] == state.value[1]]
-    assert len(matching) <= 1
-    if matching:
-        assert decode_state(word) is matching[0]
-    else:
-        with pytest.raises(ValueError, match="stands for no state"):
-            decode_state(word)
-
-
-def test_error_codes_have_names() -> None:
-    assert error_name(0x2310) == "0x2310 (continuous over-current)"
-    assert error_name(0x23FF) == "0x23FF (current)"
-    assert error_name(0x0000) == "0x0000 (unknown)"
-
-
-class OddNode:
-    """A node that answers with arbitrary bytes."""
-
-    def __init__(self, data: bytes) -> None:
-        self.data = data
-
-    def upload(self, index: int, subindex: int) -> bytes:
-        return self.data
-
-    def download(self, index: int, subindex: int, data: bytes, force_segment: bool = False) -> None:
-        raise SdoCommunicationError("No SDO response received")
-
-
-@given(st.binary(max_size=8))
-def test_objects_of_another_size_are_refused(data: bytes) -> None:
-    objects = NodeObjects(OddNode(data), "inverter")
-    if len(data) == 2:
-        assert objects.read(0x6041, 0, 2) == int.from_bytes(data, "little")
-    else:
-        with pytest.raises(CommunicationError, match=r"read 0x6041:00': \d bytes instead of 2"):
-            objects.read(0x6041, 0, 2)
-    assert isinstance(objects.read_text(0x1008, 0), str)
-    with pytest.raises(CommunicationError, match="No SDO response"):
-        objects.write(0x6040, 0, 6, 2)
-    with pytest.raises(ValueError, match="does not fit 2 bytes of 0x6071:00"):
-        objects.write(0x6071, 0, 40_000, 2, signed=True)
