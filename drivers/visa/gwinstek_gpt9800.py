@@ -23,7 +23,7 @@ from drivers.safety import always
 from drivers.visa import gwinstek_gpt9800_data as data
 from drivers.visa.opening import open_driver, open_session
 from drivers.visa.options import Gpt9800Options
-from drivers.visa.session import IDENTITY_QUERY, ScpiSession
+from drivers.visa.session import IDENTITY_QUERY, WAY_DOWN_TIME, ScpiSession
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -35,8 +35,6 @@ START, STOP = "FUNC:TEST ON", "FUNC:TEST OFF"
 STATE_QUERY, READING_QUERY = "FUNC:TEST?", "MEAS?"
 #: How often (s) the tester is looked at, and how much longer (s) than it should a test may take.
 _LOOK, _MARGIN = 0.1, 3.0
-#: Longest wait (s) for a reply on the way down.
-WAY_DOWN_TIME = 2.0
 #: A test is over with these; while it lasts it says TEST, before it VIEW.
 _JUDGED = ("PASS", "FAIL")
 #: How long (s) a voltage that a judged test shows may be the present one: the tester discharges faster.
@@ -154,11 +152,7 @@ class GwInstekGpt9800:
         Over a renewed connection where the present one fails. Raises ReportedError where it stays on or charged.
         """
         with self._session.within(WAY_DOWN_TIME):
-            try:
-                self._stop()
-            except CommunicationError:
-                self._session.reopen()
-                self._stop()
+            self._session.insist(self._stop)
             self._await_discharge()
 
     def close(self) -> None:

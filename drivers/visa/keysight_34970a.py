@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 from drivers.crosspoints import conflict
 from drivers.interfaces import (
     Clock,
-    CommunicationError,
     CrosspointError,
     Identity,
     IdentityError,
@@ -15,7 +14,7 @@ from drivers.interfaces import (
 )
 from drivers.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.visa.options import Keysight34970AOptions
-from drivers.visa.session import ScpiSession
+from drivers.visa.session import WAY_DOWN_TIME, ScpiSession
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -24,8 +23,6 @@ MAKERS = (*KEYSIGHT, "hewlett-packard")
 MODELS = ("34970A", "34972A", "34980A")
 #: Its channels are `snnn` and its slots called 1 … 8; those of the other two are `snn` and 100, 200, 300.
 _LARGE = "34980A"
-#: No relay driver moves for longer than that (s) without an answer on the way down.
-WAY_DOWN_TIME = 2.0
 
 
 class Keysight34970A:
@@ -104,11 +101,7 @@ class Keysight34970A:
         Raises ReportedError naming those that stay closed.
         """
         with self._session.within(WAY_DOWN_TIME):
-            try:
-                self._open_all()
-            except CommunicationError:
-                self._session.reopen()
-                self._open_all()
+            self._session.insist(self._open_all)
 
     def close(self) -> None:
         """Close the connection; the crosspoints stay as they are."""

@@ -25,7 +25,7 @@ from drivers.visa.keysight_e36300_protection import Protection
 from drivers.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.visa.options import E36300Options
 from drivers.visa.replies import is_overrange
-from drivers.visa.session import ScpiSession
+from drivers.visa.session import WAY_DOWN_TIME, ScpiSession
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 #: Condition register of an output (ISUMmary): two low bits say what regulates; higher ones concern lists and logs.
 REGULATION_MASK = 0b11
 REGULATION = {0: None, 1: OutputMode.CONSTANT_CURRENT, 2: OutputMode.CONSTANT_VOLTAGE, 3: OutputMode.UNREGULATED}
-
-#: How long (s) the way down waits for a reply: other instruments are still energised meanwhile.
-WAY_DOWN_TIME = 2.0
 
 
 def decode_regulation(condition: int) -> OutputMode | None:
@@ -158,11 +155,7 @@ class KeysightE36300:
                 still_on = self._switch_off()
             except (CommunicationError, ReportedError):
                 # Off may be sent twice without harm, and must not depend on one lost message or an older error.
-                try:
-                    still_on = self._switch_off()
-                except CommunicationError:
-                    session.reopen()
-                    still_on = self._switch_off()
+                still_on = session.insist(self._switch_off)
         if still_on:
             raise ReportedError(
                 self._name,

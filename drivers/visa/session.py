@@ -30,6 +30,8 @@ STALE_REPLIES = 8
 RESOURCE_ERRORS = (VisaIOError, OSError, RuntimeError)
 #: How long (s) to wait for what may still come from an instrument that had fallen silent.
 DRAIN_TIME = 1.0
+#: How long (s) the way down waits for a reply: other instruments are still energised meanwhile.
+WAY_DOWN_TIME = 2.0
 
 
 class VisaLibrary(Protocol):
@@ -186,6 +188,14 @@ class ScpiSession:
         finally:
             self._timeout = before
             self._apply_timeout()
+
+    def insist(self, action: Callable[[], T]) -> T:
+        """Return what an action that may be done twice returns, over a renewed connection where the present one fails."""
+        try:
+            return action()
+        except CommunicationError:
+            self.reopen()
+            return action()
 
     def reopen(self) -> None:
         """Open the resource anew after its connection was lost.
