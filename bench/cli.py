@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
-from bench.errors import InputError, UsageError
+from bench.errors import InputError, UsageError, message
+from procedures.text import text
 
 #: Exit statuses: something failed; the command line was wrong.
 FAILED, USAGE = 1, 2
@@ -81,17 +82,17 @@ def _run(given: list[str]) -> int:
     try:
         code = make_app()(given, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        return _refuse(given, _usage(error), USAGE)
+        return _refuse(given, InputError(_usage(error)), USAGE)
     except UsageError as error:
-        return _refuse(given, str(error), USAGE)
+        return _refuse(given, error, USAGE)
     except InputError as error:
-        return _refuse(given, str(error), FAILED)
+        return _refuse(given, error, FAILED)
     except BrokenPipeError:
         # Whoever read the output has had enough; there is nobody left to tell.
         sys.stderr.close()
         return FAILED
     except KeyboardInterrupt:
-        return _refuse(given, "interrupted by Ctrl-C", FAILED)
+        return _refuse(given, InputError(text("interrupted by Ctrl-C")), FAILED)
     except Exception as error:  # noqa: BLE001  the last place where an error becomes a message
         return _unexpected(given, error)
     return code if isinstance(code, int) else 0
@@ -102,25 +103,41 @@ def _unexpected(given: list[str], error: Exception) -> int:
     from procedures.bench import ProcedureError
 
     if isinstance(error, InstrumentError | ProcedureError):
-        return _refuse(given, str(error), FAILED)
-    return _refuse(
-        given,
-        f"a fault of the program: {type(error).__name__}: {error}; please report it with what you typed",
-        FAILED,
+        return _refuse(given, error, FAILED)
+    said = text(
+        "a fault of the program: {kind}: {error}; please report it with what you typed",
+        kind=type(error).__name__,
+        error=str(error),
     )
+    return _refuse(given, InputError(said), FAILED)
 
 
 def _usage(error: CycloptsError) -> str:
     return f"{str(error).strip()} See motorbench --help"
 
 
-def _refuse(given: list[str], words: str, code: int) -> int:
+def _refuse(given: list[str], error: Exception, code: int) -> int:
+    """Say what went wrong in the reader's language; a program that reads the JSON gets it in English."""
+    from bench.language import translator
+
     if "--json" in given:
         import json
 
-        print(json.dumps({"error": words}, ensure_ascii=False))
-    print(f"motorbench: {words}", file=sys.stderr)
+        print(json.dumps({"error": str(error)}, ensure_ascii=False))
+    print(f"motorbench: {message(error, translator(_language(given)))}", file=sys.stderr)
     return code
+
+
+def _language(given: list[str]) -> str:
+    """Return the language that a command line asks for, by the locale where it asks for none that there is."""
+    from bench.language import LANGUAGES, language_of
+
+    wish = "auto"
+    for word, following in zip(given, [*given[1:], ""], strict=True):
+        option, equals, value = word.partition("=")
+        if option == "--language":
+            wish = value if equals else following
+    return language_of(wish if wish in LANGUAGES else "auto")
 
 
 def _version() -> str:

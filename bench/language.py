@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from importlib import resources
 
 from bench.errors import UsageError
-from procedures.text import Translate, english
+from procedures.text import Translate, english, text
 
 LANGUAGES = ("en", "zh")
 
@@ -15,7 +15,7 @@ def language_of(wish: str, environment: Mapping[str, str] | None = None) -> str:
     if wish in LANGUAGES:
         return wish
     if wish != "auto":
-        raise UsageError(f"--language {wish}: allowed are {', '.join(LANGUAGES)} and auto")
+        raise UsageError(text("--language {wish}: allowed are {names} and auto", wish=wish, names=LANGUAGES))
     given = os.environ if environment is None else environment
     for name in ("LC_ALL", "LC_MESSAGES", "LANG"):
         if given.get(name):

@@ -37,7 +37,9 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
     wanted = measurements if list(names) == ["all"] else list(dict.fromkeys(names))
     for name in wanted:
         if name not in catalogue:
-            raise UsageError(f"there is no procedure {name!r}: {nearest(name, list(catalogue))}; or all")
+            raise UsageError(
+                text("there is no procedure {name!r}: {hint}; or all", name=name, hint=nearest(name, list(catalogue)))
+            )
     given: dict[str, dict[str, Any]] = {name: {} for name in wanted}
     for assignment in assignments:
         _assign(assignment, given, catalogue)
@@ -71,21 +73,37 @@ def check_roles(plan: Sequence[Planned], station: Station) -> None:
     for planned in plan:
         missing = [f"[instruments.{role.value}]" for role in planned.procedure.roles if role not in station.entries]
         if missing:
-            raise InputError(f"{station.source}: {planned.name} needs {', '.join(sorted(missing))}; add it to the file")
+            raise InputError(
+                text(
+                    "{source}: {name} needs {names}; add it to the file",
+                    source=station.source,
+                    name=planned.name,
+                    names=sorted(missing),
+                )
+            )
 
 
 def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalogue) -> None:
     key, equals, typed = assignment.partition("=")
     owner, dot, setting = key.strip().rpartition(".")
     if not equals or not setting:
-        raise UsageError(f"--set {assignment}: give name=value or procedure.name=value")
+        raise UsageError(text("--set {assignment}: give name=value or procedure.name=value", assignment=assignment))
     if dot and owner not in given:
-        raise UsageError(f"--set {assignment}: {owner} is not among the procedures of this run: {', '.join(given)}")
+        raise UsageError(
+            text(
+                "--set {assignment}: {owner} is not among the procedures of this run: {names}",
+                assignment=assignment,
+                owner=owner,
+                names=list(given),
+            )
+        )
     owners = [name for name in ([owner] if dot else given) if setting in _settings(catalogue[name])]
     if not owners:
         known = sorted({known for name in ([owner] if dot else given) for known in _settings(catalogue[name])})
-        hint = nearest(setting, known) if known else "these procedures have no settings"
-        raise UsageError(f"--set {assignment}: no setting {setting}; {hint}")
+        hint = nearest(setting, known) if known else text("these procedures have no settings")
+        raise UsageError(
+            text("--set {assignment}: no setting {setting}; {hint}", assignment=assignment, setting=setting, hint=hint)
+        )
     for name in owners:
         given[name][setting] = _value(typed.strip())
 

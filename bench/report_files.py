@@ -9,6 +9,7 @@ from bench.errors import InputError
 from bench.language import language_of, translator
 from bench.record.disk import write_file
 from bench.record.errors import RecordError
+from procedures.text import text
 
 if TYPE_CHECKING:
     from bench.record.finished_run import FinishedRun
@@ -80,7 +81,11 @@ def _write(path: Path, content: bytes) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, content)
     except RecordError as error:
-        raise InputError(f"{path}: the report cannot be written: {error.cause.strerror}") from None
+        raise InputError(
+            text("{path}: the report cannot be written: {strerror}", path=path, strerror=error.cause.strerror)
+        ) from None
     except OSError as error:
-        raise InputError(f"{path.parent}: the folder cannot be made: {error.strerror}") from None
+        raise InputError(
+            text("{parent}: the folder cannot be made: {strerror}", parent=path.parent, strerror=error.strerror)
+        ) from None
     return path

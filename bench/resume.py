@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from bench.errors import InputError
@@ -13,10 +13,12 @@ from bench.record.journal_file import Event, JournalFile, read_journal
 from bench.record.run_folder import RunFolder
 from drivers.interfaces import Instrument
 from procedures.bench import Role
+from procedures.text import Text, lines, text
 
+_FILES = {"motor": text("motor"), "station": text("station")}
 #: Changes that a message tells.
 _TOLD = 5
-_NOT_TOGETHER = "figures from before and after would not belong together"
+_NOT_TOGETHER = text("figures from before and after would not belong together")
 
 
 def begun(folder: RunFolder) -> tuple[JournalFile, Mapping[str, Any]]:
@@ -24,7 +26,10 @@ def begun(folder: RunFolder) -> tuple[JournalFile, Mapping[str, Any]]:
     read = read_journal(folder.journal)
     if not read.events or read.events[0].kind != "run_started":
         raise InputError(
-            f"{folder.journal}: the journal has no beginning, so there is nothing to go on with; start a new run"
+            text(
+                "{journal}: the journal has no beginning, so there is nothing to go on with; start a new run",
+                journal=folder.journal,
+            )
         )
     return read, read.events[0].data
 
@@ -44,20 +49,37 @@ def check_unchanged(
         changed = _changes(began.get(f"{what}_file"), content)
         if changed is None or changed:
             raise InputError(
-                f"{folder.path}: the {what} file {source} is not the one this run began with ({then.get('source')}): "
-                f"{_few(changed or ['its content'])}. {_station_remedy(station, changed) if what == 'station' else _RESTORE}; "
-                f"{_NOT_TOGETHER}"
+                text(
+                    "{path}: the {what} file {source} is not the one this run began with ({then}): "
+                    "{changes}. {remedy}; {not_together}",
+                    path=folder.path,
+                    what=_FILES[what],
+                    source=source,
+                    then=then.get("source"),
+                    changes=_few(changed or [text("its content")]),
+                    remedy=_station_remedy(station, changed) if what == "station" else _RESTORE,
+                    not_together=_NOT_TOGETHER,
+                )
             )
     then = began.get("software", {})
     changed = [
-        f"{name} was {_short(then.get(name, 'not recorded'))} and is {_short(software.get(name, 'gone'))}"
+        _change(
+            name,
+            _short(then[name]) if name in then else text("not recorded"),
+            _short(software[name]) if name in software else text("gone"),
+        )
         for name in dict.fromkeys((*then, *software))
         if then.get(name) != software.get(name)
     ]
     if changed:
         raise InputError(
-            f"{folder.path}: the software is not the one this run began with: {_few(changed)}. "
-            f"Have those versions again (requirements.lock names them), or start a new run; {_NOT_TOGETHER}"
+            text(
+                "{path}: the software is not the one this run began with: {changes}. "
+                "Have those versions again (requirements.lock names them), or start a new run; {not_together}",
+                path=folder.path,
+                changes=_few(changed),
+                not_together=_NOT_TOGETHER,
+            )
         )
 
 
@@ -68,8 +90,15 @@ def check_identities(folder: RunFolder, events: Iterable[Event], opened: Mapping
         then, now = before.get(role.value), plain(instrument.identity)
         if then is not None and then != now:
             raise InputError(
-                f"{folder.path}: another instrument answers as {role.value} than before: it was {_who(then)} and is {_who(now)}. "
-                f"Connect the former again, or start a new run; {_NOT_TOGETHER}"
+                text(
+                    "{path}: another instrument answers as {role} than before: it was {former} and is {present}. "
+                    "Connect the former again, or start a new run; {not_together}",
+                    path=folder.path,
+                    role=role.value,
+                    former=_who(then),
+                    present=_who(now),
+                    not_together=_NOT_TOGETHER,
+                )
             )
 
 
@@ -86,26 +115,32 @@ def left_unsafe(events: Iterable[Event]) -> bool:
     return failed or not ended
 
 
-_RESTORE = "Restore it, or start a new run"
+_RESTORE = text("Restore it, or start a new run")
 
 
-def _station_remedy(station: Station, changed: list[str] | None) -> str:
-    if station.control and changed and all(change.split(" ")[0].endswith(("control", "address")) for change in changed):
-        return "A bench served anew has other ports and another world: start a new run on it"
+def _station_remedy(station: Station, changed: Sequence[Text] | None) -> Text:
+    if station.control and changed:
+        keys = [str(change.values["name"]) for change in changed]
+        if all(key.endswith(("control", "address")) for key in keys):
+            return text("A bench served anew has other ports and another world: start a new run on it")
     return _RESTORE
 
 
-def _changes(before: object, after: str) -> list[str] | None:
+def _changes(before: object, after: str) -> list[Text] | None:
     """Return the keys that differ between two files; None where that cannot be told."""
     then, now = _parsed(before), _parsed(after)
     if then is None or now is None:
         return None
     flat_then, flat_now = dict(_flat(then)), dict(_flat(now))
     return [
-        f"{key} was {_shown(flat_then, key)} and is {_shown(flat_now, key)}"
+        _change(key, _shown(flat_then, key), _shown(flat_now, key))
         for key in dict.fromkeys((*flat_then, *flat_now))
         if flat_then.get(key, ...) != flat_now.get(key, ...)
     ]
+
+
+def _change(name: str, then: Text | str, now: Text | str) -> Text:
+    return text("{name} was {then} and is {now}", name=name, then=then, now=now)
 
 
 def _parsed(content: object) -> Mapping[str, Any] | None:
@@ -128,13 +163,14 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, obj
             yield f"{prefix}{key}", value
 
 
-def _shown(table: Mapping[str, object], key: str) -> str:
-    return str(table[key])[:60] if key in table else "not there"
+def _shown(table: Mapping[str, object], key: str) -> Text | str:
+    return str(table[key])[:60] if key in table else text("not there")
 
 
-def _few(changes: list[str]) -> str:
+def _few(changes: Sequence[Text]) -> Text:
     more = len(changes) - _TOLD
-    return "; ".join(changes[:_TOLD]) + (f"; and {more} more" if more > 0 else "")
+    told = [*changes[:_TOLD], *([text("and {number} more", number=more)] if more > 0 else [])]
+    return lines(told, between="; ")
 
 
 def _short(value: object) -> str:
@@ -142,6 +178,6 @@ def _short(value: object) -> str:
     return f"{said[:12]}…" if len(said) > 40 else said
 
 
-def _who(identity: object) -> str:
+def _who(identity: object) -> Text | str:
     known = identity if isinstance(identity, Mapping) else {}
-    return " ".join(str(part) for part in known.values() if part) or "unknown"
+    return " ".join(str(part) for part in known.values() if part) or text("unknown")

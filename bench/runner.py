@@ -7,10 +7,11 @@ from time import monotonic
 from typing import Any, Protocol
 
 from bench.attempt import After, Attempt, Next, stop_at_failure
+from bench.errors import message
 from bench.plan import Planned
 from bench.record.errors import RecordError
 from bench.record.journal import Journal
-from bench.record.run_view import RunView, message
+from bench.record.run_view import RunView
 from bench.record.stored_result import store, store_notice
 from bench.safety.guardian_link import Guard, Unguarded
 from bench.safety.interrupts import Interrupted, Interrupts

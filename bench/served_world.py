@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 from bench.served_clock import ServedClock
+from procedures.text import text
 
 #: A request is answered at once; who does not answer for so long (s) is gone.
 _TIMEOUT = 10.0
@@ -130,8 +131,12 @@ class ServedWorld:
             if not isinstance(error, OSError | http.client.HTTPException | ValueError):
                 raise
             raise InputError(
-                f"the virtual bench's control endpoint {self._control} does not answer ({error}); "
-                "start motorbench sim serve again and use the station file that it writes"
+                text(
+                    "the virtual bench's control endpoint {control} does not answer ({error}); "
+                    "start motorbench sim serve again and use the station file that it writes",
+                    control=self._control,
+                    error=said_by(error),
+                )
             ) from error
         if reply.status != http.HTTPStatus.OK:
             raise RuntimeError(str(told.get("error", reply.reason)))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import InputError
+from procedures.text import text
 
 if TYPE_CHECKING:
     from sim_instruments.six_step.steady_state import SteadyState
@@ -57,7 +58,9 @@ def draw(points: Sequence["SteadyState"], path: Path) -> None:
     try:
         figure.savefig(path, dpi=140)
     except OSError as error:
-        raise InputError(f"{path}: the plot cannot be written: {error.strerror}") from None
+        raise InputError(
+            text("{path}: the plot cannot be written: {strerror}", path=path, strerror=error.strerror)
+        ) from None
 
 
 def _currents(point: "SteadyState", times: NDArray[np.float64]) -> Curves:

@@ -21,6 +21,7 @@ from drivers import registry
 from drivers.in_process import InProcess
 from drivers.interfaces import Clock, Instrument
 from procedures.bench import Operator, Role
+from procedures.text import text
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -84,12 +85,17 @@ def place(
     Raises UsageError where they do not go together, InputError for a bad file.
     """
     if operator and operator not in OPERATORS:
-        raise UsageError(f"--operator {operator}: allowed are {', '.join(OPERATORS)}")
+        raise UsageError(text("--operator {operator}: allowed are {names}", operator=operator, names=OPERATORS))
     if (answers is not None) != (operator == "answers"):
-        raise UsageError("--operator answers and --answers FILE go together")
+        raise UsageError(text("--operator answers and --answers FILE go together"))
     if station == VIRTUAL:
         if operator not in ("", "virtual", "panel", "fixture"):
-            raise UsageError(f"--operator {operator}: the virtual bench has the virtual operator's hands or a fixture")
+            raise UsageError(
+                text(
+                    "--operator {operator}: the virtual bench has the virtual operator's hands or a fixture",
+                    operator=operator,
+                )
+            )
         by_fixture = operator == "fixture"
         with _virtual(motor, seed, faults, fixture=by_fixture) as made, _watched(made, operator, interrupts) as watched:
             yield watched
@@ -125,8 +131,10 @@ def place_at(
     if operator == "virtual" or (read.control and operator in ("", "fixture")):
         if not read.control:
             raise UsageError(
-                "--operator virtual works on a virtual bench only: --station virtual, "
-                "or a station file with [station] control, as motorbench sim serve writes it"
+                text(
+                    "--operator virtual works on a virtual bench only: --station virtual, "
+                    "or a station file with [station] control, as motorbench sim serve writes it"
+                )
             )
         with _served(read, seed, faults, fixture=operator == "fixture") as made:
             yield made
@@ -147,8 +155,11 @@ def place_at(
 def _refuse_faults(station: Station, faults: "Sequence[GivenFault]") -> None:
     if faults:
         raise UsageError(
-            f"--faults, --fault: {station.source} is no virtual bench, and faults are injected on one only: --station virtual, "
-            "or a station file with [station] control, as motorbench sim serve writes it"
+            text(
+                "--faults, --fault: {source} is no virtual bench, and faults are injected on one only: --station virtual, "
+                "or a station file with [station] control, as motorbench sim serve writes it",
+                source=station.source,
+            )
         )
 
 
@@ -159,8 +170,11 @@ def with_fixture(made: Place, thermometer: Callable[[], float | None]) -> Place:
     there = ROLES & made.station.entries.keys()
     if not there:
         raise UsageError(
-            f"--operator fixture: {made.station.source} has neither [instruments.switch_matrix] nor "
-            "[instruments.rotor_actuator], which do the work of hands"
+            text(
+                "--operator fixture: {source} has neither [instruments.switch_matrix] nor "
+                "[instruments.rotor_actuator], which do the work of hands",
+                source=made.station.source,
+            )
         )
     fixture = FixtureOperator(made.clock, thermometer)
     return replace(

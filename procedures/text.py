@@ -1,6 +1,6 @@
 """Sentences for people, kept apart from their language."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 #: Gives a template in the reader's language; the English template is the key.
@@ -30,6 +30,12 @@ class Text:
 def text(template: str, **values: object) -> Text:
     """Make a Text; the extraction of translatable sentences looks for this name."""
     return Text(template, values)
+
+
+def lines(sentences: Iterable[Text | str], between: str = "\n") -> Text:
+    """Return sentences as one Text, each on a line of its own, or with something else `between` them."""
+    values = {f"line{number}": sentence for number, sentence in enumerate(sentences)}
+    return Text(between.join(f"{{{name}}}" for name in values), values)
 
 
 #: What stands between the items of a list; Chinese has a comma of its own for it.

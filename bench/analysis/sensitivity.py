@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 from procedures.estimation.fit import EstimationError, Fit
+from procedures.text import text
 
 #: Changes below this share of the estimate's own uncertainty are the solver's, not the error's.
 _NEGLIGIBLE = 1e-3
@@ -18,6 +19,12 @@ def half_differences(fit: Fit, names: Sequence[str], again: Callable[[float], Fi
     try:
         above, below = again(1.0), again(-1.0)
     except EstimationError as error:
-        raise InputError(f"accuracy of {what}: readings off by that much give no estimate: {error}") from error
+        raise InputError(
+            text(
+                "accuracy of {what}: readings off by that much give no estimate: {error}",
+                what=what,
+                error=said_by(error),
+            )
+        ) from error
     changes = {name: 0.5 * (above.value(name) - below.value(name)) for name in names}
     return {name: by if abs(by) > _NEGLIGIBLE * fit.uncertainty(name) else 0.0 for name, by in changes.items()}

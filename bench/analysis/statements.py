@@ -8,12 +8,13 @@ from pathlib import Path
 from pydantic import Field
 
 from bench.captures.units import si
-from bench.errors import InputError, UsageError
+from bench.errors import InputError, UsageError, at
 from bench.files.toml_file import Section, read, validate
+from procedures.text import Text, text
 
 _RELATIVE = {"%": 1e-2, "ppm": 1e-6}
 _TERM = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*(%|[^\d\s+.%][^\s+%]*)\s*")
-_WANTED = "a gain in % or ppm, an offset with its unit, or both, as in 2%+5mV"
+_WANTED = text("a gain in % or ppm, an offset with its unit, or both, as in 2%+5mV")
 #: A larger error of gain makes no interval: the reading says next to nothing.
 _LARGEST_GAIN = 0.5
 
@@ -34,10 +35,10 @@ class Statement:
     instrument: str = ""
     typed: bool = False
 
-    def error(self, what: str) -> InputError:
+    def error(self, what: Text | str) -> InputError:
         """Return the error that says what is wrong with this statement."""
         kind = UsageError if self.typed else InputError
-        return kind(f"{self.given}: {what}")
+        return kind(at(self.given, what))
 
 
 class _Table(Section):
@@ -64,15 +65,26 @@ def read_statements(words: Sequence[str] = (), file: Path | None = None) -> tupl
         name = name.strip()
         given = f"--accuracy {word}"
         if not (name and mark):
-            raise UsageError(f"{given}: give NAME=LIMITS: a channel's name or a kind, then {_WANTED}")
+            raise UsageError(
+                text(
+                    "{given}: give NAME=LIMITS: a channel's name or a kind, then {wanted}", given=given, wanted=_WANTED
+                )
+            )
         if name in typed:
-            raise UsageError(f"{given}: {name} was stated before, by {typed[name].given}; state each name once")
+            raise UsageError(
+                text(
+                    "{given}: {name} was stated before, by {before}; state each name once",
+                    given=given,
+                    name=name,
+                    before=typed[name].given,
+                )
+            )
         typed[name] = _parse(name, limits, given, typed=True)
     return tuple({**stated, **typed}.values())
 
 
 def _of_file(file: Path) -> list[Statement]:
-    _, content = read(file, "accuracy file")
+    _, content = read(file, text("accuracy file"))
     found = []
     for name, entry in content.items():
         if isinstance(entry, str):
@@ -82,7 +94,13 @@ def _of_file(file: Path) -> list[Statement]:
             found.append(Statement(name, table.gain, table.offset, "", f"{file}: [{name}]", table.instrument))
         else:
             raise InputError(
-                f"{file}: {name} = {entry!r}; allowed is text with {_WANTED}, or a table with gain, offset, instrument"
+                text(
+                    "{file}: {name} = {entry}; allowed is text with {wanted}, or a table with gain, offset, instrument",
+                    file=file,
+                    name=name,
+                    entry=repr(entry),
+                    wanted=_WANTED,
+                )
             )
     return found
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from bench.errors import UsageError
+from procedures.text import text
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,9 @@ def magnet_temperature(celsius: float | None, half_width: float | None, coeffici
 def _known(celsius: float | None, half_width: float | None, coefficient: float) -> Temperature | None:
     if celsius is None:
         if half_width is not None:
-            raise UsageError(f"--temperature-uncertainty {half_width:g}: give --temperature too, °C")
+            raise UsageError(
+                text("--temperature-uncertainty {half_width:g}: give --temperature too, °C", half_width=half_width)
+            )
         return None
     half_width = 2.0 if half_width is None else half_width
     _within("temperature", celsius, -60.0, 250.0, "°C")
@@ -42,4 +45,13 @@ def _known(celsius: float | None, half_width: float | None, coefficient: float) 
 
 def _within(option: str, value: float, low: float, high: float, unit: str) -> None:
     if not (math.isfinite(value) and low <= value <= high):
-        raise UsageError(f"--{option} {value:g}: allowed is a number from {low:g} to {high:g} {unit}")
+        raise UsageError(
+            text(
+                "--{option} {value:g}: allowed is a number from {low:g} to {high:g} {unit}",
+                option=option,
+                value=value,
+                low=low,
+                high=high,
+                unit=unit,
+            )
+        )

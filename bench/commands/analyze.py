@@ -6,6 +6,7 @@ from typing import Literal
 
 from bench.commands.analyze_output import print_analysis
 from bench.errors import UsageError
+from procedures.text import text
 
 
 def back_emf(
@@ -249,7 +250,7 @@ def rotor_sweep(
 
 def _some(files: Sequence[Path]) -> Sequence[Path]:
     if not files:
-        raise UsageError("name at least one file")
+        raise UsageError(text("name at least one file"))
     return files
 
 
@@ -262,5 +263,5 @@ def _factors(given: Sequence[str]) -> dict[str, float]:
         except ValueError:
             name = ""
         if not name:
-            raise UsageError(f"--scale {word}: give NAME=FACTOR, as in CHAN3=10")
+            raise UsageError(text("--scale {word}: give NAME=FACTOR, as in CHAN3=10", word=word))
     return factors

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from bench.commands.output import print_json
 from bench.eol.record import MotorRecord
 from bench.errors import InputError, UsageError
+from procedures.text import text
 
 Format = Literal["csv", "parquet", "junit", "jsonl"]
 
@@ -43,14 +44,16 @@ def export(
     from bench.eol.store.records import Records
 
     if out is None and (json or format_ == "parquet"):
-        raise UsageError("--json and --format parquet go with --out FILE")
+        raise UsageError(text("--json and --format parquet go with --out FILE"))
     engine = open_database(records, existing=True)
     try:
         kept = Records(engine)
         there = kept.batches()
         for name in batches:
             if name not in there:
-                raise InputError(f"there is no batch {name!r}; there are: {', '.join(there[:20]) or 'none'}")
+                raise InputError(
+                    text("there is no batch {name!r}; there are: {names}", name=name, names=there[:20] or text("none"))
+                )
         found = (record for name in (dict.fromkeys(batches) or [None]) for record in kept.read(name))
         if out is None:
             _writer(format_)(found, sys.stdout.buffer)
@@ -100,7 +103,9 @@ def _whole(out: Path, write: Callable[[Iterable[MotorRecord], IO[bytes]], int], 
         made.chmod(0o666 & ~umask)
         made.replace(out)
     except OSError as error:
-        raise InputError(f"{out} cannot be written: {error.strerror or error}") from error
+        raise InputError(
+            text("{out} cannot be written: {error}", out=out, error=error.strerror or str(error))
+        ) from error
     finally:
         if made is not None:
             made.unlink(missing_ok=True)

@@ -7,6 +7,7 @@ from cyclopts import Parameter
 from bench.commands.output import print_json
 from bench.errors import UsageError
 from bench.language import language_of, translator
+from procedures.text import text
 
 _RULES = range(1, 9)
 
@@ -56,11 +57,11 @@ def stats(
 
     """
     if not 0.0 < alpha < 1.0 or not 0.5 <= confidence < 1.0:
-        raise UsageError("--alpha lies between 0 and 1, --confidence from 0.5 to below 1")
+        raise UsageError(text("--alpha lies between 0 and 1, --confidence from 0.5 to below 1"))
     if not 2 <= last <= 10_000:
-        raise UsageError(f"--last {last}: 2 to 10000 is allowed")
+        raise UsageError(text("--last {last}: 2 to 10000 is allowed", last=last))
     if not set(rule) <= set(_RULES):
-        raise UsageError(f"--rule {' '.join(map(str, rule))}: Nelson's rules are 1 to 8")
+        raise UsageError(text("--rule {names}: Nelson's rules are 1 to 8", names=" ".join(map(str, rule))))
     from bench.commands.eol_stats_json import gauge_as_dict, statistics_as_dict
     from bench.commands.eol_stats_output import print_gauge, print_statistics
     from bench.eol.line_statistics import Wanted, gauge_studies, line_statistics

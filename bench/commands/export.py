@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from bench.commands.output import print_json
-from bench.errors import InputError, UsageError
+from bench.errors import InputError, UsageError, at
 from bench.files.toml_file import nearest
 from bench.language import language_of, translator
+from procedures.text import text
 
 if TYPE_CHECKING:
     from reports.exports.target import Sheet, Target
@@ -56,16 +57,28 @@ def export(
 
     target = TARGETS.get(for_)
     if target is None:
-        raise UsageError(f"--for {for_}: {nearest(for_, list(TARGETS))}")
+        raise UsageError(at(f"--for {for_}", nearest(for_, list(TARGETS))))
     if largest_uncertainty is not None and not 0.0 < largest_uncertainty <= 1.0:
-        raise UsageError(f"--largest-uncertainty {largest_uncertainty:g}: a number above 0 and up to 1 is allowed")
+        raise UsageError(
+            text(
+                "--largest-uncertainty {largest_uncertainty:g}: a number above 0 and up to 1 is allowed",
+                largest_uncertainty=largest_uncertainty,
+            )
+        )
     translate = translator(language_of(language))
     read = read_run(run, runs)
     try:
         sheet = sheet_for(target, subject_of(read), Limits(largest_uncertainty))
     except ExportRefusedError as refused:
         reasons = "\n".join(f"  {reason.render(translate)}" for reason in refused.reasons)
-        raise InputError(f"{read.folder.path} cannot be exported for {target.title}:\n{reasons}") from None
+        raise InputError(
+            text(
+                "{path} cannot be exported for {title}:\n{reasons}",
+                path=read.folder.path,
+                title=target.title,
+                reasons=reasons,
+            )
+        ) from None
     content = target.write(sheet)
     if output is not None:
         _write(output, content)
@@ -92,7 +105,9 @@ def _write(path: Path, content: str) -> None:
         part.replace(path)
     except OSError as error:
         part.unlink(missing_ok=True)
-        raise InputError(f"{path}: the file cannot be written: {error.strerror}") from None
+        raise InputError(
+            text("{path}: the file cannot be written: {strerror}", path=path, strerror=error.strerror)
+        ) from None
 
 
 def _as_dict(target: "Target", sheet: "Sheet", content: str, output: Path | None) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from bench.commands.output import print_json
 from bench.errors import UsageError
+from procedures.text import text
 
 FORMATS = ("html", "pdf", "both")
 LANGUAGES = ("en", "zh", "both", "auto")
@@ -38,9 +39,9 @@ def report(
 
     """
     if format not in FORMATS:
-        raise UsageError(f"--format {format}: allowed are {', '.join(FORMATS)}")
+        raise UsageError(text("--format {format}: allowed are {names}", format=format, names=FORMATS))
     if language not in LANGUAGES:
-        raise UsageError(f"--language {language}: allowed are {', '.join(LANGUAGES)}")
+        raise UsageError(text("--language {language}: allowed are {names}", language=language, names=LANGUAGES))
     from bench.record.finished_run import read_run
     from bench.report_files import rendered_by_two, write_both, write_page, write_paper
 

@@ -105,7 +105,13 @@ def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) 
     found = view.parameters()
     for name in names:
         if name not in found.parameters:
-            raise UsageError(f"--budget {name}: the run has no such parameter; {nearest(name, list(found.parameters))}")
+            raise UsageError(
+                text(
+                    "--budget {name}: the run has no such parameter; {hint}",
+                    name=name,
+                    hint=nearest(name, list(found.parameters)),
+                )
+            )
     wanted: list[Measured] = []
     for name in names or found.parameters:
         wanted += [found.parameters[name], *found.alternatives[name]]

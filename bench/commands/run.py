@@ -16,6 +16,7 @@ from bench.record.run_folder import existing_run_folder
 from bench.session import Wishes
 from bench.session import run as run_session
 from procedures.catalogue import catalogue
+from procedures.text import text
 
 if TYPE_CHECKING:
     from bench.files.fault_file import GivenFault
@@ -99,13 +100,19 @@ def run(
         serial_number = serial_number or began.get("motor", {}).get("serial_number", "")
     unknown = sorted(set(repeat) - set(procedures))
     if repeat and folder is None:
-        raise UsageError("--repeat goes with --resume RUN")
+        raise UsageError(text("--repeat goes with --resume RUN"))
     if unknown:
-        raise UsageError(f"--repeat {unknown[0]}: it is not among the procedures of this run: {', '.join(procedures)}")
+        raise UsageError(
+            text(
+                "--repeat {unknown}: it is not among the procedures of this run: {names}",
+                unknown=unknown[0],
+                names=procedures,
+            )
+        )
     if not procedures:
-        raise UsageError("name at least one procedure, or all; motorbench procedures lists them")
+        raise UsageError(text("name at least one procedure, or all; motorbench procedures lists them"))
     if station is None or motor is None:
-        raise UsageError("--station FILE|virtual and --motor FILE are needed")
+        raise UsageError(text("--station FILE|virtual and --motor FILE are needed"))
     chosen = language_of(language)
     wishes = Wishes(
         procedures=procedures,
@@ -155,7 +162,12 @@ def _numbered(motor: MotorFile, serial_number: str) -> MotorFile:
     if not serial_number:
         return motor
     if len(serial_number) > 64 or not serial_number.isprintable():
-        raise UsageError(f"--serial-number {serial_number!r}: allowed are up to 64 printable characters")
+        raise UsageError(
+            text(
+                "--serial-number {serial_number!r}: allowed are up to 64 printable characters",
+                serial_number=serial_number,
+            )
+        )
     return replace(motor, nameplate=replace(motor.nameplate, serial_number=serial_number))
 
 

@@ -5,6 +5,7 @@ from ipaddress import ip_address
 from pathlib import Path
 
 from bench.errors import InputError, UsageError
+from procedures.text import text
 
 
 def serve(
@@ -44,13 +45,16 @@ def serve(
 
     """
     if virtual == bool(station):
-        raise UsageError("give --station FILE, or --virtual for the virtual bench")
+        raise UsageError(text("give --station FILE, or --virtual for the virtual bench"))
     if station and not Path(station).is_file():
-        raise InputError(f"{station}: there is no such station file")
+        raise InputError(text("{station}: there is no such station file", station=station))
     if not _is_loopback(host) and people is None:
         raise UsageError(
-            f"--host {host} opens the panel to a network, where everyone could start the motor; "
-            "add --people FILE (motorbench user add makes it)"
+            text(
+                "--host {host} opens the panel to a network, where everyone could start the motor; "
+                "add --people FILE (motorbench user add makes it)",
+                host=host,
+            )
         )
     from nicegui import ui
 
@@ -76,4 +80,4 @@ def _is_loopback(host: str) -> bool:
     try:
         return host == "localhost" or ip_address(host).is_loopback
     except ValueError:
-        raise UsageError(f"--host {host}: give an IP address") from None
+        raise UsageError(text("--host {host}: give an IP address", host=host)) from None

@@ -9,7 +9,8 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.errors import InputError, UsageError
+from bench.errors import InputError, UsageError, said_by
+from procedures.text import text
 
 if TYPE_CHECKING:
     from sim_instruments.served_bench import ServedBench
@@ -61,7 +62,14 @@ def serve(
     from sim_instruments.served_bench import ServedBench
 
     if not SLOWEST <= speedup <= FASTEST:
-        raise UsageError(f"--speedup {speedup:g}: allowed is {SLOWEST:g} to {FASTEST:g}")
+        raise UsageError(
+            text(
+                "--speedup {speedup:g}: allowed is {slowest:g} to {fastest:g}",
+                speedup=speedup,
+                slowest=SLOWEST,
+                fastest=FASTEST,
+            )
+        )
     _check_host(host)
     given = given_faults(faults, fault)
     read = load_motor(motor)
@@ -92,14 +100,16 @@ def _opened(
     try:
         return kind(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, **more)
     except OSError as error:
-        raise InputError(f"the virtual bench cannot be served on {host}: {error}") from error
+        raise InputError(
+            text("the virtual bench cannot be served on {host}: {error}", host=host, error=said_by(error))
+        ) from error
 
 
 def _check_host(host: str) -> None:
     try:
         ipaddress.IPv4Address(host)
     except ValueError:
-        raise UsageError(f"--host {host}: give an IPv4 address, like 127.0.0.1") from None
+        raise UsageError(text("--host {host}: give an IPv4 address, like 127.0.0.1", host=host)) from None
 
 
 def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: bool, seed: int) -> None:
@@ -139,4 +149,6 @@ def _write(file: Path, content: str) -> None:
         draft.write_text(content, encoding="utf-8")
         draft.replace(file)
     except OSError as error:
-        raise InputError(f"{file}: the station file cannot be written: {error.strerror}") from error
+        raise InputError(
+            text("{file}: the station file cannot be written: {strerror}", file=file, strerror=error.strerror)
+        ) from error

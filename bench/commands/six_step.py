@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.errors import InputError, UsageError
+from bench.errors import InputError, UsageError, at, said_by
+from procedures.text import text
 
 if TYPE_CHECKING:
     from sim_instruments.six_step.state import Bridge
@@ -34,7 +35,7 @@ def six_step(
     from sim_instruments.six_step.state import Bridge
 
     if bool(speed) == bool(load):
-        raise UsageError("give either --speed RPM… or --load NM…, one of the two")
+        raise UsageError(text("give either --speed RPM… or --load NM…, one of the two"))
     _check_plot(plot, len(speed or load or []))
     bridge = Bridge(load_drive(motor))
     points = [_point(bridge, motor, speed=value) for value in speed or []]
@@ -57,9 +58,15 @@ def _check_plot(plot: Path | None, points: int) -> None:
     if plot is None:
         return
     if plot.suffix.lower() not in (".svg", ".png"):
-        raise UsageError(f"--plot {plot}: a name ending in .svg or .png is allowed")
+        raise UsageError(text("--plot {plot}: a name ending in .svg or .png is allowed", plot=plot))
     if points > _MOST_PLOTTED:
-        raise UsageError(f"--plot shows up to {_MOST_PLOTTED} points beside each other, not {points}; give fewer")
+        raise UsageError(
+            text(
+                "--plot shows up to {most_plotted} points beside each other, not {points}; give fewer",
+                most_plotted=_MOST_PLOTTED,
+                points=points,
+            )
+        )
 
 
 def _point(bridge: "Bridge", motor: str, *, speed: float = 0.0, load: float | None = None) -> "SteadyState":
@@ -68,11 +75,13 @@ def _point(bridge: "Bridge", motor: str, *, speed: float = 0.0, load: float | No
     from sim_instruments.six_step.steady_state import steady_state
 
     if load is None and not (math.isfinite(speed) and speed > 0):
-        raise InputError(f"--speed {speed:g}: a finite speed above 0 rpm is allowed; a drive at rest has no period")
+        raise InputError(
+            text("--speed {speed:g}: a finite speed above 0 rpm is allowed; a drive at rest has no period", speed=speed)
+        )
     try:
         return steady_state(bridge, speed * _RPM) if load is None else balance_load(bridge, load)
     except SixStepError as error:
-        raise InputError(f"{motor}: {error}") from None
+        raise InputError(at(motor, said_by(error))) from None
 
 
 def as_json(point: "SteadyState") -> dict[str, Any]:

@@ -10,6 +10,7 @@ from bench.commands.output import console_on, print_json
 from bench.errors import InputError, UsageError
 from bench.files.station import Entry, Station, load_station
 from bench.instruments import StationInstruments, system_visa
+from bench.language import language_of, translator
 from bench.record.unrecorded import Unrecorded
 from bench.safety.interlocks import Interlocks, closed
 from bench.safety.latch import Latch
@@ -17,6 +18,7 @@ from drivers.interfaces import InstrumentError
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role
 from procedures.nameplate import Connection, Nameplate
+from procedures.text import english, text
 
 
 class _Nobody:
@@ -30,19 +32,22 @@ class _Nobody:
         """Go on."""
 
 
-def check(station: Path, *, json: bool = False) -> int:
+def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     """Open every instrument of a station file, say who answers and whose calibration is overdue; nothing is energised.
 
     Parameters
     ----------
     station
         The station file.
+    language
+        en, zh, or auto by the locale; JSON is English where none is asked for.
     json
         Print one JSON object and nothing else.
 
     """
+    translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
-    overdue = [str(notice.message) for notice in read.check_calibrations(wall_date(), read.entries)]
+    overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
     nowhere = Unrecorded()
     plate = Nameplate("none", Connection.WYE, rated_current=1e-3)
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, _Nobody())
@@ -85,10 +90,10 @@ def reset(station: Path, *, by: str, json: bool = False) -> int:
 
     """
     if not by.strip():
-        raise UsageError("--by NAME: a person resets, and the record keeps who it was")
+        raise UsageError(text("--by NAME: a person resets, and the record keeps who it was"))
     read = load_station(station)
     if not read.interlocks:
-        raise InputError(f"{station}: the station has no [interlocks]; there is nothing to reset")
+        raise InputError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
     with closed(read.interlocks, str(station)):
         trip = Latch(station).reset(by.strip())
     if json:

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from bench.errors import UsageError
+from procedures.text import text
 
 
 def add(name: str, *, role: str = "operator", file: Path = Path("people.toml")) -> int:
@@ -25,7 +26,7 @@ def add(name: str, *, role: str = "operator", file: Path = Path("people.toml")) 
     if sys.stdin.isatty():
         password = getpass.getpass("Password: ")
         if getpass.getpass("Again: ") != password:
-            raise UsageError("the two passwords differ; nothing was changed")
+            raise UsageError(text("the two passwords differ; nothing was changed"))
     else:
         password = sys.stdin.readline().rstrip("\r\n")
     add_person(file, name, role, password)

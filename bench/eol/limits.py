@@ -6,6 +6,7 @@ from enum import Enum
 
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
+from procedures.text import text
 
 
 class Guard(Enum):
@@ -30,7 +31,7 @@ class Limits:
 
     def __post_init__(self) -> None:
         if math.isnan(self.low) or math.isnan(self.high) or self.low > self.high:
-            raise ValueError(f"limits {self.low:g} … {self.high:g} are reversed")
+            raise ValueError(text("limits {low:g} … {high:g} are reversed", low=self.low, high=self.high))
 
     @property
     def tolerance(self) -> float:
@@ -74,7 +75,16 @@ def check_ratio(parameter: str, limits: Limits, expanded: float, minimum: float,
     ratio = limits.tolerance / (2.0 * expanded)
     if ratio < minimum:
         raise InputError(
-            f"{source}: {parameter}: the limits {limits.low:g} … {limits.high:g} are {ratio:.2g} times as wide as the measurement's "
-            f"95 % interval (± {expanded:.3g}), and the plan asks for {minimum:g} at least; widen the limits, measure it "
-            "by a more certain procedure, or lower plan.minimum_ratio"
+            text(
+                "{source}: {parameter}: the limits {low:g} … {high:g} are {ratio:.2g} times as wide as the measurement's "
+                "95 % interval (± {expanded:.3g}), and the plan asks for {minimum:g} at least; widen the limits, measure it "
+                "by a more certain procedure, or lower plan.minimum_ratio",
+                source=source,
+                parameter=parameter,
+                low=limits.low,
+                high=limits.high,
+                ratio=ratio,
+                expanded=expanded,
+                minimum=minimum,
+            )
         )

@@ -29,6 +29,7 @@ from bench.eol.store.tallies import (
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
 from bench.files.toml_file import nearest
+from procedures.text import text
 
 #: Rules of the control chart that are looked for where none are named (Nelson's numbers).
 RULES = (1, 2, 3, 5, 6)
@@ -141,7 +142,9 @@ def _names(connection: Connection, wished: Sequence[str]) -> list[str]:
     there = parameters(connection)
     for name in wished:
         if name not in there:
-            raise InputError(f"the records have no parameter {name!r}; {nearest(name, there)}")
+            raise InputError(
+                text("the records have no parameter {name!r}; {hint}", name=name, hint=nearest(name, there))
+            )
     return list(wished) or there
 
 

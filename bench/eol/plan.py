@@ -13,8 +13,9 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from bench.eol.limits import Guard, Limits
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 from bench.files.toml_file import Section, nearest, read, validate
+from procedures.text import text
 
 OnFailure = Literal["stop", "go_on", "retry"]
 KeepWaveforms = Literal["all", "failed", "none"]
@@ -53,7 +54,13 @@ class _Plan(Section):
                 warnings.simplefilter("error")
                 re.compile(pattern)
         except (re.error, Warning, OverflowError, RecursionError) as error:
-            raise ValueError(f"serial_pattern = {pattern!r} is no regular expression: {error}") from None
+            raise ValueError(
+                text(
+                    "serial_pattern = {pattern!r} is no regular expression: {error}",
+                    pattern=pattern,
+                    error=said_by(error),
+                )
+            ) from None
         return pattern
 
 
@@ -83,9 +90,18 @@ class _Limit(Section):
     def _one_way(self) -> "_Limit":
         absolute = self.low is not None or self.high is not None
         if absolute == (self.percent is not None):
-            raise ValueError(f"limit on {self.parameter}: give low and high (or one of them), or percent")
+            raise ValueError(
+                text("limit on {parameter}: give low and high (or one of them), or percent", parameter=self.parameter)
+            )
         if self.low is not None and self.high is not None and self.low > self.high:
-            raise ValueError(f"limit on {self.parameter}: low = {self.low:g} is above high = {self.high:g}")
+            raise ValueError(
+                text(
+                    "limit on {parameter}: low = {low:g} is above high = {high:g}",
+                    parameter=self.parameter,
+                    low=self.low,
+                    high=self.high,
+                )
+            )
         return self
 
 
@@ -108,7 +124,9 @@ class SpreadSection(Section):
         except (ValueError, LookupError, AttributeError):
             differs = False
         if not differs:
-            raise ValueError(f'serial = {pattern!r}: put the number in by {{number}}, like "V{{number:06d}}"')
+            raise ValueError(
+                text('serial = {pattern!r}: put the number in by {{number}}, like "V{{number:06d}}"', pattern=pattern)
+            )
         return pattern
 
 
@@ -124,20 +142,26 @@ class PlanFile(Section):
     @model_validator(mode="after")
     def _consistent(self) -> "PlanFile":
         for what, names in (
-            ("procedure", [procedure.name for procedure in self.procedure]),
-            ("limit", [limit.parameter for limit in self.limit]),
+            (text("procedure"), [procedure.name for procedure in self.procedure]),
+            (text("limit"), [limit.parameter for limit in self.limit]),
         ):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
-                raise ValueError(f"{what} {twice[0]} stands twice")
+                raise ValueError(text("{what} {twice} stands twice", what=what, twice=twice[0]))
         names = [procedure.name for procedure in self.procedure]
         for place, procedure in enumerate(self.procedure):
             for before in procedure.after:
                 if before not in names[:place]:
-                    raise ValueError(f"procedure {procedure.name}: after {before!r}: it is not listed before it")
+                    raise ValueError(
+                        text(
+                            "procedure {name}: after {before!r}: it is not listed before it",
+                            name=procedure.name,
+                            before=before,
+                        )
+                    )
         for limit in self.limit:
             if limit.of == "golden" and limit.percent is not None and limit.parameter not in self.golden:
-                raise ValueError(f"limit on {limit.parameter}: golden.{limit.parameter} is missing")
+                raise ValueError(text("limit on {parameter}: golden.{parameter} is missing", parameter=limit.parameter))
         return self
 
 
@@ -183,8 +207,13 @@ class Plan:
         for parameter, percent in self.relative.items():
             if parameter not in expected:
                 raise InputError(
-                    f"{self.source}: limit on {parameter}: the type has no value for it; "
-                    f"add expected.{parameter} to the motor file {self.motor}, or give low and high"
+                    text(
+                        "{source}: limit on {parameter}: the type has no value for it; "
+                        "add expected.{parameter} to the motor file {motor}, or give low and high",
+                        source=self.source,
+                        parameter=parameter,
+                        motor=self.motor,
+                    )
                 )
             found[parameter] = _about(expected[parameter], percent)
         return found
@@ -192,18 +221,31 @@ class Plan:
     def check_serial(self, serial: str) -> None:
         """Refuse a serial number (InputError) that does not match the plan's pattern or cannot be printed."""
         if not serial.isprintable() or len(serial) > 64:
-            raise InputError(f"serial number {serial!r}: allowed are up to 64 printable characters")
+            raise InputError(text("serial number {serial!r}: allowed are up to 64 printable characters", serial=serial))
         if re.fullmatch(self.serial_pattern, serial) is None:
-            raise InputError(f"serial number {serial!r} does not match the plan's pattern {self.serial_pattern!r}")
+            raise InputError(
+                text(
+                    "serial number {serial!r} does not match the plan's pattern {serial_pattern!r}",
+                    serial=serial,
+                    serial_pattern=self.serial_pattern,
+                )
+            )
 
 
 def load_plan(path: Path, procedures: Sequence[str]) -> Plan:
     """Read a plan; `procedures` are the names there are. Raises InputError naming file, key and what is allowed."""
-    content, data = read(path, "plan")
+    content, data = read(path, text("plan"))
     file = validate(PlanFile, data, str(path))
     for check in file.procedure:
         if check.name not in procedures:
-            raise InputError(f"{path}: procedure {check.name!r}: {nearest(check.name, list(procedures))}")
+            raise InputError(
+                text(
+                    "{path}: procedure {name!r}: {hint}",
+                    path=path,
+                    name=check.name,
+                    hint=nearest(check.name, list(procedures)),
+                )
+            )
     plan = file.plan
     absolute = {
         limit.parameter: Limits(

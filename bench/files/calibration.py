@@ -10,26 +10,31 @@ from pydantic import Field, model_validator
 from bench.errors import InputError
 from bench.files.toml_file import Section, validate
 from procedures.result import Notice
-from procedures.text import text
+from procedures.text import lines, text
 
 #: Key of an instrument's table under which both the entry and a driver's own accuracies stand.
 KEY = "calibration"
 #: Key of the entry's table that holds the accuracies of a driver that takes a list of them.
 _POINTS = "points"
-_DATE = "a date without quotes, as 2026-03-31"
 
 
 class CalibrationSection(Section):
     """`[instruments.<role>.calibration]`: when, until when, by which certificate."""
 
-    date: datetime.date = Field(strict=True, description=_DATE)
-    due: datetime.date = Field(strict=True, description=_DATE)
+    date: datetime.date = Field(strict=True, description="a date without quotes, as 2026-03-31")
+    due: datetime.date = Field(strict=True, description="a date without quotes, as 2026-03-31")
     certificate: str = Field(min_length=1, description="the certificate's number, text in quotes")
 
     @model_validator(mode="after")
     def _in_order(self) -> "CalibrationSection":
         if self.due < self.date:
-            raise ValueError(f"due = {self.due} lies before date = {self.date}; allowed is a due date on or after it")
+            raise ValueError(
+                text(
+                    "due = {due} lies before date = {date}; allowed is a due date on or after it",
+                    due=self.due,
+                    date=self.date,
+                )
+            )
         return self
 
 
@@ -83,15 +88,30 @@ def check(
     for role, calibration in found:
         if calibration.date > today:
             raise InputError(
-                f"{source}: instruments.{role}.{KEY}.date = {calibration.date} lies in the future; "
-                f"allowed is a date up to today, {today}. Correct the file or this computer's date"
+                text(
+                    "{source}: instruments.{role}.{key}.date = {date} lies in the future; "
+                    "allowed is a date up to today, {today}. Correct the file or this computer's date",
+                    source=source,
+                    role=role,
+                    key=KEY,
+                    date=calibration.date,
+                    today=today,
+                )
             )
     overdue = [(role, calibration) for role, calibration in found if role in used and today > calibration.due]
     if refuse and overdue:
         raise InputError(
-            "\n".join(
-                f"{source}: instruments.{role}.{KEY}: certificate {calibration.certificate} was due on {calibration.due} and today is "
-                f"{today}; the station refuses what is overdue. Calibrate it and enter the new certificate"
+            lines(
+                text(
+                    "{source}: instruments.{role}.{key}: certificate {certificate} was due on {due} and today is {today}; "
+                    "the station refuses what is overdue. Calibrate it and enter the new certificate",
+                    source=source,
+                    role=role,
+                    key=KEY,
+                    certificate=calibration.certificate,
+                    due=calibration.due,
+                    today=today,
+                )
                 for role, calibration in overdue
             )
         )

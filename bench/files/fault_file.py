@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
 from bench.files.fault_phrase import parse_phrase
 from bench.files.toml_file import nearest, read, validate
 from procedures.catalogue import catalogue
+from procedures.text import text
 from sim_instruments.injection.catalogue import kinds
 from sim_instruments.injection.description import Description
 
@@ -31,14 +32,14 @@ def given_faults(file: Path | None, phrases: Sequence[str] = ()) -> tuple[GivenF
 
 def load_faults(path: Path) -> list[GivenFault]:
     """Return the faults of a file. Raises InputError with file, key and what is allowed."""
-    _, data = read(path, "fault file")
+    _, data = read(path, text("fault file"))
     name = str(path)
     for key in data:
         if key != _TABLE:
-            raise InputError(f"{name}: unknown key {key}; {nearest(key, [_TABLE])}")
+            raise InputError(text("{name}: unknown key {key}; {hint}", name=name, key=key, hint=nearest(key, [_TABLE])))
     tables = data.get(_TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables) or not tables:
-        raise InputError(f"{name}: give at least one table [[{_TABLE}]]")
+        raise InputError(text("{name}: give at least one table [[{table}]]", name=name, table=_TABLE))
     return [_fault(table, name, f"{_TABLE}[{number}]") for number, table in enumerate(tables)]
 
 
@@ -48,7 +49,7 @@ def inject(faults: Sequence[GivenFault], add: Callable[[Description], object]) -
         try:
             add(fault.described)
         except (ValueError, RuntimeError) as error:
-            raise InputError(f"{fault.source}: {error}") from None
+            raise InputError(at(fault.source, said_by(error))) from None
 
 
 def _fault(data: Mapping[str, Any], name: str, prefix: str) -> GivenFault:
@@ -56,9 +57,15 @@ def _fault(data: Mapping[str, Any], name: str, prefix: str) -> GivenFault:
     known = kinds()
     kind = data.get("fault")
     if not isinstance(kind, str) or kind not in known:
-        said = f"{kind!r} is not known; {nearest(str(kind), list(known))}" if kind is not None else "is missing"
-        hint = "" if kind is not None else f"; known are: {', '.join(sorted(known))}"
-        raise InputError(f"{name}: {f'{prefix}.' if prefix else ''}fault {said}{hint}")
+        key = f"{prefix}." if prefix else ""
+        if kind is None:
+            raise InputError(
+                text("{name}: {key}fault is missing; known are: {names}", name=name, key=key, names=sorted(known))
+            )
+        hint = nearest(str(kind), list(known))
+        raise InputError(
+            text("{name}: {key}fault {kind} is not known; {hint}", name=name, key=key, kind=repr(kind), hint=hint)
+        )
     described = validate(known[kind], data, name, prefix)
     _check_step(described, source)
     return GivenFault(described, source)
@@ -71,12 +78,19 @@ def _check_step(described: Description, source: str) -> None:
     procedures = catalogue()
     if described.procedure is not None and described.procedure not in procedures:
         raise InputError(
-            f"{source}: there is no procedure {described.procedure!r}; {nearest(described.procedure, list(procedures))}"
+            text(
+                "{source}: there is no procedure {procedure!r}; {hint}",
+                source=source,
+                procedure=described.procedure,
+                hint=nearest(described.procedure, list(procedures)),
+            )
         )
     owners = procedures if described.procedure is None else [described.procedure]
     steps = [step.identifier for owner in owners for step in procedures[owner].steps()]
     if described.step not in steps:
-        whose = f"{described.procedure} has" if described.procedure else "there is"
-        raise InputError(
-            f"{source}: {whose} no step {described.step!r}; {nearest(described.step, list(dict.fromkeys(steps)))}"
-        )
+        hint = nearest(described.step, list(dict.fromkeys(steps)))
+        if described.procedure:
+            said = text("{name} has no step {step!r}; {hint}", name=described.procedure, step=described.step, hint=hint)
+        else:
+            said = text("there is no step {step!r}; {hint}", step=described.step, hint=hint)
+        raise InputError(at(source, said))

@@ -5,9 +5,10 @@ import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from bench.errors import UsageError
+from bench.errors import UsageError, at, said_by
+from procedures.text import Text, lines, text
 
-_FORM = (
+_FORM = text(
     "give [ROLE:] FAULT [KEY=VALUE …] [on PATTERN] [at TIME | at step STEP [of PROCEDURE] | when ROLE PATTERN] "
     "[after TIME] [for TIME]"
 )
@@ -18,16 +19,20 @@ def parse_phrase(phrase: str) -> dict[str, Any]:
     try:
         words = iter(shlex.split(phrase))
     except ValueError as error:
-        raise UsageError(f'--fault "{phrase}": {error}; {_FORM}') from None
+        raise UsageError(_refused(phrase, said_by(error))) from None
     told: dict[str, Any] = {}
     for word in words:
         try:
             _take(word, words, told)
         except StopIteration:
-            raise UsageError(f'--fault "{phrase}": something is missing after {word!r}; {_FORM}') from None
+            raise UsageError(_refused(phrase, text("something is missing after {word!r}", word=word))) from None
         except ValueError as error:
-            raise UsageError(f'--fault "{phrase}": {error}; {_FORM}') from None
+            raise UsageError(_refused(phrase, said_by(error))) from None
     return told
+
+
+def _refused(phrase: str, said: Text) -> Text:
+    return at(f'--fault "{phrase}"', lines((said, _FORM), between="; "))
 
 
 def _take(word: str, words: Iterator[str], told: dict[str, Any]) -> None:
@@ -43,7 +48,7 @@ def _take(word: str, words: Iterator[str], told: dict[str, Any]) -> None:
     elif equals and key:
         _put(told, key, _value(value))
     elif word != "s":
-        raise ValueError(f"{word!r} does not fit")
+        raise ValueError(text("{word!r} does not fit", word=word))
 
 
 def _on(words: Iterator[str], told: dict[str, Any]) -> None:
@@ -86,7 +91,7 @@ _CLAUSES: dict[str, Callable[[Iterator[str], dict[str, Any]], None]] = {
 
 def _put(told: dict[str, Any], key: str, value: Any) -> None:
     if key in told:
-        raise ValueError(f"{key} is given twice")
+        raise ValueError(text("{key} is given twice", key=key))
     told[key] = value
 
 
@@ -94,7 +99,7 @@ def _time(word: str) -> float:
     try:
         return float(word.removesuffix("s"))
     except ValueError:
-        raise ValueError(f"{word!r} is no time in seconds") from None
+        raise ValueError(text("{word!r} is no time in seconds", word=word)) from None
 
 
 def _value(typed: str) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
 from bench.files.options import read_options
 from bench.files.toml_file import Section, validate
 from drivers.interlocks import InterlockOptions, options_for
@@ -34,7 +34,7 @@ def interlocks_of(tables: Mapping[str, Mapping[str, Any]], source: str) -> tuple
         try:
             kind = options_for(common.address)
         except ValueError as error:
-            raise InputError(f"{source}: {prefix}.address = {common.address!r}: {error}") from error
+            raise InputError(at(f"{source}: {prefix}.address = {common.address!r}", said_by(error))) from error
         options = read_options(kind, {key: value for key, value in table.items() if key != "address"}, source, prefix)
         entries.append(InterlockEntry(name, common.address, options))
     return tuple(entries)

@@ -7,6 +7,7 @@ from bench.errors import InputError
 from bench.files.motor_sections import number
 from bench.files.toml_file import Section, validate
 from procedures.bench import Role
+from procedures.text import text
 
 #: Key of an instrument's table under which its limits stand.
 KEY = "limits"
@@ -82,13 +83,26 @@ def take_limits(
     if section is None:
         limited = ", ".join(known.value for known in SECTIONS)
         raise InputError(
-            f"{source}: {prefix}.{KEY}: this instrument puts nothing out that could be limited; {limited} have limits. "
-            "Take the table out of the file"
+            text(
+                "{source}: {prefix}.{key}: this instrument puts nothing out that could be limited; {limited} have limits. "
+                "Take the table out of the file",
+                source=source,
+                prefix=prefix,
+                key=KEY,
+                limited=limited,
+            )
         )
     given = table[KEY]
     if not isinstance(given, Mapping):
         raise InputError(
-            f"{source}: {prefix}.{KEY} = {given!r}; allowed is a table with {', '.join(section.model_fields)}"
+            text(
+                "{source}: {prefix}.{key} = {given}; allowed is a table with {keys}",
+                source=source,
+                prefix=prefix,
+                key=KEY,
+                given=repr(given),
+                keys=list(section.model_fields),
+            )
         )
     read = validate(section, given, source, f"{prefix}.{KEY}")
     return {key: float(value) for key, value in read.model_dump().items() if value is not None}, rest

@@ -9,19 +9,17 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
 from bench.files.motor_insides import InsideSection
 from bench.files.motor_sections import ExpectedSection, NameplateSection, number
 from bench.files.shipped_motors import motor_content
 from bench.files.six_step_file import drive_file_of, holds_drive
 from bench.files.toml_file import Section, parse, validate
 from procedures.nameplate import Connection, Nameplate
+from procedures.text import text
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import virtual_motor
-
-#: Of the Y-equivalent, as Saturation's law takes it: the q axis' differential inductance has halved there.
-_SATURATION = "peak, of the Y-equivalent; without it the axis does not saturate"
 
 Resistance = Annotated[float, Field(gt=0.0, le=1e4, strict=True)]
 Share = Annotated[float, Field(ge=0.0, le=2.0, strict=True)]
@@ -64,8 +62,13 @@ class VirtualSection(InsideSection):
     flux_temperature_coefficient: float = number("1/K", -0.001, at_least=-0.1, up_to=0.1)
     thermal_resistance: float = number("K/W", 0.5, at_least=0.0, up_to=1e3)
     thermal_time_constant: float = number("s", 600.0, above=0.0, up_to=1e6)
-    d_axis_saturation_current: float | None = number("A", None, above=0.0, up_to=1e5, description=_SATURATION)
-    q_axis_saturation_current: float | None = number("A", None, above=0.0, up_to=1e5, description=_SATURATION)
+    # As Saturation's law takes it: the q axis' differential inductance has halved there.
+    d_axis_saturation_current: float | None = number(
+        "A", None, above=0.0, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+    )
+    q_axis_saturation_current: float | None = number(
+        "A", None, above=0.0, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+    )
 
     @field_validator("phase_resistance", mode="before")
     @classmethod
@@ -118,9 +121,12 @@ class MotorFile:
         """Return the virtual motor. Raises InputError where the file has none."""
         if self.virtual is None:
             raise InputError(
-                f"{self.source}: the virtual bench needs the motor's truth and the file has none; "
-                "add a table [virtual] with phase_resistance, d_axis_inductance, q_axis_inductance, flux_linkage, "
-                "pole_pairs and inertia"
+                text(
+                    "{source}: the virtual bench needs the motor's truth and the file has none; "
+                    "add a table [virtual] with phase_resistance, d_axis_inductance, q_axis_inductance, flux_linkage, "
+                    "pole_pairs and inertia",
+                    source=self.source,
+                )
             )
         return self.virtual
 
@@ -150,7 +156,7 @@ def _motor(content: bytes, data: Mapping[str, Any], source: str) -> MotorFile:
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None
     except ValueError as error:
-        raise InputError(f"{source}: virtual: {error}") from None
+        raise InputError(at(f"{source}: virtual", said_by(error))) from None
     return _made(content, source, file.nameplate.nameplate(file.expected), motor, None)
 
 

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from bench.files.motor_sections import number
 from bench.files.toml_file import Section
+from procedures.text import text
 from sim_instruments.physics.hall import HallSensors
 
 Sensor = Annotated[int, Field(ge=1, le=3, strict=True)]
@@ -35,7 +36,9 @@ class HallSection(Section):
     def _possible(self) -> "HallSection":
         both = sorted(set(self.stuck_low) & set(self.stuck_high))
         if both:
-            raise ValueError(f"sensor {both[0]} is in stuck_low and in stuck_high; give it in one of them")
+            raise ValueError(
+                text("sensor {sensor} is in stuck_low and in stuck_high; give it in one of them", sensor=both[0])
+            )
         self.sensors()
         return self
 
@@ -65,7 +68,13 @@ class InsideSection(Section):
     def _two_terminals(self) -> "InsideSection":
         pair = self.exchanged_terminals
         if pair is not None and pair[0] == pair[1]:
-            raise ValueError(f'exchanged_terminals = ["{pair[0]}", "{pair[1]}"]; give two different terminals')
+            raise ValueError(
+                text(
+                    'exchanged_terminals = ["{first}", "{second}"]; give two different terminals',
+                    first=pair[0],
+                    second=pair[1],
+                )
+            )
         return self
 
     def insides(self) -> dict[str, Any]:

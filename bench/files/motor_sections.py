@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from bench.files.toml_file import Section
 from procedures.nameplate import Connection, Nameplate
+from procedures.text import text
 
 
 def number(
@@ -62,18 +63,30 @@ class NameplateSection(Section):
     def _consistent(self) -> "NameplateSection":
         if self.maximum_current is not None and self.maximum_current < self.rated_current:
             raise ValueError(
-                f"maximum_current = {self.maximum_current:g} A is below rated_current = {self.rated_current:g} A; "
-                "both are phase, peak"
+                text(
+                    "maximum_current = {maximum_current:g} A is below rated_current = {rated_current:g} A; "
+                    "both are phase, peak",
+                    maximum_current=self.maximum_current,
+                    rated_current=self.rated_current,
+                )
             )
         if None not in (self.maximum_speed_rpm, self.rated_speed_rpm) and (
             (self.maximum_speed_rpm or 0.0) < (self.rated_speed_rpm or 0.0)
         ):
             raise ValueError(
-                f"maximum_speed_rpm = {self.maximum_speed_rpm:g} is below rated_speed_rpm = {self.rated_speed_rpm:g}"
+                text(
+                    "maximum_speed_rpm = {maximum_speed_rpm:g} is below rated_speed_rpm = {rated_speed_rpm:g}",
+                    maximum_speed_rpm=self.maximum_speed_rpm,
+                    rated_speed_rpm=self.rated_speed_rpm,
+                )
             )
         if self.maximum_voltage is not None and self.maximum_voltage < (self.rated_voltage or 0.0):
             raise ValueError(
-                f"maximum_voltage = {self.maximum_voltage:g} V is below rated_voltage = {self.rated_voltage:g} V"
+                text(
+                    "maximum_voltage = {maximum_voltage:g} V is below rated_voltage = {rated_voltage:g} V",
+                    maximum_voltage=self.maximum_voltage,
+                    rated_voltage=self.rated_voltage,
+                )
             )
         return self
 

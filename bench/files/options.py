@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, g
 from pydantic import Field as ModelField
 from pydantic import Strict, create_model
 
-from bench.errors import InputError
+from bench.errors import InputError, at
 from bench.files.toml_file import Section, validate
 
 T = TypeVar("T")
@@ -22,7 +22,7 @@ def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: s
         return cast("T", _make(options, section))
     except ValueError as error:
         # What concerns several values at once is the options' own to judge; the message begins with the key.
-        raise InputError(f"{name}: {prefix}.{error}") from None
+        raise InputError(at(name, f"{prefix}.{error}")) from None
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import Any
 
 from bench.errors import InputError
 from bench.files.toml_file import nearest, parse, read
+from procedures.text import text
 
 
 def shipped_motors() -> tuple[str, ...]:
@@ -25,6 +26,12 @@ def motor_content(reference: str) -> tuple[str, bytes, dict[str, Any]]:
         return reference, content, parse(content, reference)
     path = Path(reference)
     if not path.suffix and path.name == reference and not os.path.exists(path):
-        raise InputError(f"there is no motor {reference!r}: {nearest(reference, shipped_motors())}; or give a file")
-    content, data = read(path, "motor file")
+        raise InputError(
+            text(
+                "there is no motor {reference!r}: {hint}; or give a file",
+                reference=reference,
+                hint=nearest(reference, shipped_motors()),
+            )
+        )
+    content, data = read(path, text("motor file"))
     return str(path), content, data

@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
 from bench.files.motor_insides import InsideSection
 from bench.files.motor_sections import ExpectedSection, NameplateSection, number
 from bench.files.shipped_motors import motor_content
 from bench.files.toml_file import Section, validate
+from procedures.text import text
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
 
 #: A file in which every table of a drive can be seen.
@@ -107,17 +108,29 @@ def drive_file_of(data: Mapping[str, Any], source: str) -> ReadDriveFile:
     missing = [name for name in _TABLES if not isinstance(virtual, Mapping) or name not in virtual]
     if missing:
         tables = " and ".join(f"[virtual.{name}]" for name in missing)
-        raise InputError(f"{source}: no six-step drive in it: {tables} missing; {EXAMPLE} shows what stands there")
+        raise InputError(
+            text(
+                "{source}: no six-step drive in it: {tables} missing; {example} shows what stands there",
+                source=source,
+                tables=tables,
+                example=EXAMPLE,
+            )
+        )
     file = validate(DriveFile, data, source)
     plate, truth = file.nameplate.pole_pairs, file.virtual.pole_pairs
     if plate is not None and plate != truth:
         raise InputError(
-            f"{source}: nameplate.pole_pairs = {plate} and virtual.pole_pairs = {truth}; give the same number"
+            text(
+                "{source}: nameplate.pole_pairs = {plate} and virtual.pole_pairs = {truth}; give the same number",
+                source=source,
+                plate=plate,
+                truth=truth,
+            )
         )
     try:
         return ReadDriveFile(file.nameplate, file.expected, file.six_step_drive(), file.virtual.insides())
     except SixStepError as error:
-        raise InputError(f"{source}: virtual: {error}") from None
+        raise InputError(at(f"{source}: virtual", said_by(error))) from None
 
 
 def load_drive(reference: str) -> SixStepDrive:

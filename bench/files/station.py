@@ -21,6 +21,7 @@ from bench.safety.way_down import WayDown
 from drivers import registry
 from procedures.bench import Role
 from procedures.result import Notice
+from procedures.text import text
 
 #: Keys of an instrument's table that are not its driver's.
 _COMMON = ("driver", "address", "name")
@@ -112,7 +113,7 @@ class Station:
 
 def load_station(path: Path) -> Station:
     """Read a station file. Raises InputError naming file, key, what was given and what is allowed."""
-    content, data = read(path, "station file")
+    content, data = read(path, text("station file"))
     return make_station(data, str(path), content)
 
 
@@ -121,7 +122,12 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
     for role in data.get("instruments", {}) if isinstance(data.get("instruments"), dict) else ():
         if role not in [known.value for known in Role]:
             raise InputError(
-                f"{source}: unknown key instruments.{role}; {nearest(role, [known.value for known in Role])}"
+                text(
+                    "{source}: unknown key instruments.{role}; {hint}",
+                    source=source,
+                    role=role,
+                    hint=nearest(role, [known.value for known in Role]),
+                )
             )
     file = validate(_File, data, source)
     entries = {role: _entry(role, table, source) for role, table in file.instruments.items()}
@@ -149,19 +155,45 @@ def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     common = validate(_Instrument, {key: table[key] for key in _COMMON if key in table}, source, prefix)
     names = registry.drivers_for(role)
     if not names:
-        raise InputError(f"{source}: {prefix}: there is no driver for this role; take the table out of the file")
+        raise InputError(
+            text(
+                "{source}: {prefix}: there is no driver for this role; take the table out of the file",
+                source=source,
+                prefix=prefix,
+            )
+        )
     if common.driver not in names:
-        hint = nearest(common.driver, names)
-        raise InputError(f"{source}: {prefix}.driver = {common.driver!r} is no driver for this role; {hint}")
+        raise InputError(
+            text(
+                "{source}: {prefix}.driver = {driver!r} is no driver for this role; {hint}",
+                source=source,
+                prefix=prefix,
+                driver=common.driver,
+                hint=nearest(common.driver, names),
+            )
+        )
     driver = registry.find(common.driver, role)
     if driver.needs_address and not common.address:
-        raise InputError(f"{source}: {prefix}.address is missing; {driver.name} needs the address it answers at")
+        raise InputError(
+            text(
+                "{source}: {prefix}.address is missing; {name} needs the address it answers at",
+                source=source,
+                prefix=prefix,
+                name=driver.name,
+            )
+        )
     limits, own = take_limits(role, {key: table[key] for key in table if key not in _COMMON}, source, prefix)
     calibrated, given = calibration.take_entry(own, source, prefix)
     if calibration.KEY in given and calibration.KEY not in [option.name for option in fields(driver.options)]:
         raise InputError(
-            f"{source}: {prefix}.{calibration.KEY}: {driver.name} takes date, due and certificate here and no accuracies; "
-            "they have options of their own"
+            text(
+                "{source}: {prefix}.{key}: {name} takes date, due and certificate here and no accuracies; "
+                "they have options of their own",
+                source=source,
+                prefix=prefix,
+                key=calibration.KEY,
+                name=driver.name,
+            )
         )
     options = read_options(driver.options, given, source, prefix)
     return Entry(role, driver, common.address, options, common.name or role.value, calibrated, limits)

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
-from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
+from procedures.text import Text, lines, text
 
 
 class Section(BaseModel):
@@ -23,22 +24,34 @@ class Section(BaseModel):
 M = TypeVar("M", bound=BaseModel)
 #: No file that people write is longer (bytes).
 LONGEST = 16 * 1024 * 1024
-_FINITE = "a finite number"
+#: What pydantic says of values, by its own names for what stands in the sentence.
+_LIBRARYS = (
+    text("String should have at least {min_length} character"),
+    text("String should have at least {min_length} characters"),
+    text("String should match pattern '{pattern}'"),
+    text("{field_type} should have at least {min_length} item after validation, not {actual_length}"),
+    text("{field_type} should have at least {min_length} items after validation, not {actual_length}"),
+    text("{field_type} should have at most {max_length} items after validation, not {actual_length}"),
+    text("Input should be a valid dictionary or instance of {class_name}"),
+)
 
 
-def read(path: Path, what: str) -> tuple[bytes, dict[str, Any]]:
+def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
     """Return a TOML file's bytes and content. Raises InputError naming the file (`what` it is), line and cause."""
     try:
         with path.open("rb") as file:
             content = file.read(LONGEST + 1)
     except FileNotFoundError:
-        raise InputError(f"{path}: there is no such {what}") from None
+        raise InputError(text("{path}: there is no such {what}", path=path, what=what)) from None
     except OSError as error:
-        raise InputError(f"{path}: the {what} cannot be read: {error.strerror}") from None
+        said = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=error.strerror)
+        raise InputError(said) from None
     except ValueError:
-        raise InputError(f"{str(path)!r} is no name of a {what}") from None
+        raise InputError(text("{path!r} is no name of a {what}", path=str(path), what=what)) from None
     if len(content) > LONGEST:
-        raise InputError(f"{path}: more than {LONGEST // 2**20} MiB are no {what}")
+        raise InputError(
+            text("{path}: more than {most} MiB are no {what}", path=path, most=LONGEST // 2**20, what=what)
+        )
     return content, parse(content, str(path))
 
 
@@ -47,11 +60,11 @@ def parse(content: bytes, name: str) -> dict[str, Any]:
     try:
         return tomllib.loads(content.decode("utf-8"))
     except UnicodeDecodeError as error:
-        raise InputError(f"{name}: not UTF-8 text (byte {error.start})") from None
+        raise InputError(text("{name}: not UTF-8 text (byte {start})", name=name, start=error.start)) from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{name}: not valid TOML: {error}") from None
+        raise InputError(text("{name}: not valid TOML: {error}", name=name, error=said_by(error))) from None
     except RecursionError:
-        raise InputError(f"{name}: lists or tables stand too deep in one another") from None
+        raise InputError(text("{name}: lists or tables stand too deep in one another", name=name)) from None
 
 
 def validate(model: type[M], data: Mapping[str, Any], name: str, prefix: str = "") -> M:
@@ -59,24 +72,26 @@ def validate(model: type[M], data: Mapping[str, Any], name: str, prefix: str = "
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise InputError("\n".join(explain(error, model, data, name, prefix))) from None
+        raise InputError(lines(explain(error, model, data, name, prefix))) from None
 
 
 def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], name: str, prefix: str = ""
-) -> list[str]:
+) -> list[Text]:
     """Return one plain line for every fault of a validation, each once."""
-    lines = [f"{name}: {_explain(fault, model, data, prefix)}" for fault in error.errors(include_url=False)]
-    return list(dict.fromkeys(lines))
+    said = [at(name, _explain(fault, model, data, prefix)) for fault in error.errors(include_url=False)]
+    return list({str(line): line for line in said}.values())
 
 
-def nearest(word: str, known: Sequence[str]) -> str:
+def nearest(word: str, known: Sequence[str]) -> Text:
     """Return a hint at the known words: the nearest one, or all of them where none is near."""
     near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    return f"did you mean {near[0]}?" if near else f"known are: {', '.join(sorted(known))}"
+    if near:
+        return text("did you mean {name}?", name=near[0])
+    return text("known are: {names}", names=sorted(known))
 
 
-def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], prefix: str) -> str:
+def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], prefix: str) -> Text | str:
     location = _real_location(fault["loc"], data)
     key = _dotted(prefix, location)
     field = _field(model, location)
@@ -84,21 +99,32 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
     if kind == "extra_forbidden":
         owner = _model_at(model, location[:-1])
         known = [f.alias or n for n, f in owner.model_fields.items()] if owner else []
-        return f"unknown key {key}; {nearest(str(location[-1]), known)}"
+        return text("unknown key {key}; {hint}", key=key, hint=nearest(str(location[-1]), known))
     if kind == "missing":
-        return f"{key} is missing; give {_wanted(field)}"
+        return text("{key} is missing; give {wanted}", key=key, wanted=_wanted(field))
     if kind == "value_error":
-        message = fault["msg"].removeprefix("Value error, ")
-        return f"{key}: {message}" if key else message
+        said = said_by(fault["ctx"]["error"])
+        return at(key, said) if key else said
     given = fault["input"]
-    if isinstance(given, str) and _unit(field) is not None:
-        unit = _unit(field)
-        number = f"give a number in {unit}" if unit else "give a number without a unit"
-        return f"{key} = {given!r} is text, not a number; {number}, allowed is {_wanted(field)}"
-    return f"{key} = {_shown(given)}; allowed is {_wanted(field)}{_also(fault)}"
+    unit = _unit(field)
+    if isinstance(given, str) and unit is not None:
+        return text(
+            "{key} = {given} is text, not a number; {number}, allowed is {wanted}",
+            key=key,
+            given=repr(given),
+            number=text("give a number in {unit}", unit=unit) if unit else text("give a number without a unit"),
+            wanted=_wanted(field),
+        )
+    return text(
+        "{key} = {given}; allowed is {wanted}{also}",
+        key=key,
+        given=_shown(given),
+        wanted=_wanted(field),
+        also=_also(fault),
+    )
 
 
-def _also(fault: ErrorDetails) -> str:
+def _also(fault: ErrorDetails) -> Text | str:
     known = (
         "greater",
         "less",
@@ -114,7 +140,20 @@ def _also(fault: ErrorDetails) -> str:
         "bool",
         "date_type",
     )
-    return "" if fault["type"].startswith(known) else f" ({fault['msg']})"
+    return "" if fault["type"].startswith(known) else Text(" ({said})", {"said": _said(fault)})
+
+
+def _said(fault: ErrorDetails) -> Text | str:
+    """Return the library's own words, as a Text where they are among those known."""
+    values = fault.get("ctx", {})
+    for words in _LIBRARYS:
+        made = Text(words.template, values)
+        try:
+            if made.render() == fault["msg"]:
+                return made
+        except KeyError:
+            continue
+    return fault["msg"]
 
 
 def _shown(value: object) -> str:
@@ -193,50 +232,60 @@ def _unit(field: FieldInfo | None) -> str | None:
     return unit if isinstance(unit, str) else None
 
 
-def _wanted(field: FieldInfo | None) -> str:
+def _wanted(field: FieldInfo | None) -> Text | str:
     """Say what a field takes: its description, its bounds and its unit."""
     if field is None:
-        return "another kind of value"
-    low, high = _bounds(field)
+        return text("another kind of value")
+    bounds = _bounds(field)
     unit = _unit(field)
-    suffix = f" {unit}" if unit else ""
-    if not (low or high):
-        return field.description or (f"{_FINITE} in {unit}" if unit else _choices(field.annotation))
-    number = "a whole number" if int in (field.annotation, *get_args(field.annotation)) else "a number"
-    note = f" ({field.description})" if field.description else ""
-    return f"{number} {' and '.join(part for part in (low, high) if part)}{suffix}{note}"
+    # A brace in a description stands for itself.
+    described = Text((field.description or "").replace("{", "{{").replace("}", "}}"))
+    if bounds is None:
+        if field.description:
+            return described
+        return text("a finite number in {unit}", unit=unit) if unit else _choices(field.annotation)
+    if unit:
+        bounds = Text("{bounds} {unit}", {"bounds": bounds, "unit": unit})
+    whole = int in (field.annotation, *get_args(field.annotation))
+    number = text("a whole number {bounds}", bounds=bounds) if whole else text("a number {bounds}", bounds=bounds)
+    return Text("{number} ({note})", {"number": number, "note": described}) if field.description else number
 
 
-def _choices(annotation: object) -> str:
+def _choices(annotation: object) -> Text | str:
     from enum import Enum
 
     if isinstance(annotation, type) and issubclass(annotation, Enum):
-        return " or ".join(repr(member.value) for member in annotation)
+        return _either([repr(member.value) for member in annotation])
     if annotation is str:
-        return "text in quotes"
+        return text("text in quotes")
     if annotation is bool:
-        return "true or false"
+        return text("true or false")
     if annotation in (int, float):
-        return _FINITE
+        return text("a finite number")
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return f"a table with {', '.join(annotation.model_fields)}"
+        return text("a table with {keys}", keys=list(annotation.model_fields))
     inner = [argument for argument in get_args(annotation) if argument is not type(None)]
     if inner and all(isinstance(choice, str) for choice in inner):
-        return " or ".join(repr(choice) for choice in inner)
-    return _choices(inner[0]) if len(inner) == 1 else "a list or table as the documentation describes"
+        return _either([repr(choice) for choice in inner])
+    return _choices(inner[0]) if len(inner) == 1 else text("a list or table as the documentation describes")
 
 
-def _bounds(field: FieldInfo) -> tuple[str, str]:
-    low = high = ""
+def _either(choices: Sequence[str]) -> Text | str:
+    said: Text | str = choices[0]
+    for choice in choices[1:]:
+        said = text("{this} or {that}", this=said, that=choice)
+    return said
+
+
+def _bounds(field: FieldInfo) -> Text | None:
+    low = high = None
     for rule in field.metadata:
         if isinstance(rule, Gt):
-            low = f"above {rule.gt:g}"
+            low = text("above {bound:g}", bound=rule.gt)
         elif isinstance(rule, Ge):
-            low = f"of at least {rule.ge:g}"
+            low = text("of at least {bound:g}", bound=rule.ge)
         elif isinstance(rule, Lt):
-            high = f"below {rule.lt:g}"
+            high = text("below {bound:g}", bound=rule.lt)
         elif isinstance(rule, Le):
-            high = f"up to {rule.le:g}"
-        elif isinstance(rule, MinLen | MaxLen):
-            continue
-    return low, high
+            high = text("up to {bound:g}", bound=rule.le)
+    return text("{low} and {high}", low=low, high=high) if low and high else low or high

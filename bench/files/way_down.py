@@ -4,11 +4,12 @@ from collections.abc import Iterable, Mapping
 
 from pydantic import Field
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
 from bench.files.toml_file import Section
 from bench.safety.way_down import WayDown
 from bench.safety.way_down_items import OFF_BY, Do, default_items, item
 from procedures.bench import Role
+from procedures.text import text
 
 
 class WayDownSection(Section):
@@ -32,18 +33,25 @@ def way_down_of(given: Iterable[WayDownSection], roles: Mapping[Role, bool], sou
     for number, one in enumerate(given):
         key = f"{source}: way_down[{number}]"
         if one.role not in roles:
-            raise InputError(f"{key}.role = {one.role.value!r}: the station has no [instruments.{one.role.value}]")
+            raise InputError(
+                text("{key}.role = {role!r}: the station has no [instruments.{role}]", key=key, role=one.role.value)
+            )
         try:
             items.append(item(one.do, one.role, one.below, one.within))
         except ValueError as error:
-            raise InputError(f"{key}: {error}") from error
+            raise InputError(at(key, said_by(error))) from error
     if not items:
         return WayDown(default_items(by_hand), by_hand)
     present = {(one.do, one.role) for one in items}
     for role, off in OFF_BY.items():
         if role in roles and (off, role) not in present:
             raise InputError(
-                f"{source}: [[way_down]] leaves [instruments.{role.value}] energised; "
-                f'add an item with do = "{off.value}" and role = "{role.value}", or leave the whole list out'
+                text(
+                    "{source}: [[way_down]] leaves [instruments.{role}] energised; "
+                    'add an item with do = "{off}" and role = "{role}", or leave the whole list out',
+                    source=source,
+                    role=role.value,
+                    off=off.value,
+                )
             )
     return WayDown(tuple(items), by_hand)

@@ -34,13 +34,20 @@ class Answers:
             for item in items:
                 numbers = item if isinstance(item, list) else [item]
                 if any(isinstance(number, bool) or not isinstance(number, int | float) for number in numbers):
-                    raise InputError(f"{source}: readings.{key} = {item!r}; give numbers without units")
+                    raise InputError(
+                        text(
+                            "{source}: readings.{key} = {item}; give numbers without units",
+                            source=source,
+                            key=key,
+                            item=repr(item),
+                        )
+                    )
             self._left[key] = deque(items)
 
     def next(self, key: str, asked: str) -> Any:
         """Return the next answer to `key`; ProcedureError names what was `asked` where there is none or none is left."""
         if key not in self._left:
-            known = nearest(key, list(self._left)) if self._left else "the file has none"
+            known = nearest(key, list(self._left)) if self._left else text("the file has none")
             raise ProcedureError(
                 text(
                     "{source} has no answers for {key}, asked as '{asked}'; {known}",
@@ -76,13 +83,17 @@ def _flat(answers: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 def load_answers(path: Path) -> Answers:
     """Read an answers file. Raises InputError where it is not one."""
-    _, data = read(path, "answers file")
+    _, data = read(path, text("answers file"))
     for key in data:
         if key != "readings":
-            raise InputError(f"{path}: unknown key {key}; {nearest(key, ['readings'])}")
+            raise InputError(
+                text("{path}: unknown key {key}; {hint}", path=path, key=key, hint=nearest(key, ["readings"]))
+            )
     readings = data.get("readings", {})
     if not isinstance(readings, dict):
-        raise InputError(f"{path}: readings = {readings!r}; allowed is a table [readings]")
+        raise InputError(
+            text("{path}: readings = {given}; allowed is a table [readings]", path=path, given=repr(readings))
+        )
     return Answers(readings, str(path))
 
 

@@ -13,6 +13,7 @@ from bench.errors import InputError, UsageError
 from bench.files.toml_file import Section, read, validate
 from bench.files.toml_text import toml_text
 from bench.panel.sessions import Right
+from procedures.text import text
 
 _NAME = re.compile(r"[\w.-]{1,64}")
 #: A password that is tried by hand is not found out; one by a program should not be either.
@@ -47,7 +48,10 @@ class Access:
         self._waiting = asyncio.Lock()
         if not self._people:
             raise InputError(
-                f"{path}: nobody may log in; add people with motorbench user add NAME --role operator --file {path}"
+                text(
+                    "{path}: nobody may log in; add people with motorbench user add NAME --role operator --file {path}",
+                    path=path,
+                )
             )
 
     async def check(self, name: str, password: str) -> Person | None:
@@ -70,7 +74,7 @@ class Access:
 
 def load_people(path: Path) -> Mapping[str, Person]:
     """Return the people of a file. Raises InputError naming key and what is allowed."""
-    _, data = read(path, "file of people")
+    _, data = read(path, text("file of people"))
     file = validate(_File, data, str(path))
     return {name: Person(person.role, person.password) for name, person in file.people.items()}
 
@@ -83,11 +87,17 @@ def add_person(path: Path, name: str, role: str, password: str) -> None:
     from argon2 import PasswordHasher
 
     if not _NAME.fullmatch(name):
-        raise UsageError(f"{name!r}: a name has up to 64 letters, digits, dots, dashes and underscores")
+        raise UsageError(text("{name!r}: a name has up to 64 letters, digits, dots, dashes and underscores", name=name))
     if role not in [right.value for right in Right]:
-        raise UsageError(f"--role {role}: allowed are {', '.join(right.value for right in Right)}")
+        raise UsageError(text("--role {role}: allowed are {names}", role=role, names=[right.value for right in Right]))
     if len(password) < _SHORTEST:
-        raise UsageError(f"the password has {len(password)} characters; at least {_SHORTEST} are needed")
+        raise UsageError(
+            text(
+                "the password has {count} characters; at least {shortest} are needed",
+                count=len(password),
+                shortest=_SHORTEST,
+            )
+        )
     people = dict(load_people(path)) if path.exists() else {}
     people[name] = Person(Right(role), PasswordHasher().hash(password))
     _write(path, people)
@@ -103,4 +113,4 @@ def _write(path: Path, people: Mapping[str, Person]) -> None:
             os.fsync(file.fileno())
         part.replace(path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+        raise InputError(text("{path}: cannot be written: {strerror}", path=path, strerror=error.strerror)) from None

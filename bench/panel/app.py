@@ -10,6 +10,7 @@ from starlette.responses import RedirectResponse, Response
 from bench.errors import InputError
 from bench.panel.access import Access
 from bench.panel.line_records import Choice, serial_numbers
+from bench.panel.pages.frame import Reader
 from bench.panel.pages.history import compare_page, history_page
 from bench.panel.pages.line import line_page
 from bench.panel.pages.login import login_page
@@ -58,7 +59,7 @@ def build(panel: Panel, access: Access | None) -> None:
         try:
             live = await panel.follow(name)
         except InputError as error:
-            ui.label(str(error)).classes("text-xl p-8")
+            ui.label(Reader(_session(request)).fault(error)).classes("text-xl p-8")
             return
         run_page(panel, _session(request), live)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from bench.errors import InputError
 from bench.operators.line import FILE
+from procedures.text import text
 
 #: A batch's announcement, as `bench.eol.line.desk` writes it.
 LINE = "line.json"
@@ -78,9 +79,10 @@ class Launcher:
         """Start a run and return its folder once it can be talked to. Raises InputError with what it said instead."""
         return await self._launch(order.arguments(self._runs))
 
-    async def resume(self, folder: Path, person: str, repeat: Sequence[str] = ()) -> Path:
+    async def resume(self, folder: Path, person: str, repeat: Sequence[str] = (), language: str = "en") -> Path:
         """Have a run go on where it ended, or a procedure of it again. Raises InputError with what it said instead."""
         said = ["run", "--resume", str(folder), "--operator", "panel", f"--person={person}", "--runs", str(self._runs)]
+        said += ["--language", language]
         said += [f"--repeat={name}" for name in repeat]
         return await self._launch(said)
 
@@ -103,10 +105,12 @@ class Launcher:
                         self._reap()
             except TimeoutError:
                 os.kill(pid, signal.SIGTERM)
-                raise InputError(f"the run did not begin within {_START_TIME:g} s; it was ended") from None
+                raise InputError(
+                    text("the run did not begin within {start_time:g} s; it was ended", start_time=_START_TIME)
+                ) from None
             said.seek(0)
             words = said.read().decode("utf-8", "replace").strip()
-            raise InputError(words.removeprefix("motorbench: ") or "the run ended at once and said nothing")
+            raise InputError(words.removeprefix("motorbench: ") or text("the run ended at once and said nothing"))
 
     def _reap(self) -> None:
         """Let go of runs that have ended."""

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 from procedures.text import Text, text
 
 if TYPE_CHECKING:
@@ -62,7 +62,9 @@ def read_statistics(reference: str, choice: Choice) -> Found:
     except NoDatabaseError:
         return Found(choice, fault=text("There are no records at {records} yet; see --records.", records=reference))
     except (InputError, SQLAlchemyError, OSError) as error:
-        said = " ".join(str(getattr(error, "orig", None) or error).split())
+        # What a database says of itself stays as it is.
+        own = getattr(error, "orig", None)
+        said = said_by(error) if own is None else " ".join(str(own).split())
         return Found(choice, fault=text("The records cannot be read: {error}", error=said))
 
 

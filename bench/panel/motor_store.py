@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 from bench.files.motor_sections import NameplateSection
 from bench.files.toml_file import validate
 from bench.files.toml_text import toml_text
 from bench.record.disk import write_file
+from procedures.text import text
 
 
 def save_motor(folder: Path, nameplate: Mapping[str, Any]) -> Path:
@@ -21,10 +22,14 @@ def save_motor(folder: Path, nameplate: Mapping[str, Any]) -> Path:
     name = re.sub(r"[^\w.-]+", "-", str(nameplate["name"])).strip("-.").lower() or "motor"
     path = folder / f"{name}.toml"
     if path.exists():
-        raise InputError(f"{path}: there is a motor of this name already; choose another name, or edit the file")
+        raise InputError(
+            text("{path}: there is a motor of this name already; choose another name, or edit the file", path=path)
+        )
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_file(path, toml_text({"nameplate": dict(nameplate)}).encode())
     except OSError as error:
-        raise InputError(f"{path}: the motor file was not written: {error}") from error
+        raise InputError(
+            text("{path}: the motor file was not written: {error}", path=path, error=said_by(error))
+        ) from error
     return path

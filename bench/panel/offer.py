@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
-from procedures.text import Text
+from procedures.text import Text, text
 
 _TIME = 120.0
 
@@ -98,9 +98,9 @@ async def rehearse(procedures: Sequence[str], station: str, motor: str, language
     return Rehearsed(times, tuple(dict.fromkeys([*passed, *failed])))
 
 
-async def check_station(station: Path) -> Mapping[str, Any]:
+async def check_station(station: Path, language: str) -> Mapping[str, Any]:
     """Return what `motorbench station check --json` says of a station. Raises InputError with its message."""
-    return await _command("station", "check", str(station), "--json")
+    return await _command("station", "check", str(station), "--json", "--language", language)
 
 
 async def _offered() -> dict[str, Offered]:
@@ -135,13 +135,15 @@ async def _command(*arguments: str) -> Mapping[str, Any]:
     except TimeoutError:
         process.kill()
         await process.wait()
-        raise InputError(f"motorbench {' '.join(arguments)} did not answer within {_TIME:g} s") from None
+        raise InputError(
+            text("motorbench {command} did not answer within {time:g} s", command=" ".join(arguments), time=_TIME)
+        ) from None
     try:
         told = json.loads(out)
     except ValueError:
         told = None
-    if not isinstance(told, dict):
-        raise InputError(said.decode("utf-8", "replace").strip() or f"motorbench {' '.join(arguments)} said nothing")
-    if set(told) == {"error"}:
-        raise InputError(str(told["error"]))
-    return told
+    if isinstance(told, dict) and set(told) != {"error"}:
+        return told
+    # What it printed for programs is English; what it said to people is in their language.
+    complaint = said.decode("utf-8", "replace").strip().rpartition("motorbench: ")[2]
+    raise InputError(complaint or text("motorbench {command} said nothing", command=" ".join(arguments)))

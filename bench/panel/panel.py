@@ -16,6 +16,7 @@ from bench.panel.offer import Offer
 from bench.panel.sessions import Sessions
 from bench.panel.tail import JournalTail
 from bench.record.run_folder import existing_run_folder
+from procedures.text import text
 
 
 class Panel:
@@ -55,7 +56,9 @@ class Panel:
         async with self._opening:
             if name not in self._live:
                 if "/" in name or name.startswith("."):
-                    raise InputError(f"{name}: a run's name is that of its folder under {self.runs}")
+                    raise InputError(
+                        text("{name}: a run's name is that of its folder under {runs}", name=name, runs=self.runs)
+                    )
                 run = LiveRun(existing_run_folder(str(self.runs / name), self.runs).path)
                 await run.open()
                 self._live[name] = run
@@ -73,12 +76,12 @@ class Panel:
         """Start a batch, which `line` follows from then on. Raises InputError with what it said where it could not begin."""
         await self.line.follow(await self.launcher.start_batch(order))
 
-    async def resume(self, name: str, person: str, repeat: Sequence[str] = ()) -> LiveRun:
+    async def resume(self, name: str, person: str, repeat: Sequence[str] = (), language: str = "en") -> LiveRun:
         """Have an ended run go on, or a procedure of it again. Raises InputError with what it said where it could not."""
         run = self._live.pop(name, None)
         if run is not None:
             await run.close()
-        return await self._followed(await self.launcher.resume(self.runs / name, person, repeat))
+        return await self._followed(await self.launcher.resume(self.runs / name, person, repeat, language))
 
     def beginning(self, name: str) -> Iterator[Mapping[str, Any]]:
         """Give the data of a run's first event, where it has one."""

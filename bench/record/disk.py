@@ -6,6 +6,7 @@ from pathlib import Path
 
 from bench.errors import InputError
 from bench.record.errors import RecordError
+from procedures.text import text
 
 #: Room (bytes) kept for the events of the way down and for the result, should the disk fill up.
 RESERVE = 512 * 1024
@@ -60,12 +61,21 @@ class Reserve:
             self.release()
             if error.errno not in _NO_ROOM:
                 raise InputError(
-                    f"{path.parent}: the run cannot be written there: {error.strerror}. Make the folder writable, or copy the run "
-                    "to one that is"
+                    text(
+                        "{parent}: the run cannot be written there: {strerror}. Make the folder writable, or copy the run "
+                        "to one that is",
+                        parent=path.parent,
+                        strerror=error.strerror,
+                    )
                 ) from None
             raise InputError(
-                f"{path.parent}: there is no room for a run ({error.strerror}): {size // 1024} KiB are kept for its end alone. "
-                "Make room, or choose another disk by --runs"
+                text(
+                    "{parent}: there is no room for a run ({strerror}): {size} KiB are kept for its end alone. "
+                    "Make room, or choose another disk by --runs",
+                    parent=path.parent,
+                    strerror=error.strerror,
+                    size=size // 1024,
+                )
             ) from None
 
     def release(self) -> None:

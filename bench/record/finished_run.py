@@ -10,6 +10,7 @@ from bench.record.journal import Event, read_journal
 from bench.record.run_folder import RunFolder, existing_run_folder
 from bench.record.run_view import RunView, view_of
 from procedures.nameplate import Nameplate
+from procedures.text import text
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def read_run(reference: str, runs: Path) -> FinishedRun:
     folder = existing_run_folder(reference, runs)
     journal = read_journal(folder.journal)
     if not journal.events or journal.events[0].kind != "run_started":
-        raise InputError(f"{folder.journal}: the journal has no beginning; nothing was recorded")
+        raise InputError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
     view = view_of(journal.events)
     motor = recorded_motor(view.start["motor_file"], view.start["motor"]["source"])
     return FinishedRun(folder, journal.events, view, motor.nameplate, journal.last_hash, journal.torn)

@@ -15,6 +15,7 @@ from bench.record.encoding import dumps, to_bytes
 from bench.record.errors import RecordError
 from bench.record.journal_file import Event, JournalFile, read_journal
 from bench.record.wall import WallTime
+from procedures.text import text
 
 __all__ = ["CLOSING", "DURABLE", "Event", "Journal", "JournalFile", "read_journal"]
 
@@ -202,7 +203,11 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
         file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     except OSError as error:
         raise InputError(
-            f"{path}: the journal cannot be written: {error.strerror}. Make the folder writable, or copy the run to one that is"
+            text(
+                "{path}: the journal cannot be written: {strerror}. Make the folder writable, or copy the run to one that is",
+                path=path,
+                strerror=error.strerror,
+            )
         ) from None
     try:
         _lock(file, path)
@@ -214,7 +219,9 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
             sync_folder(folder)
     except OSError as error:
         os.close(file)
-        raise InputError(f"{path}: the journal cannot be brought to the disk: {error.strerror}") from None
+        raise InputError(
+            text("{path}: the journal cannot be brought to the disk: {strerror}", path=path, strerror=error.strerror)
+        ) from None
     except InputError:
         os.close(file)
         raise
@@ -223,14 +230,18 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
 
 def _check_length(file: int, path: Path, known: int) -> None:
     if os.fstat(file).st_size != known:
-        raise InputError(f"{path}: the journal holds more than was read of it; another process wrote to it")
+        raise InputError(
+            text("{path}: the journal holds more than was read of it; another process wrote to it", path=path)
+        )
 
 
 def _lock(file: int, path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise InputError(f"{path}: another process is writing this run; wait for its end, or end it") from None
+        raise InputError(
+            text("{path}: another process is writing this run; wait for its end, or end it", path=path)
+        ) from None
     except OSError as error:
         # Some network file systems know no locks: the run itself does not need one.
         if error.errno not in _NO_LOCKS:

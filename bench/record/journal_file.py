@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
+from procedures.text import text
 
 #: No event is longer than this (bytes); a file without line ends must not be taken into memory whole.
 LONGEST_LINE = 64 * 1024 * 1024
@@ -64,7 +65,9 @@ def read_lines(path: Path) -> Iterator[Line]:
                 place += 1
                 yield parse_line(place, content)
     except OSError as error:
-        raise InputError(f"{path}: the journal cannot be read: {error.strerror}") from None
+        raise InputError(
+            text("{path}: the journal cannot be read: {strerror}", path=path, strerror=error.strerror)
+        ) from None
 
 
 def read_journal(path: Path) -> JournalFile:
@@ -79,14 +82,23 @@ def read_journal(path: Path) -> JournalFile:
             # A power cut may leave several broken lines, but no whole one after them.
             if line.event is not None and not line.torn:
                 raise InputError(
-                    f"{path}: line {torn_at} is not an event; the journal was changed after it was written"
+                    text(
+                        "{path}: line {torn_at} is not an event; the journal was changed after it was written",
+                        path=path,
+                        torn_at=torn_at,
+                    )
                 )
             torn, torn_at = torn + line.length, torn_at or line.place
             continue
         if line.previous != last_hash or line.event.number != line.place:
             raise InputError(
-                f"{path}: line {line.place} does not follow from the line before; the journal was changed after it was "
-                f"written. motorbench results verify {path.parent} says more"
+                text(
+                    "{path}: line {place} does not follow from the line before; the journal was changed after it was "
+                    "written. motorbench results verify {parent} says more",
+                    path=path,
+                    place=line.place,
+                    parent=path.parent,
+                )
             )
         events.append(line.event)
         last_hash = line.sha256

@@ -12,6 +12,7 @@ from bench.errors import InputError
 from bench.files.toml_file import nearest
 from bench.record.disk import write_file
 from bench.record.encoding import plain, to_bytes
+from procedures.text import Text, text
 
 #: What a rehearsal's folder holds in place of a run's journal, so that neither is taken for the other.
 REHEARSAL = "rehearsal.jsonl"
@@ -66,9 +67,15 @@ def new_run_folder(runs: Path, motor: str) -> RunFolder:
         except FileExistsError:
             continue
         except OSError as error:
-            raise InputError(f"{path}: the run's folder cannot be made: {error.strerror}; see --runs") from None
+            raise InputError(
+                text(
+                    "{path}: the run's folder cannot be made: {strerror}; see --runs",
+                    path=path,
+                    strerror=error.strerror,
+                )
+            ) from None
         return RunFolder(path)
-    raise InputError(f"{runs}: too many runs of {name} in one second")
+    raise InputError(text("{runs}: too many runs of {name} in one second", runs=runs, name=name))
 
 
 def existing_run_folder(reference: str, runs: Path) -> RunFolder:
@@ -79,16 +86,24 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
             return RunFolder(path)
         if os.path.isfile(path / REHEARSAL):
             raise InputError(
-                f"{path}: this is a rehearsal; nothing was measured, and it cannot be resumed or shown as a run"
+                text(
+                    "{path}: this is a rehearsal; nothing was measured, and it cannot be resumed or shown as a run",
+                    path=path,
+                )
             )
     there = run_folders(runs)
     if reference == LATEST and there:
         return there[-1]
     names = [folder.path.name for folder in there]
-    hint = f"; {nearest(Path(reference).name, names[-_SHOWN:])}" if names else ""
+    hint = Text("; {near}", {"near": nearest(Path(reference).name, names[-_SHOWN:])}) if names else ""
     raise InputError(
-        f"{reference}: there is no run here, nor under {runs} (a run's folder holds journal.jsonl){hint}. "
-        f"motorbench results list --runs {runs} lists them"
+        text(
+            "{reference}: there is no run here, nor under {runs} (a run's folder holds journal.jsonl){hint}. "
+            "motorbench results list --runs {runs} lists them",
+            reference=reference,
+            runs=runs,
+            hint=hint,
+        )
     )
 
 
@@ -99,5 +114,11 @@ def run_folders(runs: Path) -> list[RunFolder]:
     except FileNotFoundError:
         return []
     except OSError as error:
-        raise InputError(f"{runs}: the folder of the runs cannot be read: {error.strerror}; see --runs") from None
+        raise InputError(
+            text(
+                "{runs}: the folder of the runs cannot be read: {strerror}; see --runs",
+                runs=runs,
+                strerror=error.strerror,
+            )
+        ) from None
     return [RunFolder(path) for path in sorted(found, key=lambda path: (_STAMPED.match(path.name) is not None, path))]

@@ -4,12 +4,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 from bench.record.journal_file import Event
 from bench.record.stored_result import restore, restore_notice
 from procedures.parameter_set import ParameterSet, merge
 from procedures.result import Notice, ProcedureResult
-from procedures.text import Text, Translate, english, text
+from procedures.text import Translate, english, text
 
 #: What comes of an event whose data are of another form.
 _MISFITS = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError)
@@ -173,17 +173,16 @@ def view_of(events: Iterable[Event]) -> RunView:
             view.apply(event.kind, event.data)
         except _MISFITS as error:
             raise InputError(
-                f"event {event.number} ({event.kind}) is not as this version of motorbench writes it "
-                f"({type(error).__name__}: {error}); read the run with the version that made it"
+                text(
+                    "event {number} ({kind}) is not as this version of motorbench writes it "
+                    "({name}: {error}); read the run with the version that made it",
+                    number=event.number,
+                    kind=event.kind,
+                    name=type(error).__name__,
+                    error=said_by(error),
+                )
             ) from None
     return view
-
-
-def message(cause: BaseException, translate: Translate) -> str:
-    """Return what went wrong in the reader's language, with the notes that the way down added."""
-    words = getattr(cause, "text", None)
-    said = words.render(translate) if isinstance(words, Text) else str(cause)
-    return "\n".join([said or type(cause).__name__, *getattr(cause, "__notes__", ())])
 
 
 def _procedure(view: ProcedureView, translate: Translate) -> dict[str, Any]:

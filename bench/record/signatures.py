@@ -6,11 +6,12 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 from bench.record.disk import write_file
 from bench.record.journal_file import read_journal
 from bench.record.run_folder import RunFolder
 from bench.record.run_result import end_of
+from procedures.text import text
 
 _FILE = "signatures.json"
 _LONGEST = 500
@@ -35,12 +36,14 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime) 
     Raises InputError where nobody signs, the run has no end, its journal is not whole, or the file cannot be written.
     """
     if not person.strip():
-        raise InputError("a signature needs the name of who signs")
+        raise InputError(text("a signature needs the name of who signs"))
     if len(words) > _LONGEST:
-        raise InputError(f"the remark has {len(words)} characters; up to {_LONGEST} are allowed")
+        raise InputError(
+            text("the remark has {count} characters; up to {longest} are allowed", count=len(words), longest=_LONGEST)
+        )
     journal = read_journal(folder.journal)
     if not journal.events or journal.events[-1].kind != "run_finished":
-        raise InputError(f"{folder.path.name} has no end; only a run that has ended is signed off")
+        raise InputError(text("{name} has no end; only a run that has ended is signed off", name=folder.path.name))
     end = end_of(journal)
     made = Signature(
         person.strip(), role, when.isoformat(timespec="seconds"), words.strip(), end["events"], end["sha256"]
@@ -52,7 +55,9 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime) 
     try:
         write_file(_path(folder), content.encode("utf-8", "backslashreplace") + b"\n")
     except OSError as error:
-        raise InputError(f"{_path(folder)}: the signature was not written: {error}") from error
+        raise InputError(
+            text("{path}: the signature was not written: {error}", path=_path(folder), error=said_by(error))
+        ) from error
 
 
 def signatures(folder: RunFolder) -> Sequence[Signature]:
@@ -74,4 +79,4 @@ def _stored(path: Path) -> list[Signature]:
     except FileNotFoundError:
         return []
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"{path}: these are no signatures: {error}") from None
+        raise InputError(text("{path}: these are no signatures: {error}", path=path, error=said_by(error))) from None

@@ -16,7 +16,7 @@ from bench.record.encoding import plain
 from bench.record.journal_file import Event, JournalFile, Line, read_lines
 from bench.record.run_folder import RunFolder
 from bench.record.run_result import result_of
-from procedures.text import Translate, english
+from procedures.text import Translate, english, text
 
 #: Differences between result and journal that a finding names.
 _NAMED = 5
@@ -119,7 +119,9 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise InputError(f"{folder.result}: cannot be read: {error.strerror}") from None
+        raise InputError(
+            text("{result}: cannot be read: {strerror}", result=folder.result, strerror=error.strerror)
+        ) from None
     except (ValueError, KeyError, TypeError, RecursionError):
         content = None
     what = "is no result as a run writes it, with the journal's last event in it: it was changed"

@@ -27,7 +27,7 @@ from bench.session import Wishes
 from bench.software import software
 from bench.virtual_station import VIRTUAL, virtual_station
 from procedures.bench import Role
-from procedures.text import Translate, english
+from procedures.text import Translate, english, text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -117,7 +117,9 @@ def rehearse(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Rehear
     """
     if wishes.resume or wishes.faults or wishes.answers or wishes.operator not in ("", "virtual"):
         raise UsageError(
-            "--rehearse tries a whole plan with virtual hands: leave out --resume, --faults, --fault, --answers and --operator"
+            text(
+                "--rehearse tries a whole plan with virtual hands: leave out --resume, --faults, --fault, --answers and --operator"
+            )
         )
     plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
     translate = translator(wishes.language)

@@ -7,17 +7,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
 from bench.files.interlocks import InterlockEntry
 from bench.safety.interrupts import Interrupts
-from bench.safety.latch import Latch
+from bench.safety.latch import Latch, Trip
 from drivers.interfaces import InstrumentError, Interlock
 from drivers.interlocks import open_interlock
 from procedures.bench import Recorder
+from procedures.text import Text, lines, text
 
 #: How often (s) a contact is read; one that is sent by itself is waited for.
 _POLL = 0.01
 
+_OPEN = "open"
 #: Told the interlock's name and how it is: open, or silent and why.
 Opened = Callable[[str, str], None]
 
@@ -25,7 +27,7 @@ Opened = Callable[[str, str], None]
 def state(interlock: Interlock) -> str:
     """Return why a contact does not count as closed, or nothing where it is closed."""
     try:
-        return "" if interlock.closed() else "open"
+        return "" if interlock.closed() else _OPEN
     except InstrumentError as error:
         return f"silent, which counts as open ({error})"
 
@@ -116,6 +118,18 @@ class Uninterlocked:
         """Pass."""
 
 
+def _standing(name: str, how: str) -> Text:
+    if how == _OPEN:
+        return text("the interlock {name} is open", name=name)
+    return text("the interlock {name} is {how}", name=name, how=how)
+
+
+def _stood(trip: Trip) -> Text:
+    if trip.how == _OPEN:
+        return text("the interlock {name} was open at {time}", name=trip.interlock, time=trip.wall)
+    return text("the interlock {name} was {how} at {time}", name=trip.interlock, how=trip.how, time=trip.wall)
+
+
 def cause(name: str, how: str) -> str:
     """Return what interrupts a run, in words."""
     return f"the interlock {name}, which is {how}"
@@ -135,8 +149,12 @@ def ready(entries: Sequence[InterlockEntry], station: str) -> Iterator[Watched |
     trip = latch.standing()
     if trip is not None:
         raise InputError(
-            f"{station}: the interlock {trip.interlock} was {trip.how} at {trip.wall}, and nobody has reset it. "
-            f"Find out why, then: motorbench station reset {station} --by NAME"
+            text(
+                "{station}: {stood}, and nobody has reset it. "
+                "Find out why, then: motorbench station reset {station} --by NAME",
+                station=station,
+                stood=_stood(trip),
+            )
         )
     with closed(entries, station) as interlocks:
         yield Watched(interlocks, latch)
@@ -148,12 +166,12 @@ def closed(entries: Sequence[InterlockEntry], station: str) -> Iterator[Interloc
     try:
         interlocks = Interlocks(entries)
     except InstrumentError as error:
-        raise InputError(f"{station}: {error}") from error
+        raise InputError(at(station, said_by(error))) from error
     try:
         found = interlocks.not_closed()
         if found:
-            said = "; ".join(f"the interlock {name} is {how}" for name, how in found)
-            raise InputError(f"{station}: {said}. Close it, then start again")
+            said = lines((_standing(name, how) for name, how in found), between="; ")
+            raise InputError(text("{station}: {said}. Close it, then start again", station=station, said=said))
         yield interlocks
     finally:
         interlocks.close()

@@ -9,6 +9,7 @@ from typing import Any
 
 from bench.errors import InputError
 from bench.record.disk import write_file
+from procedures.text import text
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,11 @@ class Latch:
         """Raise InputError where a trip could not be kept."""
         if not os.access(self.path.parent, os.W_OK):
             raise InputError(
-                f"{self.path}: an interlock that opens is remembered in this file, and its folder is not writable; "
-                "make it writable, or move the station file"
+                text(
+                    "{path}: an interlock that opens is remembered in this file, and its folder is not writable; "
+                    "make it writable, or move the station file",
+                    path=self.path,
+                )
             )
 
     def trip(self, interlock: str, how: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from drivers.interfaces import Clock
 from procedures.bench import Role
+from procedures.text import text
 
 
 class Do(StrEnum):
@@ -100,10 +101,12 @@ def item(do: Do, role: Role, below: float | None = None, within: float | None = 
     """Return an item with what is not given filled in. Raises ValueError where the role cannot do it."""
     if role not in ROLES_OF[do]:
         allowed = ", ".join(one.value for one in ROLES_OF[do])
-        raise ValueError(f"{do.value} cannot be done to {role.value}; allowed is {allowed}")
+        raise ValueError(
+            text("{do} cannot be done to {role}; allowed is {allowed}", do=do.value, role=role.value, allowed=allowed)
+        )
     if do not in BELOW:
         if below is not None or within is not None:
-            raise ValueError(f"{do.value} measures nothing; leave below and within out")
+            raise ValueError(text("{do} measures nothing; leave below and within out", do=do.value))
         return Item(do, role)
     return Item(do, role, BELOW[do] if below is None else below, WITHIN[do] if within is None else within)
 

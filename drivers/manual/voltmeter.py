@@ -36,9 +36,15 @@ class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions]):
         """
         if self._full_scale is None:
             raise MeasurementError(self._name, "no range set", remedy="Call configure() first")
-        highest, context = self._full_scale, "with its sign, in volts"
+        highest = self._full_scale
         return self._reading(
-            "DC voltage", "V", -highest, highest, self._options.accuracy, stated_of="voltage", context=context
+            "DC voltage",
+            "V",
+            -highest,
+            highest,
+            self._options.accuracy,
+            stated_of="voltage",
+            context="with its sign, in volts",
         )
 
     def accuracy_at(self, voltage: float) -> Accuracy:

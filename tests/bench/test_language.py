@@ -46,15 +46,26 @@ def templates_at(node: ast.AST) -> Iterator[str]:
                 yield from literals(statement.value)
 
 
+def described_at(node: ast.AST) -> Iterator[str]:
+    """What a key of a file takes: the description of its field, which a file that is not right is answered with."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("Field", "number"):
+        for word in node.keywords:
+            if word.arg == "description":
+                assert not isinstance(word.value, ast.JoinedStr), ast.unparse(node)
+                yield from literals(word.value)
+
+
 def spoken_at(node: ast.AST) -> Iterator[str]:
-    """What a driver used by hand says: the text of confirm(…), quantity and context of ask(…), figures as {0}, {1} …"""
+    """What a driver used by hand says: the text of confirm(…), quantity and context of a reading, figures as {0}, {1} …"""
     if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "quantity":
         yield from literals(node.value)
     if not (
-        isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("confirm", "ask")
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and node.func.attr in ("confirm", "ask", "_reading")
     ):
         return
-    for argument in (node.args[0], *node.args[4:]):
+    for argument in (node.args[0], *node.args[4:], *(word.value for word in node.keywords if word.arg == "context")):
         if isinstance(argument, ast.Constant):
             yield argument.value
         elif isinstance(argument, ast.JoinedStr):
@@ -74,7 +85,7 @@ def templates() -> dict[str, str]:
     for folder, finder in (("procedures", templates_at), ("reports", templates_at), ("bench", templates_at)):
         for path in sorted((ROOT / folder).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                found_here = [*finder(node), *(phrases_at(node) if folder == "procedures" else ())]
+                found_here = [*finder(node), *(phrases_at if folder == "procedures" else described_at)(node)]
                 for template in filter(None, found_here):
                     found.setdefault(template, str(path.relative_to(ROOT)))
     for path in sorted((ROOT / "drivers" / "manual").rglob("*.py")):

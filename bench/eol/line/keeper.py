@@ -13,6 +13,7 @@ from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.insertion import settle
 from bench.eol.store.records import Passage, Records, StoreError
 from bench.errors import InputError
+from procedures.text import text
 
 #: The file among the runs that keeps records until their server has them.
 FILE = "records.sqlite"
@@ -96,7 +97,13 @@ def open_keeper(reference: str, runs: Path) -> Keeper:
     try:
         runs.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{runs}: the folder of the runs cannot be made: {error.strerror}; see --runs") from None
+        raise InputError(
+            text(
+                "{runs}: the folder of the runs cannot be made: {strerror}; see --runs",
+                runs=runs,
+                strerror=error.strerror,
+            )
+        ) from None
     return Keeper(open_database(str(runs / FILE)), reference)
 
 
@@ -104,7 +111,9 @@ def open_keeper(reference: str, runs: Path) -> Keeper:
 def own_records(reference: str) -> Iterator[Records]:
     """Give the records of a database as `open_keeper` takes it. Raises InputError where there are none."""
     if "://" not in reference and not Path(reference).is_file():
-        raise InputError(f"{reference}: there are no records here; name their file or server by --records")
+        raise InputError(
+            text("{reference}: there are no records here; name their file or server by --records", reference=reference)
+        )
     engine = open_database(reference)
     try:
         yield Records(engine)

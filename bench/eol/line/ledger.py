@@ -10,10 +10,17 @@ from typing import Any
 
 from bench.errors import InputError
 from bench.record.disk import sync_folder, write_all
+from procedures.text import Text, text
 
 FILE = "batch.jsonl"
 #: What must be the same for a batch to go on, and what it is called.
-_SAME = {"plan": "the plan", "motor": "the motor file", "line": "the station", "seed": "the seed", "again": "--again"}
+_SAME = {
+    "plan": text("the plan"),
+    "motor": text("the motor file"),
+    "line": text("the station"),
+    "seed": text("the seed"),
+    "again": Text("--again"),
+}
 
 
 @dataclass(frozen=True)
@@ -34,7 +41,13 @@ class Ledger:
             resumed = self.path.exists()
             self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         except OSError as error:
-            raise InputError(f"{folder}: the batch's folder cannot be made: {error.strerror}; see --runs") from None
+            raise InputError(
+                text(
+                    "{folder}: the batch's folder cannot be made: {strerror}; see --runs",
+                    folder=folder,
+                    strerror=error.strerror,
+                )
+            ) from None
         try:
             head = self._head() if resumed else {}
             if head:
@@ -47,7 +60,11 @@ class Ledger:
                 sync_folder(folder)
         except OSError as error:
             self.close()
-            raise InputError(f"{self.path}: the batch cannot be begun: {error.strerror}; see --runs") from None
+            raise InputError(
+                text(
+                    "{path}: the batch cannot be begun: {strerror}; see --runs", path=self.path, strerror=error.strerror
+                )
+            ) from None
         except InputError:
             self.close()
             raise
@@ -78,7 +95,9 @@ class Ledger:
         with self.path.open(encoding="utf-8") as file:
             head = _entry(file.readline())
         if head and "batch" not in head:
-            raise InputError(f"{self.path}: this is not a batch's file; choose another --batch or --runs")
+            raise InputError(
+                text("{path}: this is not a batch's file; choose another --batch or --runs", path=self.path)
+            )
         return head
 
     def _end_torn_line(self) -> None:
@@ -92,8 +111,12 @@ class Ledger:
         for key, what in _SAME.items():
             if key in about and head.get(key) != about[key]:
                 raise InputError(
-                    f"{self.path}: {what} is not the one that this batch was begun with; "
-                    "begin another batch with --batch NAME, or take the former one"
+                    text(
+                        "{path}: {what} is not the one that this batch was begun with; "
+                        "begin another batch with --batch NAME, or take the former one",
+                        path=self.path,
+                        what=what,
+                    )
                 )
 
     def _write(self, entry: Mapping[str, Any]) -> None:

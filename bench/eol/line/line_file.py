@@ -16,6 +16,7 @@ from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.safety.way_down_items import OFF_BY
 from bench.virtual_station import VIRTUAL
 from procedures.bench import Role
+from procedures.text import text
 
 #: No line has more sockets.
 MOST_SOCKETS = 64
@@ -76,21 +77,34 @@ def load_line(reference: str, sockets: int | None) -> Line:
     Raises InputError for a bad file, UsageError where the file says how many sockets there are and `sockets` says otherwise.
     """
     if sockets is not None and not 1 <= sockets <= MOST_SOCKETS:
-        raise UsageError(f"--sockets {sockets}: allowed are 1 to {MOST_SOCKETS}")
+        raise UsageError(
+            text("--sockets {sockets}: allowed are 1 to {most_sockets}", sockets=sockets, most_sockets=MOST_SOCKETS)
+        )
     if reference == VIRTUAL:
         return _virtual(_Line(bench="virtual", sockets=sockets or 1), VIRTUAL)
-    content, data = read(Path(reference), "station file")
+    content, data = read(Path(reference), text("station file"))
     line = validate(_Line, data.get("line", {}), reference, "line")
     if line.bench == VIRTUAL:
         if set(data) != {"line"}:
-            raise InputError(f"{reference}: a line of virtual benches has a table [line] and nothing else")
+            raise InputError(
+                text("{reference}: a line of virtual benches has a table [line] and nothing else", reference=reference)
+            )
         return _virtual(line if sockets is None else line.model_copy(update={"sockets": sockets}), reference)
     for key in ("name", "sockets", "shared"):
         if key in line.model_fields_set:
-            raise InputError(f'{reference}: line.{key} goes with line.bench = "virtual"')
+            raise InputError(
+                text('{reference}: line.{key} goes with line.bench = "virtual"', reference=reference, key=key)
+            )
     made = _real(data, reference, content, line)
     if sockets is not None and sockets != len(made.sockets):
-        raise UsageError(f"--sockets {sockets}: {reference} has {len(made.sockets)}; leave it out")
+        raise UsageError(
+            text(
+                "--sockets {sockets}: {reference} has {count}; leave it out",
+                sockets=sockets,
+                reference=reference,
+                count=len(made.sockets),
+            )
+        )
     return made
 
 
@@ -105,7 +119,13 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
         station = make_station({key: value for key, value in data.items() if key != "line"}, source, content)
         return Line(source, station.name, (LineSocket("1", station),), frozenset(), line.timeout)
     if not isinstance(tables, dict) or not 1 <= len(tables) <= MOST_SOCKETS:
-        raise InputError(f"{source}: sockets: give 1 to {MOST_SOCKETS} tables [sockets.NAME]")
+        raise InputError(
+            text(
+                "{source}: sockets: give 1 to {most_sockets} tables [sockets.NAME]",
+                source=source,
+                most_sockets=MOST_SOCKETS,
+            )
+        )
     shared: set[Role] = set()
     sockets = []
     for name, table in tables.items():
@@ -115,14 +135,22 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
     feeding = sorted(role.value for role in shared & set(OFF_BY))
     if feeding and len(sockets) > 1:
         raise InputError(
-            f"{source}: instruments.{feeding[0]} feeds energy and cannot be shared: the guardian of one socket would switch it off "
-            f"under another. Give each socket its own: [sockets.NAME.instruments.{feeding[0]}]"
+            text(
+                "{source}: instruments.{feeding} feeds energy and cannot be shared: the guardian of one socket would switch it off "
+                "under another. Give each socket its own: [sockets.NAME.instruments.{feeding}]",
+                source=source,
+                feeding=feeding[0],
+            )
         )
     fixture = sorted(role.value for role in shared & FIXTURE_ROLES)
     if fixture and len(sockets) > 1:
         raise InputError(
-            f"{source}: instruments.{fixture[0]} works in place of hands and belongs to one socket: "
-            f"[sockets.NAME.instruments.{fixture[0]}]"
+            text(
+                "{source}: instruments.{fixture} works in place of hands and belongs to one socket: "
+                "[sockets.NAME.instruments.{fixture}]",
+                source=source,
+                fixture=fixture[0],
+            )
         )
     first = sockets[0].station
     name = first.name if first else ""
@@ -133,11 +161,20 @@ def _socket_station(data: Mapping[str, Any], name: str, table: Any, source: str)
     """Return a socket's station as a station file of its own would give it, the shared instruments included."""
     own = validate(_Socket, table, source, f"sockets.{name}") if isinstance(table, dict) else None
     if own is None:
-        raise InputError(f"{source}: sockets.{name} is no table; give [sockets.{name}.instruments.ROLE]")
+        raise InputError(
+            text(
+                "{source}: sockets.{name} is no table; give [sockets.{name}.instruments.ROLE]", source=source, name=name
+            )
+        )
     twice = sorted(set(own.instruments) & set(data.get("instruments", {})))
     if twice:
         raise InputError(
-            f"{source}: sockets.{name}.instruments.{twice[0]} and instruments.{twice[0]}: it is either the socket's own or shared"
+            text(
+                "{source}: sockets.{name}.instruments.{twice} and instruments.{twice}: it is either the socket's own or shared",
+                source=source,
+                name=name,
+                twice=twice[0],
+            )
         )
     merged = {key: value for key, value in data.items() if key not in ("line", "sockets")}
     merged["instruments"] = {**data.get("instruments", {}), **own.instruments}

@@ -24,8 +24,9 @@ from bench.eol.line.pulse import give_signs
 from bench.eol.line.times import Times
 from bench.eol.line.virtual_motors import drawn_motor, seed_of
 from bench.eol.record import MotorRecord
-from bench.errors import InputError
+from bench.errors import InputError, message
 from bench.files.station import Station
+from bench.language import translator
 from bench.library_logs import quieten_libraries
 from bench.plan import Planned, check_roles
 from bench.record.journal import DURABLE
@@ -87,7 +88,7 @@ class Socket:
         try:
             self._run(passage)
         except (InputError, OSError) as error:
-            passage.cause = str(error)
+            passage.cause = message(error, translator(batch.language))
         except Exception as error:  # noqa: BLE001  one motor's trouble must not end the line
             passage.cause = f"{type(error).__name__}: {error}"
         finally:

@@ -11,6 +11,7 @@ from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.plan import Planned, check_roles
 from bench.virtual_station import virtual_roles
 from procedures.catalogue import catalogue
+from procedures.text import text
 
 
 def planned_of(checks: Iterable[Check], source: str) -> list[Planned]:
@@ -40,8 +41,15 @@ def check_parameters(plan: Plan, planned: Sequence[Planned]) -> None:
         if parameter in given:
             continue
         owners = [name for name, procedure in catalogue().items() if parameter in procedure.gives]
-        hint = f"add the procedure {' or '.join(owners)}" if owners else nearest(parameter, given)
-        raise InputError(f"{plan.source}: limit on {parameter}: no procedure of the plan gives it; {hint}")
+        hint = text("add the procedure {names}", names=" or ".join(owners)) if owners else nearest(parameter, given)
+        raise InputError(
+            text(
+                "{source}: limit on {parameter}: no procedure of the plan gives it; {hint}",
+                source=plan.source,
+                parameter=parameter,
+                hint=hint,
+            )
+        )
 
 
 def check_station(line: Line, planned: Sequence[Planned]) -> None:
@@ -54,4 +62,10 @@ def check_station(line: Line, planned: Sequence[Planned]) -> None:
         for each in planned:
             missing = sorted(role.value for role in each.procedure.roles if role.value not in there)
             if missing:
-                raise InputError(f"{each.name} needs {', '.join(missing)}, which the virtual bench has not")
+                raise InputError(
+                    text(
+                        "{name} needs {names}, which the virtual bench has not",
+                        name=each.name,
+                        names=", ".join(missing),
+                    )
+                )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import IO, Protocol
 
 from bench.errors import InputError
+from procedures.text import text
 
 #: No line of a file or a scanner is longer (characters); what is, is refused as a serial number anyway.
 _LONGEST = 4096
@@ -67,7 +68,11 @@ class FromFile:
         try:
             self._file = path.open(encoding="utf-8-sig", errors="backslashreplace")
         except OSError as error:
-            raise InputError(f"{path}: the file of serial numbers cannot be read: {error.strerror}") from None
+            raise InputError(
+                text(
+                    "{path}: the file of serial numbers cannot be read: {strerror}", path=path, strerror=error.strerror
+                )
+            ) from None
         self._lines = self._read()
         self._ahead = next(self._lines, None)
 

@@ -11,7 +11,8 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import URL, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
-from bench.errors import InputError
+from bench.errors import InputError, at, said_by
+from procedures.text import text
 
 _KINDS = ("sqlite", "postgresql")
 #: How long (s) a writer waits for another one, and a client for a server that does not answer.
@@ -32,10 +33,15 @@ def database_url(reference: str) -> URL:
     try:
         url = make_url(reference)
     except (ArgumentError, ValueError) as error:
-        raise InputError(f"{reference}: this is no address of a database: {error}") from None
+        raise InputError(
+            text("{reference}: this is no address of a database: {error}", reference=reference, error=said_by(error))
+        ) from None
     if url.get_backend_name() not in _KINDS:
         raise InputError(
-            f"{_named(url)}: databases are kept in SQLite (a file's path) or PostgreSQL (postgresql://USER@HOST/NAME)"
+            text(
+                "{named}: databases are kept in SQLite (a file's path) or PostgreSQL (postgresql://USER@HOST/NAME)",
+                named=_named(url),
+            )
         )
     return url.set(drivername="postgresql+psycopg") if url.get_backend_name() == "postgresql" else url
 
@@ -50,19 +56,22 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
     url = database_url(reference)
     if existing and url.get_backend_name() == "sqlite" and not Path(url.database or "").is_file():
         raise NoDatabaseError(
-            f"{reference}: there are no records here; give the file or the address that eol run wrote to"
+            text(
+                "{reference}: there are no records here; give the file or the address that eol run wrote to",
+                reference=reference,
+            )
         )
     try:
         engine = create_engine(url, pool_pre_ping=url.get_backend_name() != "sqlite", connect_args=_arguments(url))
     except NoSuchModuleError as error:
-        raise InputError(f"{_named(url)}: {error}") from None
+        raise InputError(at(_named(url), said_by(error))) from None
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "connect", _durable)
     try:
         _bring_up(engine)
     except DBAPIError as error:
         engine.dispose()
-        raise InputError(f"{_named(url)}: {reason(error)}") from None
+        raise InputError(at(_named(url), reason(error))) from None
     except InputError:
         engine.dispose()
         raise
@@ -105,8 +114,13 @@ def _bring_up(engine: Engine) -> None:
         found = MigrationContext.configure(connection).get_current_revision()
         if found is not None and found not in known:
             raise InputError(
-                f"{_named(engine.url)}: its tables are of version {found}, which this program does not know "
-                f"(it knows up to {max(known)}); use the newer motorbench that made them. Nothing was changed"
+                text(
+                    "{named}: its tables are of version {found}, which this program does not know "
+                    "(it knows up to {max}); use the newer motorbench that made them. Nothing was changed",
+                    named=_named(engine.url),
+                    found=found,
+                    max=max(known),
+                )
             )
         if found == max(known):
             return

@@ -11,6 +11,7 @@ from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records, StoreError
 from bench.eol.store.schema import OUTBOX
 from bench.errors import InputError
+from procedures.text import text
 
 #: Forwarded at one go, so that a long outage does not hold up the line when it ends.
 _AT_ONCE = 50
@@ -55,7 +56,10 @@ class ForwardingRecords:
             record = self.records.find(identifier)
             if record is None:
                 raise StoreError(
-                    f"record {identifier} waits to be forwarded and is not there; the file was changed by hand"
+                    text(
+                        "record {identifier} waits to be forwarded and is not there; the file was changed by hand",
+                        identifier=identifier,
+                    )
                 )
             try:
                 if self._server is None:

@@ -14,6 +14,7 @@ from bench.eol.record import MotorRecord
 from bench.eol.store.database import reason
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
 from bench.errors import InputError
+from procedures.text import text
 
 #: Of so many motors the figures go into their table together: their index by value then costs a page for each parameter once, and
 #: not with every motor. The motor that has it done waits some milliseconds.
@@ -68,8 +69,12 @@ def settle(engine: Engine) -> None:
                 connection.commit()
     except DBAPIError as error:
         raise InputError(
-            f"{engine.url}: the latest motors' figures cannot be put into their table: {reason(error)}. They are kept; see that "
-            "the file can be written and its disk is not full, and that nothing else holds it"
+            text(
+                "{url}: the latest motors' figures cannot be put into their table: {reason}. They are kept; see that "
+                "the file can be written and its disk is not full, and that nothing else holds it",
+                url=engine.url,
+                reason=reason(error),
+            )
         ) from None
 
 

@@ -8,6 +8,7 @@ from sqlalchemy import ColumnElement, Connection, Select, and_, func, not_, or_,
 from bench.eol.store.schema import MOTOR
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
+from procedures.text import Text, text
 
 
 @dataclass(frozen=True)
@@ -78,9 +79,16 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
         raise InputError(_nothing(connection, missing))
     models = sorted({row.model for row in rows})
     if model and model not in models:
-        raise InputError(f"there are no records of the type {model!r}; there are: {', '.join(models)}")
+        raise InputError(
+            text("there are no records of the type {model!r}; there are: {names}", model=model, names=models)
+        )
     if len(models) > 1 and not model:
-        raise InputError(f"the records are of several types: {', '.join(models)}; name batches of one, or --model TYPE")
+        raise InputError(
+            text(
+                "the records are of several types: {names}; name batches of one, or --model TYPE",
+                names=models,
+            )
+        )
     chosen = [row for row in rows if row.model == (model or models[0])]
     ranges = sorted(
         (min(row[5] for row in chosen if row.batch == name), max(row[6] for row in chosen if row.batch == name), name)
@@ -124,8 +132,10 @@ def _merged(ranges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
     return made
 
 
-def _nothing(connection: Connection, missing: Sequence[str]) -> str:
+def _nothing(connection: Connection, missing: Sequence[str]) -> Text:
     named = list(connection.execute(select(MOTOR.c.batch).distinct().limit(20)).scalars())
     if not named:
-        return "there are no records yet"
-    return f"there is no batch {', '.join(map(repr, missing))}; there are: {', '.join(sorted(named))}"
+        return text("there are no records yet")
+    return text(
+        "there is no batch {batches}; there are: {names}", batches=[repr(name) for name in missing], names=sorted(named)
+    )

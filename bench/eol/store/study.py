@@ -13,9 +13,11 @@ from bench.eol.store.records import utc
 from bench.eol.store.schema import FIGURE, MOTOR
 from bench.eol.store.selection import Selection
 from bench.errors import InputError
+from procedures.text import text
 
 #: A study is some dozens of motors; what has more is a batch.
 _MOST = 10_000
+_APPRAISERS = {"person": text("person"), "socket": text("socket")}
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,13 @@ def crossed(
     )
     rows = connection.execute(query).all()
     if len(rows) > _MOST:
-        raise InputError(f"{parameter}: more than {_MOST} figures are no gauge study; name the batches of the study")
+        raise InputError(
+            text(
+                "{parameter}: more than {most} figures are no gauge study; name the batches of the study",
+                parameter=parameter,
+                most=_MOST,
+            )
+        )
     cells: dict[tuple[str, str], list[float | None]] = {}
     for part, who, value, _ in rows:
         cells.setdefault((who, part), []).append(value)
@@ -57,13 +65,28 @@ def crossed(
             cell = cells.get((who, part), [])
             if len(cell) != trials or None in cell:
                 raise InputError(
-                    f"{parameter}: {part} has {len([v for v in cell if v is not None])} figures by {appraiser} {who!r} and "
-                    f"others have {trials}; in a crossed study every {appraiser} measures every motor equally often"
+                    text(
+                        "{parameter}: {part} has {count} figures by {appraiser} {who!r} and "
+                        "others have {trials}; in a crossed study every {appraiser} measures every motor equally often",
+                        parameter=parameter,
+                        part=part,
+                        count=len([v for v in cell if v is not None]),
+                        appraiser=_APPRAISERS[appraiser],
+                        who=who,
+                        trials=trials,
+                    )
                 )
     if min(len(appraisers), len(parts), trials) < 2:
         raise InputError(
-            f"{parameter}: a crossed study needs 2 {appraiser}s, 2 motors and 2 repetitions at least; the records have "
-            f"{len(appraisers)}, {len(parts)} and {trials}"
+            text(
+                "{parameter}: a crossed study needs 2 {appraiser}s, 2 motors and 2 repetitions at least; the records have "
+                "{people}, {motors} and {trials}",
+                parameter=parameter,
+                appraiser=_APPRAISERS[appraiser],
+                people=len(appraisers),
+                motors=len(parts),
+                trials=trials,
+            )
         )
     values = np.array([[cells[who, part] for part in parts] for who in appraisers], dtype=np.float64)
     return Crossed(parameter, rows[0][3], tuple(appraisers), tuple(parts), values)

@@ -118,7 +118,7 @@ class _Ended:
             try:
                 given = signatures(self._run.folder)
             except InputError as error:
-                ui.label(str(error)).style("color:#7a130d")
+                ui.label(self._reader.fault(error)).style("color:#7a130d")
                 return
             for signature in given:
                 words = f"{signature.person} ({signature.role}), {signature.time}  {signature.words}  SHA-256 {signature.sha256[:12]}…"
@@ -140,16 +140,16 @@ class _Ended:
         try:
             sign(self._run.folder, person, self._session.right.value, words, datetime.now(UTC))
         except InputError as error:
-            _complain(str(error))
+            _complain(self._reader.fault(error))
             return
         self._sign_part()
 
     async def _resume(self, repeat: str | None = None) -> None:
         chosen = [repeat] if isinstance(repeat, str) else []
         try:
-            again = await self._panel.resume(self._run.name, self._session.person, chosen)
+            again = await self._panel.resume(self._run.name, self._session.person, chosen, self._session.language)
         except (InputError, TimeoutError) as error:
-            _complain(str(error))
+            _complain(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)
         ui.run_javascript(f"location.href='/runs/{again.name}'")
@@ -158,7 +158,9 @@ class _Ended:
         if not target:
             _complain(self._reader.say(text("Choose what to export for.")))
             return
-        out = await self._command("export", str(self._run.folder.path), "--for", target)
+        out = await self._command(
+            "export", str(self._run.folder.path), "--for", target, "--language", self._session.language
+        )
         if out is not None:
             ui.download.content(
                 out, f"{self._run.name}.{target}.txt" if target not in ("json", "csv") else f"{self._run.name}.{target}"

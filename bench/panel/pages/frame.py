@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from nicegui import ui
 
+from bench.errors import message
 from bench.language import translator
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -57,6 +58,10 @@ class Reader:
     def say(self, words: Text) -> str:
         """Return a sentence in the reader's language."""
         return words.render(self.translate)
+
+    def fault(self, error: Exception) -> str:
+        """Return what went wrong in the reader's language."""
+        return message(error, self.translate)
 
 
 #: Catalogues are files; a page asks for hundreds of sentences.

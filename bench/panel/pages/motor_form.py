@@ -61,7 +61,7 @@ class _MotorForm:
             for terminal in ("A", "B", "C"):
                 label = say(text("Colour of wire {terminal}", terminal=terminal))
                 self._colours[terminal] = ui.input(label).props("outlined dense")
-        self._fault = ui.label().props("role=alert").classes("text-lg mt-3").style("color:#7a130d")
+        self._fault = ui.label().props("role=alert").classes("text-lg mt-3 whitespace-pre-line").style("color:#7a130d")
         ui.button(say(text("Save")), on_click=self._save, color=None).classes("mb-go text-xl px-8 mt-2")
 
     def _field(self, name: str, field: FieldInfo) -> Any:
@@ -80,7 +80,7 @@ class _MotorForm:
         try:
             path = save_motor(self._panel.motors, self._given())
         except InputError as error:
-            self._fault.set_text(str(error))
+            self._fault.set_text(self._reader.fault(error))
             return
         ui.navigate.to(f"/?motor={path.stem}")
 

@@ -102,7 +102,7 @@ class _StartPage:
         try:
             offered = await self._panel.offer.procedures()
         except InputError as error:
-            self._complain(str(error))
+            self._complain(self._reader.fault(error))
             return
         self._start.set_enabled(self._session.may_lead)
         self._try.set_enabled(True)
@@ -146,7 +146,7 @@ class _StartPage:
         try:
             drive = load_motor(str(self._motor.value)).six_step is not None
         except InputError as error:
-            self._complain(str(error))
+            self._complain(self._reader.fault(error))
             return
         roles = {role for procedure in self._offered.values() for role in procedure.roles}
         self._roles = frozenset((roles if drive else roles - {"drive"}) - _NOT_VIRTUAL)
@@ -176,9 +176,9 @@ class _StartPage:
         with self._station:
             ui.spinner(size="2rem")
         try:
-            told = await check_station(Path(self._panel.station))
+            told = await check_station(Path(self._panel.station), self._session.language)
         except InputError as error:
-            told = {"name": self._panel.station, "instruments": {}, "overdue": [str(error)]}
+            told = {"name": self._panel.station, "instruments": {}, "overdue": [self._reader.fault(error)]}
         self._station.clear()
         with self._station:
             for role, found in told["instruments"].items():
@@ -209,7 +209,7 @@ class _StartPage:
         try:
             found = await rehearse(chosen, self._panel.station, str(self._motor.value), self._session.language)
         except InputError as error:
-            self._complain(str(error))
+            self._complain(self._reader.fault(error))
             return
         for name, (bench, hands) in found.times.items():
             if name in self._notes:
@@ -249,7 +249,7 @@ class _StartPage:
         try:
             run = await self._panel.start(order)
         except (InputError, TimeoutError) as error:
-            self._complain(str(error))
+            self._complain(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)
         ui.navigate.to(f"/runs/{run.name}")
