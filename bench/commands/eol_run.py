@@ -13,8 +13,9 @@ from bench.eol.line.ledger import Begun
 from bench.eol.record import MotorRecord
 from bench.eol.store.records import StoreError
 from bench.eol.verdict import Verdict
-from bench.errors import InputError
-from bench.language import language_of
+from bench.errors import InputError, said_by
+from bench.language import language_of, translator
+from procedures.text import Text, Translate, text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -89,31 +90,36 @@ def run(
         again=again,
     )
     began = monotonic()
-    ears = _Teller(console_on(sys.stderr if json else sys.stdout))
+    ears = _Teller(console_on(sys.stderr if json else sys.stdout), translator(wishes.language))
     try:
         counts, stopped = run_batch(wishes, ears, sys.stdin)
     except StoreError as error:
-        raise InputError(str(error)) from None
+        raise InputError(said_by(error)) from None
     told = _told(counts, stopped, monotonic() - began)
     if json:
         print_json(told)
     else:
         _say(console_on(sys.stdout), told)
+    translate = translator(wishes.language)
     if counts.waiting:
-        print(
-            f"motorbench: {counts.waiting} records wait for the server ({counts.fault}); they are forwarded with the next batch",
-            file=sys.stderr,
+        waiting = text(
+            "{number} records wait for the server ({fault}); they are forwarded with the next batch",
+            number=counts.waiting,
+            fault=counts.fault,
         )
+        print(f"motorbench: {waiting.render(translate)}", file=sys.stderr)
     if stopped:
-        print(f"motorbench: the batch was stopped by {stopped}; the same command goes on with it", file=sys.stderr)
+        said = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
+        print(f"motorbench: {said.render(translate)}", file=sys.stderr)
     return 0 if not stopped and counts.verdicts[Verdict.PASS.value] == counts.motors else 1
 
 
 class _Teller:
     """Prints a line for each motor, and its label."""
 
-    def __init__(self, console: "Console") -> None:
+    def __init__(self, console: "Console", translate: Translate) -> None:
         self._console = console
+        self._translate = translate
 
     def begun(self, motor: Begun, socket: str) -> None:
         """Say nothing: its end is soon told."""
@@ -126,11 +132,11 @@ class _Teller:
 
     def refused(self, refused: Refused) -> None:
         """Print why."""
-        self._line(f"refused: {refused.why}")
+        self._line(text("refused: {why}", why=refused.why).render(self._translate))
 
-    def trouble(self, words: str) -> None:
+    def trouble(self, words: Text) -> None:
         """Print it."""
-        self._line(f"motorbench: {words}")
+        self._line(f"motorbench: {words.render(self._translate)}")
 
     def _line(self, words: str) -> None:
         self._console.file.write(words + "\n")

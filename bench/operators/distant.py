@@ -7,12 +7,13 @@ from itertools import count
 from time import monotonic
 from typing import Any
 
+from bench.errors import said_by
 from bench.operators.line import OperatorLine
 from bench.record.stored_result import store_text
 from bench.safety.interrupts import Interrupted
 from procedures.actions import Action, EnterReading, MarkRestPositions, Mend
 from procedures.bench import Operator
-from procedures.text import Text
+from procedures.text import Text, text
 
 #: Waiting is cut into slices (s), so that signals are heard.
 _SLICE = 0.2
@@ -81,7 +82,15 @@ class DistantOperator:
         def within(value: object) -> float:
             number = _number(value)
             if not minimum <= number <= maximum:
-                raise ValueError(f"{number:g} {unit} is outside {minimum:g} … {maximum:g} {unit}")
+                raise ValueError(
+                    text(
+                        "{number:g} {unit} is outside {minimum:g} … {maximum:g} {unit}",
+                        number=number,
+                        unit=unit,
+                        minimum=minimum,
+                        maximum=maximum,
+                    )
+                )
             return number
 
         return float(self._ask(asked, within))
@@ -114,25 +123,25 @@ class DistantOperator:
                 self._question = None
             self.line.say({"question": None})
 
-    def _hear(self, message: Mapping[str, Any]) -> str:
+    def _hear(self, message: Mapping[str, Any]) -> Text | None:
         self._watched = monotonic()
         if "abort" in message:
             self._stop(f"{message['abort'] or 'a person'} at the panel")
-            return ""
+            return None
         if "answer" not in message:
-            return "" if message.get("watching") else "there are answer, abort and watching"
+            return None if message.get("watching") else text("there are answer, abort and watching")
         with self._condition:
             question = self._question
             if question is None or message.get("id") != question["id"]:
-                return "this is not asked any more"
+                return text("this is not asked any more")
             if self._given:
-                return "this is answered already"
+                return text("this is answered already")
             try:
                 self._given = [question["check"](message["answer"])]
             except ValueError as fault:
-                return str(fault)
+                return said_by(fault)
             self._condition.notify_all()
-        return ""
+        return None
 
     def _watch_chair(self) -> None:
         while not self._closed.wait(min(1.0, self._patience / 4.0)):
@@ -162,16 +171,16 @@ class DistantPrompt:
 
 def _nothing(value: object) -> None:
     if value is not None:
-        raise ValueError("this only needs to be confirmed")
+        raise ValueError(text("this only needs to be confirmed"))
 
 
 def _number(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{value!r} is not a number")
+        raise ValueError(text("{value} is not a number", value=repr(value)))
     return float(value)
 
 
 def _angles(value: object) -> list[float]:
     if not isinstance(value, list) or not value:
-        raise ValueError("angles are a list of numbers, in degrees")
+        raise ValueError(text("angles are a list of numbers, in degrees"))
     return [_number(item) for item in value]

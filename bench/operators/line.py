@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from bench.record.encoding import plain
+from bench.record.stored_result import store_text
+from procedures.text import Text, text
 
 #: The file in a run's folder that says where its line is.
 FILE = "operator.json"
 _LONGEST = 1 << 16
 
-#: Does what a panel wishes; returns what was wrong with it, or nothing.
-Hear = Callable[[Mapping[str, Any]], str]
+#: Does what a panel wishes; returns what was wrong with it, or None.
+Hear = Callable[[Mapping[str, Any]], Text | None]
 
 
 class OperatorLine:
@@ -25,7 +27,7 @@ class OperatorLine:
 
     Who connects sends `{"token": …}` first, the one that stands in the run's folder, readable by its owner alone; then
     it gets what was said last, and everything said from then on. Each of its lines is answered by `{"heard": …}` or
-    `{"refused": …}`.
+    `{"refused": …}`, in English, with the same as a stored Text under `text`.
     """
 
     def __init__(self, hear: Hear) -> None:
@@ -85,8 +87,8 @@ class OperatorLine:
         with self._lock:
             self._listeners.pop(id(listener), None)
 
-    def hear(self, message: Mapping[str, Any]) -> str:
-        """Pass on what a listener says; return what was wrong with it, or nothing."""
+    def hear(self, message: Mapping[str, Any]) -> Text | None:
+        """Pass on what a listener says; return what was wrong with it, or None."""
         return self._hear(message)
 
 
@@ -114,11 +116,11 @@ class _Listener(socketserver.StreamRequestHandler):
                 if not admitted:
                     admitted = line.admit(self, message.get("token"))
                     if not admitted:
-                        self.send({"refused": "this is not the token in the run's folder"})
+                        self.send(_refused(text("this is not the token in the run's folder")))
                         return
                     continue
                 fault = line.hear(message)
-                self.send({"refused": fault} if fault else {"heard": message.get("id")})
+                self.send(_refused(fault) if fault else {"heard": message.get("id")})
 
     def finish(self) -> None:
         self.server.line.leave(self)
@@ -145,6 +147,10 @@ class _Listener(socketserver.StreamRequestHandler):
         except ValueError:
             message = None
         if not isinstance(message, dict):
-            self.send({"refused": "a line must be a JSON object"})
+            self.send(_refused(text("a line must be a JSON object")))
             return None
         return message
+
+
+def _refused(fault: Text) -> dict[str, Any]:
+    return {"refused": str(fault), "text": store_text(fault)}

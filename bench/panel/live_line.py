@@ -7,6 +7,7 @@ from typing import Any
 
 from bench.panel.launch import LINE
 from bench.panel.run_line import RunLine
+from procedures.text import Text, text
 
 #: How often (s) a line without a batch is looked at.
 _LOOK = 1.0
@@ -77,9 +78,9 @@ class LiveLine:
             await old.close()
         return True
 
-    async def say(self, message: Mapping[str, Any]) -> str:
-        """Say something to the batch; return why it was refused, or nothing."""
-        return await self._batch.say(message) if self._batch else "no batch goes on"
+    async def say(self, message: Mapping[str, Any]) -> Text | None:
+        """Say something to the batch; return why it was refused, or None."""
+        return await self._batch.say(message) if self._batch else text("no batch goes on")
 
     async def _find(self) -> None:
         for announced in self._runs.glob(f"*/{LINE}"):

@@ -8,10 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from bench.operators.line import FILE
+from bench.record.stored_result import restore_text, store_text
+from procedures.text import Text, text
 
 #: How often (s) a run is told that somebody watches; it waits much longer before it ends for want of it.
 _BEAT = 2.0
 _ANSWER_TIME = 10.0
+_ENDED = text("the run has ended")
 
 
 class RunLine:
@@ -48,12 +51,12 @@ class RunLine:
         self._tasks = [asyncio.create_task(self._listen(reader)), asyncio.create_task(self._watch())]
         return True
 
-    async def answer(self, number: int, value: object) -> str:
-        """Answer a question; return why it was refused, or nothing."""
+    async def answer(self, number: int, value: object) -> Text | None:
+        """Answer a question; return why it was refused, or None."""
         return await self.say({"id": number, "answer": value})
 
-    async def abort(self, person: str) -> str:
-        """Have the run take the way down; return why not, or nothing."""
+    async def abort(self, person: str) -> Text | None:
+        """Have the run take the way down; return why not, or None."""
         return await self.say({"abort": person})
 
     async def close(self) -> None:
@@ -73,10 +76,10 @@ class RunLine:
         self.changes += 1
         return True
 
-    async def say(self, message: Mapping[str, Any]) -> str:
-        """Say something that is answered; return why it was refused, or nothing."""
+    async def say(self, message: Mapping[str, Any]) -> Text | None:
+        """Say something that is answered; return why it was refused, or None."""
         if not self.alive:
-            return "the run has ended"
+            return _ENDED
         async with self._speaking:
             while not self._replies.empty():
                 self._replies.get_nowait()
@@ -85,8 +88,8 @@ class RunLine:
                 async with asyncio.timeout(_ANSWER_TIME):
                     reply = await self._replies.get()
             except TimeoutError:
-                return "the run does not answer" if self.alive else "the run has ended"
-        return str(reply.get("refused", ""))
+                return text("the run does not answer") if self.alive else _ENDED
+        return restore_text(reply["text"]) if "refused" in reply else None
 
     def _send(self, message: Mapping[str, Any]) -> None:
         if self._writer is not None:
@@ -103,7 +106,7 @@ class RunLine:
         finally:
             self.alive, self.question = False, None
             self.changes += 1
-            self._replies.put_nowait({"refused": "the run has ended"})
+            self._replies.put_nowait({"refused": str(_ENDED), "text": store_text(_ENDED)})
 
     async def _watch(self) -> None:
         while self.alive:

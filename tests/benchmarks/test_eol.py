@@ -32,6 +32,7 @@ from bench.eol.store.database import open_database
 from bench.eol.verdict import Verdict
 from bench.files.motor_file import load_motor
 from procedures.catalogue import catalogue
+from procedures.text import Text
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "eol"
 
@@ -49,10 +50,10 @@ class Deaf:
         pass
 
     def refused(self, refused: Refused) -> None:
-        self.heard.append(refused.why)
+        self.heard.append(str(refused.why))
 
-    def trouble(self, words: str) -> None:
-        self.heard.append(words)
+    def trouble(self, words: Text) -> None:
+        self.heard.append(str(words))
 
 
 def enabled(config: pytest.Config) -> bool:

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 from bench.eol.line.ledger import Begun
 from bench.eol.line.serials import Serials
 from bench.eol.store.records import Passage
-from bench.errors import InputError
+from bench.eol.verdict import Verdict
+from bench.errors import InputError, said_by
+from procedures.text import Text, text
+
+_VERDICTS = {
+    Verdict.PASS: text("pass"),
+    Verdict.FAIL: text("fail"),
+    Verdict.ERROR: text("error"),
+    Verdict.ABORTED: text("aborted"),
+}
 
 
 @dataclass(frozen=True)
@@ -15,7 +24,7 @@ class Refused:
     """A serial number that is not measured, and why."""
 
     serial_number: str
-    why: str
+    why: Text
 
 
 class Admission:
@@ -66,9 +75,9 @@ class Admission:
             try:
                 self._check(given)
             except InputError as error:
-                return Refused(given, str(error))
+                return Refused(given, said_by(error))
             if given in self._under_way:
-                return Refused(given, f"serial number {given}: this motor is being measured now")
+                return Refused(given, text("serial number {serial}: this motor is being measured now", serial=given))
             passage = None if self._again else self._earlier(given)
             if passage is None:
                 self._last += 1
@@ -76,11 +85,15 @@ class Admission:
                 return Begun(self._last, given)
             if passage.batch == self._batch and passage.number <= self._known:
                 continue
-            return Refused(
-                given,
-                f"serial number {given} was measured already: {passage.verdict.value} as motor {passage.number} of batch "
-                f"{passage.batch}; measure it again with --again",
+            said = text(
+                "serial number {serial} was measured already: {verdict} as motor {number} of batch {batch}; "
+                "measure it again with --again",
+                serial=given,
+                verdict=_VERDICTS[passage.verdict],
+                number=passage.number,
+                batch=passage.batch,
             )
+            return Refused(given, said)
         return None
 
     def done(self, serial_number: str) -> None:

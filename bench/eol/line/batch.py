@@ -25,6 +25,7 @@ from bench.eol.record import MotorRecord
 from bench.errors import UsageError
 from bench.files.motor_file import MotorFile, load_motor
 from procedures.catalogue import catalogue
+from procedures.text import Text, text
 
 #: Serial numbers that come from a panel, as `--serials` says it.
 PANEL = "panel"
@@ -112,7 +113,9 @@ def measure(
     plan, line = prepared.plan, prepared.line
     name = wishes.batch or plan.name
     if _BATCH_NAME.fullmatch(name) is None:
-        raise UsageError(f"--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores")
+        raise UsageError(
+            text("--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores", name=name)
+        )
     _check_operator(wishes, line)
     folder = wishes.runs / name
     keeper = open_keeper(wishes.records, wishes.runs)
@@ -185,11 +188,13 @@ def _heard(serials: Serials, batch: Batch, line: Line, ears: Hears) -> Iterator[
 
 def _check_operator(wishes: BatchWishes, line: Line) -> None:
     if wishes.operator not in ("", "fixture", "virtual", "terminal"):
-        raise UsageError(f"--operator {wishes.operator}: allowed are fixture, virtual, terminal")
+        raise UsageError(
+            text("--operator {operator}: allowed are fixture, virtual, terminal", operator=wishes.operator)
+        )
     if line.is_virtual:
         if wishes.operator == "terminal":
             raise UsageError(
-                "--operator terminal: on the virtual bench only a fixture or virtual hands can do anything"
+                text("--operator terminal: on the virtual bench only a fixture or virtual hands can do anything")
             )
         return
     by_hand = any(
@@ -199,21 +204,23 @@ def _check_operator(wishes: BatchWishes, line: Line) -> None:
     )
     if by_hand and (len(line.sockets) > 1 or wishes.serials in ("", "-")):
         raise UsageError(
-            "a person at the terminal serves one socket, and the keyboard answers the questions: give --serials FILE, "
-            "or each socket a fixture ([sockets.NAME.instruments.switch_matrix], rotor_actuator)"
+            text(
+                "a person at the terminal serves one socket, and the keyboard answers the questions: give --serials FILE, "
+                "or each socket a fixture ([sockets.NAME.instruments.switch_matrix], rotor_actuator)"
+            )
         )
 
 
 def _serials(wishes: BatchWishes, plan: Plan, line: Line, last: int, stream: IO[str]) -> Serials:
     if wishes.motors is not None and wishes.serials:
-        raise UsageError("--motors N makes serial numbers up; --serials gives them: take one of both")
+        raise UsageError(text("--motors N makes serial numbers up; --serials gives them: take one of both"))
     if wishes.motors is not None:
         if not line.is_virtual:
             raise UsageError(
-                "--motors N is for virtual benches; a real motor's serial number comes by --serials FILE or -"
+                text("--motors N is for virtual benches; a real motor's serial number comes by --serials FILE or -")
             )
         if not 1 <= wishes.motors <= 10_000_000:
-            raise UsageError(f"--motors {wishes.motors}: allowed are 1 to 10000000")
+            raise UsageError(text("--motors {motors}: allowed are 1 to 10000000", motors=wishes.motors))
         plan.check_serial(plan.spread.serial.format(number=1))
         return MadeUp(plan.spread.serial, last + 1, wishes.motors)
     if not wishes.serials or wishes.serials == "-":
@@ -264,5 +271,5 @@ class _Counting:
         self._counts.refused += 1
         self._ears.refused(refused)
 
-    def trouble(self, words: str) -> None:
+    def trouble(self, words: Text) -> None:
         self._ears.trouble(words)

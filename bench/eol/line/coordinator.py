@@ -40,7 +40,8 @@ from bench.eol.line.times import Times
 from bench.eol.plan import Check
 from bench.eol.record import MotorRecord
 from bench.eol.store.records import StoreError
-from bench.errors import InputError
+from bench.errors import InputError, said_by
+from procedures.text import Text, text
 
 #: A socket whose worker dies this often in a row, with no motor measured meanwhile, is given up.
 _DEATHS = 3
@@ -75,7 +76,7 @@ class Hears(Protocol):
     def refused(self, refused: Refused) -> None:
         """Hear that a serial number is not measured."""
 
-    def trouble(self, words: str) -> None:
+    def trouble(self, words: Text) -> None:
         """Hear of something that went wrong and concerns no motor's figures."""
 
 
@@ -98,7 +99,7 @@ class _Seat:
     leaving: bool = False
     pulse: Pulse = field(default_factory=Pulse)
     #: Why it was ended, and for how long (s) its guardian has not left since.
-    ended: str = ""
+    ended: Text | str = ""
     unguarded: float = 0.0
 
 
@@ -279,13 +280,24 @@ class Coordinator:
             except StoreError as error:
                 if not told:
                     self._ears.trouble(
-                        f"the record of motor {record.number} ({record.serial_number}) is not kept yet: {error}"
+                        text(
+                            "the record of motor {number} ({serial_number}) is not kept yet: {error}",
+                            number=record.number,
+                            serial_number=record.serial_number,
+                            error=said_by(error),
+                        )
                     )
                 told = True
                 if monotonic() > until or self._stopped:
                     raise StoreError(
-                        f"the record of motor {record.number} ({record.serial_number}) could not be kept: {error}. Its run is in "
-                        f"{record.run}; mend that and begin the batch again: it goes on where it is"
+                        text(
+                            "the record of motor {number} ({serial_number}) could not be kept: {error}. Its run is in "
+                            "{run}; mend that and begin the batch again: it goes on where it is",
+                            number=record.number,
+                            serial_number=record.serial_number,
+                            error=said_by(error),
+                            run=record.run,
+                        )
                     ) from error
                 wait([self._wake[0]], timeout=_TRY)
             else:
@@ -349,7 +361,7 @@ class Coordinator:
         self._arbiter.leave(seat.number, seat.time)
         seat.process.send(Leave())
 
-    def _dismiss(self, seat: _Seat) -> str:
+    def _dismiss(self, seat: _Seat) -> Text | None:
         del self._seats[seat.number]
         self._arbiter.leave(seat.number, self._time(self._times.reached(seat.number)))
         return seat.process.close()
@@ -359,19 +371,21 @@ class Coordinator:
         how = self._dismiss(seat)
         if seat.leaving and seat.task is None:
             return
-        how = f"{seat.ended}{how}" if how else "left its work"
+        how = Text("{why}{how}", {"why": seat.ended, "how": how}) if how else text("left its work")
         if seat.task is not None:
             record = cut_off_record(self._batch, seat.name, seat.task, seat.began, how, stopped=self._stopped)
             self._finish(seat, record, self._times.reached(seat.number))
-        self._ears.trouble(f"the process of socket {seat.name} {how}")
+        self._ears.trouble(text("the process of socket {name} {how}", name=seat.name, how=how))
         deaths = seat.deaths + 1
         if self._stopped:
             return
         if deaths >= _DEATHS:
-            words = f"socket {seat.name} is given up: its process died {deaths} times in a row"
+            words = text(
+                "socket {name} is given up: its process died {deaths} times in a row", name=seat.name, deaths=deaths
+            )
             self._ears.trouble(words)
             if not self._seats:
-                raise InputError(f"{words}, and no other is left")
+                raise InputError(text("{words}, and no other is left", words=words))
             return
         time = seat.time
         fresh = self._seat(seat.number)
@@ -393,9 +407,9 @@ class Coordinator:
             if seat.ended:
                 continue
             if seat.pulse.silent > _SILENT:
-                seat.ended = f"gave no sign of life for {_SILENT:g} s and "
+                seat.ended = text("gave no sign of life for {time:g} s and ", time=_SILENT)
             elif self._hurried > _HURRY:
-                seat.ended = f"had not ended {_HURRY:g} s after the second wish to stop and "
+                seat.ended = text("had not ended {time:g} s after the second wish to stop and ", time=_HURRY)
             if seat.ended:
                 seat.process.kill()
 
@@ -403,8 +417,12 @@ class Coordinator:
         before, seat.unguarded = seat.unguarded, seat.unguarded + passed
         if before <= _HURRY < seat.unguarded:
             self._ears.trouble(
-                f"socket {seat.name}: its process has gone, and its guardian has not left for {_HURRY:g} s; see to it that "
-                "everything there is off"
+                text(
+                    "socket {name}: its process has gone, and its guardian has not left for {time:g} s; see to it that "
+                    "everything there is off",
+                    name=seat.name,
+                    time=_HURRY,
+                )
             )
         # Nobody is there who could wish for more.
         if seat.unguarded > _HURRY and self._hurried > _HURRY:

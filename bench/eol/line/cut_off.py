@@ -10,18 +10,21 @@ from bench.eol.line.passage_names import run_folders
 from bench.eol.record import MotorRecord
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
+from bench.language import translator
 from bench.record.journal_file import JournalFile, read_journal
+from procedures.text import Text, text
 
 
-def cut_off_record(batch: Batch, socket: str, task: Task, began: datetime, how: str, *, stopped: str) -> MotorRecord:
+def cut_off_record(batch: Batch, socket: str, task: Task, began: datetime, how: Text, *, stopped: str) -> MotorRecord:
     """Return the record: an error, or aborted where the batch was `stopped`; `how` says what became of the worker."""
     folder, journal = _journal(Path(batch.folder), task)
-    where = _where(journal)
+    died = text("the process of socket {name} {how}", name=socket, how=how)
+    cause = Text("{died}{where}", {"died": died, "where": _where(journal)})
     verdict = Verdict.ABORTED if stopped else Verdict.ERROR
     bench_time = journal.events[-1].time if journal and journal.events else 0.0
     return replace(
         ended_record(batch, socket, task, began, verdict, first_pass=False, bench_time=bench_time),
-        cause=f"the process of socket {socket} {how}{where}",
+        cause=cause.render(translator(batch.language)),
         run=str(folder) if folder else "",
         journal_sha256=journal.last_hash if journal else "",
     )
@@ -38,7 +41,7 @@ def _journal(runs: Path, task: Task) -> tuple[Path | None, JournalFile | None]:
         return folders[-1], None
 
 
-def _where(journal: JournalFile | None) -> str:
+def _where(journal: JournalFile | None) -> Text:
     """Return in which procedure and step it was."""
     procedure = step = ""
     for event in journal.events if journal else ():
@@ -47,5 +50,7 @@ def _where(journal: JournalFile | None) -> str:
         elif event.kind == "step_started":
             step = str(event.data.get("step", ""))
     if not procedure:
-        return ", before the first procedure"
-    return f", in {procedure}{f' at step {step}' if step else ''}"
+        return text(", before the first procedure")
+    if not step:
+        return text(", in {procedure}", procedure=procedure)
+    return text(", in {procedure} at step {step}", procedure=procedure, step=step)

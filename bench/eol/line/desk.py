@@ -15,6 +15,8 @@ from bench.eol.line.serials import Given
 from bench.eol.record import MotorRecord
 from bench.eol.verdict import Verdict
 from bench.operators.line import OperatorLine
+from bench.record.stored_result import store_text
+from procedures.text import Text, text
 
 #: The file in a batch's folder that says where its line is.
 FILE = "line.json"
@@ -55,8 +57,8 @@ class Desk:
         self._serials = serials
         self._ears = ears
         self._counts = _Counts(_now())
-        self._message: dict[str, str] | None = None
-        self._ending = ""
+        self._message: dict[str, Any] | None = None
+        self._ending: Text | None = None
         self._stop: Callable[[str], None] = lambda _: None
         self._lock = Lock()
         self._line = OperatorLine(self._hear)
@@ -101,45 +103,45 @@ class Desk:
         """Hear that a serial number is not measured."""
         with self._lock:
             self._counts.refused += 1
-            self._message = {"kind": "refused", "words": refused.why}
+            self._message = _told("refused", refused.why)
         self._ears.refused(refused)
         self._tell()
 
-    def trouble(self, words: str) -> None:
+    def trouble(self, words: Text) -> None:
         """Hear of something that went wrong and concerns no motor's figures."""
         with self._lock:
-            self._message = {"kind": "trouble", "words": words}
+            self._message = _told("trouble", words)
         self._ears.trouble(words)
         self._tell()
 
-    def _hear(self, message: Mapping[str, Any]) -> str:
+    def _hear(self, message: Mapping[str, Any]) -> Text | None:
         match message:
             case {"serial": str(serial)}:
                 return self._given(serial)
             case {"finish": str(person)}:
-                self._ending = f"finished by {person}"
+                self._ending = text("finished by {person}", person=person)
                 self._serials.end()
             case {"stop": str(person)}:
-                self._ending = f"stopped by {person}"
+                self._ending = text("stopped by {person}", person=person)
                 self._stop(person)
             case {"watching": _}:
-                return ""
+                return None
             case _:
-                return 'allowed are {"serial": NUMBER}, {"finish": PERSON} and {"stop": PERSON}'
+                return text('allowed are {{"serial": NUMBER}}, {{"finish": PERSON}} and {{"stop": PERSON}}')
         self._tell()
-        return ""
+        return None
 
-    def _given(self, serial: str) -> str:
+    def _given(self, serial: str) -> Text | None:
         serial = serial.strip()
-        if self._ending:
-            return f"serial number {serial}: the batch is {self._ending}"
+        if self._ending is not None:
+            return text("serial number {serial}: the batch is {ending}", serial=serial, ending=self._ending)
         if not serial:
-            return "no serial number was given"
+            return text("no serial number was given")
         if self._serials.waiting >= _WAITING:
-            return f"serial number {serial}: {_WAITING} wait for a socket already"
+            return text("serial number {serial}: {number} wait for a socket already", serial=serial, number=_WAITING)
         self._serials.give(serial)
         self._tell()
-        return ""
+        return None
 
     def _tell(self) -> None:
         with self._lock:
@@ -149,9 +151,13 @@ class Desk:
                 "counts": asdict(self._counts),
                 "waiting": self._serials.waiting,
                 "message": self._message,
-                "ending": self._ending,
+                "ending": None if self._ending is None else store_text(self._ending),
             }
         self._line.say({"line": told})
+
+
+def _told(kind: str, words: Text) -> dict[str, Any]:
+    return {"kind": kind, "words": str(words), "text": store_text(words)}
 
 
 def _now() -> str:

@@ -20,6 +20,7 @@ from bench.eol.plan import Plan, SpreadSection
 from bench.eol.record import Measured, MotorRecord
 from bench.errors import InputError
 from bench.rehearsal.assumed import assumed_motor
+from procedures.text import Text
 
 
 @dataclass(frozen=True)
@@ -201,5 +202,5 @@ class _Ear:
     def refused(self, refused: Refused) -> None:
         raise InputError(refused.why)
 
-    def trouble(self, words: str) -> None:
+    def trouble(self, words: Text) -> None:
         raise InputError(words)

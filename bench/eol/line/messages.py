@@ -8,6 +8,7 @@ from bench.eol.line.arbiter import Answer
 from bench.eol.plan import Check, Plan
 from bench.eol.record import MotorRecord
 from bench.files.motor_file import MotorFile
+from procedures.text import Text
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ class Done:
 class Broken:
     """A worker cannot work at all: what is wrong with its station."""
 
-    words: str
+    words: Text
 
 
 ToWorker = Setup | Task | Told | Stop | Leave

@@ -11,6 +11,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from bench.eol.line.messages import Setup, ToWorker
+from procedures.text import Text, text
 
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: How long (s) a worker that has nothing to do may take to leave, and the nursery to tell of an end that has come.
@@ -88,14 +89,14 @@ class WorkerProcess:
             with suppress(ProcessLookupError):
                 signal.pidfd_send_signal(handle, signal.SIGKILL)
 
-    def close(self) -> str:
-        """Wait for its end, and say how that was, empty where it left by itself; the lifeline is let go of."""
+    def close(self) -> Text | None:
+        """Wait for its end, and say how that was, None where it left by itself; the lifeline is let go of."""
         self.connection.close()
         os.close(self.lifeline)
         with self._report:
             handle = self._handle()
             if handle is None:
-                return "did not begin"
+                return text("did not begin")
             try:
                 left = bool(select.select([handle], [], [], _LEAVE)[0])
                 if not left:
@@ -103,7 +104,7 @@ class WorkerProcess:
             finally:
                 os.close(handle)
             how = self._status()
-        return how if left else "did not leave and was ended"
+        return how if left else text("did not leave and was ended")
 
     def _handle(self) -> int | None:
         """Return the process, as a descriptor that becomes readable at its end; None where it never began."""
@@ -113,13 +114,13 @@ class WorkerProcess:
                 self._pidfd = descriptors[0] if descriptors else None
         return self._pidfd
 
-    def _status(self) -> str:
+    def _status(self) -> Text | None:
         told = b""
         with suppress(OSError):
             told = self._report.recv(16)
         if not told:
-            return "ended, and the nursery did not tell how"
+            return text("ended, and the nursery did not tell how")
         code = int(told)
         if code < 0:
-            return f"was ended by {signal.Signals(-code).name}"
-        return f"ended with status {code}" if code else ""
+            return text("was ended by {signal}", signal=signal.Signals(-code).name)
+        return text("ended with status {code}", code=code) if code else None

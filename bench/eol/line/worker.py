@@ -7,7 +7,7 @@ from multiprocessing.connection import Connection
 from bench.eol.line.channel import Channel
 from bench.eol.line.messages import Broken, Done, Ready
 from bench.eol.line.passage import Socket
-from bench.errors import InputError
+from bench.errors import InputError, said_by
 
 
 def work(connection: Connection, lifeline: int, times: int) -> None:
@@ -18,7 +18,7 @@ def work(connection: Connection, lifeline: int, times: int) -> None:
     except (EOFError, ConnectionError):
         return
     except InputError as error:
-        connection.send(Broken(str(error)))
+        connection.send(Broken(said_by(error)))
         return
     channel = Channel(connection, socket.stop)
     socket.channel = channel

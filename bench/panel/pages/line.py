@@ -13,6 +13,7 @@ from bench.panel.launch import BatchOrder
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
+from bench.record.stored_result import restore_text
 from bench.virtual_station import VIRTUAL
 from procedures.text import Text, text
 from reports.names import parameter_name
@@ -142,13 +143,13 @@ class _LinePage:
         if not running:
             words = say(text("The batch has ended."))
         elif state["ending"]:
-            words = say(text("The batch ends: {how}", how=state["ending"]))
+            words = say(text("The batch ends: {how}", how=restore_text(state["ending"])))
         elif message is None:
             words = say(text("Scan the first motor."))
         elif message["kind"] == "begun":
             words = say(text("{serial} → socket {socket}", serial=message["words"], socket=message["socket"]))
         else:
-            words, wrong = f"✗ {message['words']}", True
+            words, wrong = f"✗ {say(restore_text(message['text']))}", True
         self._say(words, wrong=wrong)
 
     def _say(self, words: str, *, wrong: bool) -> None:
@@ -163,7 +164,7 @@ class _LinePage:
             return
         fault = await self._panel.line.say({"serial": serial})
         if fault:
-            self._say(f"✗ {fault}", wrong=True)
+            self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
     def _leads(self) -> bool:
         session = self._session
@@ -182,7 +183,7 @@ class _LinePage:
     async def _stop(self) -> None:
         fault = await self._panel.line.say({"stop": self._person()})
         if fault:
-            self._say(f"✗ {fault}", wrong=True)
+            self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
     async def _key(self, event: events.KeyEventArguments) -> None:
         key: Any = event.key
@@ -235,7 +236,7 @@ class _LinePage:
         try:
             await self._panel.start_batch(order)
         except (InputError, TimeoutError) as error:
-            self._fault.set_text(str(error))
+            self._fault.set_text(self._reader.fault(error))
             return
         self._fault.set_text("")
         self._panel.control.take(self._session.token, self._person())

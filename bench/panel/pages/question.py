@@ -151,7 +151,7 @@ class QuestionCard:
         open_now = self._run.line.question
         # A second click, or another browser's, comes too late and does no harm.
         if fault and open_now is not None and open_now["id"] == question["id"]:
-            ui.notify(fault, type="negative", position="top", timeout=8000)
+            ui.notify(self._reader.say(fault), type="negative", position="top", timeout=8000)
 
 
 def _number(typed: str) -> object:

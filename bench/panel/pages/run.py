@@ -110,7 +110,7 @@ class _RunPage:
     async def _abort(self) -> None:
         fault = await self._run.line.abort(self._session.person or self._reader.say(text("this browser")))
         if fault:
-            ui.notify(fault, type="negative")
+            ui.notify(self._reader.say(fault), type="negative")
 
     async def _key(self, event: events.KeyEventArguments) -> None:
         if not event.action.keydown:

@@ -97,7 +97,7 @@ def test_an_action_is_asked_with_its_data_and_waits_for_its_answer(operator: Dis
         assert panel.answer(question) == {"heard": question["id"]}
         thread.join(PATIENCE)
         assert given == [None]
-        assert second.answer(question) == {"refused": "this is not asked any more"}
+        assert second.answer(question)["refused"] == "this is not asked any more"
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_what_makes_no_sense_is_refused_and_asked_on(
     thread, given = asked(lambda: operator.perform(READING))
     with Panel(tmp_path) as panel:
         question = panel.question()
-        assert panel.answer(question, answer) == {"refused": refusal}
+        assert panel.answer(question, answer)["refused"] == refusal
         assert panel.answer(question, 25.5) == {"heard": question["id"]}
         thread.join(PATIENCE)
     assert given == [25.5]

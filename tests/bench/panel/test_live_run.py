@@ -28,7 +28,7 @@ async def confirm_all(run: LiveRun) -> None:
             question = run.line.question
             if question is not None and question["id"] != answered:
                 answered = question["id"]
-                assert await run.line.answer(answered, question.get("proposed")) == ""
+                assert await run.line.answer(answered, question.get("proposed")) is None
             await asyncio.sleep(0.005)
 
 
@@ -94,7 +94,7 @@ def test_the_open_question_shows_what_is_to_be_connected(tmp_path: Path) -> None
         assert again.line.question == run.line.question
         assert (again.view.step, again.view.action) == (run.view.step, run.view.action)
         await again.close()
-        assert await run.line.abort("J. Doe") == ""
+        assert await run.line.abort("J. Doe") is None
         await until(lambda: run.view.ended)
 
     run = led(tmp_path, STATIC, lead)
@@ -125,7 +125,7 @@ def test_a_run_that_was_killed_is_no_running_one(tmp_path: Path) -> None:
         await run.open()
         assert not run.running
         assert run.view.energised == {"supply": 0.0}
-        assert await run.line.answer(1, None) == "the run has ended"
+        assert str(await run.line.answer(1, None)) == "the run has ended"
         await run.close()
 
     asyncio.run(look())

@@ -14,6 +14,7 @@ from bench.eol.line.batch import BatchWishes, Counts, run_batch
 from bench.eol.line.ledger import Begun
 from bench.eol.line.process import Nursery
 from bench.eol.record import MotorRecord
+from procedures.text import Text
 
 PLAN = """
 [plan]
@@ -73,8 +74,8 @@ class Ear:
     def refused(self, refused: Refused) -> None:
         self.refusals.append(refused)
 
-    def trouble(self, words: str) -> None:
-        self.troubles.append(words)
+    def trouble(self, words: Text) -> None:
+        self.troubles.append(str(words))
 
 
 class Bench:

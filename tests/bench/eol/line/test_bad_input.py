@@ -152,7 +152,7 @@ def test_motors_of_earlier_batches_are_refused_unless_again(tmp_path: Path, reco
     records.save(a_record(7, "A1", batch="last week"))
     first, second = admitted(tmp_path, "A1\nA2\n", records)
     assert isinstance(first, Refused)
-    assert "fail as motor 7 of batch last week" in first.why
+    assert "fail as motor 7 of batch last week" in str(first.why)
     assert second == Begun(1, "A2")
     assert admitted(tmp_path, "A1\n", records, again=True) == [Begun(1, "A1")]
 

@@ -73,6 +73,8 @@ def test_motors_scanned_one_after_the_other(panel: Panel, new_page: NewPage) -> 
     expect(count(page, "PASS")).to_have_text("✓ 3")
     page.get_by_role("button", name="中文").click()
     expect(page.get_by_label("工位 1").get_by_text("✓ 合格")).to_be_visible()
+    # What a line said before is said again in the language of who reads it now.
+    expect(page.get_by_text("序列号 SN-2 已测过：批次 three 的第 2 台电机，合格")).to_be_visible()
     page.keyboard.press("Control+End")
     expect(page.get_by_text("批次已结束。")).to_be_visible()
     assert not list(panel.runs.glob(f"*/{LINE}"))
@@ -88,6 +90,15 @@ def test_a_motor_outside_its_limits(panel: Panel, new_page: NewPage) -> None:
     expect(tile.get_by_text(re.compile("resistance"))).to_be_visible()
     page.get_by_role("button", name="Abort the batch").click()
     expect(page.get_by_text("The batch has ended.")).to_be_visible()
+
+
+def test_a_plan_that_is_not_right_is_refused_in_the_readers_language(panel: Panel, new_page: NewPage) -> None:
+    plan(panel, "reversed", low=20.0)
+    page = new_page()
+    page.goto(f"{panel.url}/line")
+    page.get_by_role("button", name="中文").click()
+    page.get_by_role("button", name="开始", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("stator_resistance 的限值：low = 20 大于 high = 10")
 
 
 def test_another_browser_and_a_new_server_show_the_same_line(panel: Panel, new_page: NewPage) -> None:
