@@ -1,8 +1,12 @@
 """Checks that a driver makes before anything is sent."""
 
 import math
+from collections.abc import Mapping
+from typing import TypeVar
 
 from drivers.interfaces import SetpointError
+
+T = TypeVar("T")
 
 
 def check_setpoint(
@@ -15,6 +19,18 @@ def check_setpoint(
     if not (math.isfinite(value) and low <= value <= high):
         raise SetpointError(instrument, parameter, value, unit, low, high, whose)
     return value
+
+
+def probe_on(instrument: str, channel: int, probes: Mapping[int, T]) -> T:
+    """Return the probe on a channel; raises SetpointError where the station puts none there."""
+    try:
+        return probes[channel]
+    except KeyError:
+        known = sorted(probes)
+        low, high = (known[0], known[-1]) if known else (0, 0)
+        raise SetpointError(
+            instrument, "channel", channel, "", low, high, "the station (channels with a probe)"
+        ) from None
 
 
 def lesser(own: float, station: float | None) -> tuple[float, str]:

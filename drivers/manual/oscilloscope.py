@@ -8,11 +8,10 @@ from drivers.interfaces import (
     MeasurementError,
     ProbeKind,
     Reading,
-    SetpointError,
     Trigger,
     Waveform,
 )
-from drivers.limits import check_setpoint
+from drivers.limits import check_setpoint, probe_on
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualOscilloscopeOptions
 from drivers.manual.prompt import Prompt
@@ -102,11 +101,4 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions]):
         """Do nothing: an oscilloscope only listens."""
 
     def _unit(self, channel: int) -> str:
-        try:
-            return self._options.probes[channel].value
-        except KeyError:
-            known = sorted(self._options.probes)
-            low, high = (known[0], known[-1]) if known else (0, 0)
-            raise SetpointError(
-                self._name, "channel", channel, "", low, high, "the station (channels with a probe)"
-            ) from None
+        return probe_on(self._name, channel, self._options.probes).value

@@ -14,12 +14,11 @@ from drivers.interfaces import (
     OverloadError,
     ProbeKind,
     Reading,
-    SetpointError,
     Traffic,
     Trigger,
     Waveform,
 )
-from drivers.limits import check_setpoint
+from drivers.limits import check_setpoint, probe_on
 from drivers.visa import keysight_infiniivision_data as data
 from drivers.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.visa.options import InfiniiVisionOptions, Probe
@@ -216,14 +215,7 @@ class KeysightInfiniiVision:
         self._session.close()
 
     def _probe(self, channel: int) -> Probe:
-        try:
-            return self._options.probes[channel]
-        except KeyError:
-            known = sorted(self._options.probes)
-            low, high = (known[0], known[-1]) if known else (0, 0)
-            raise SetpointError(
-                self._name, "channel", channel, "", low, high, "the station (channels with a probe)"
-            ) from None
+        return probe_on(self._name, channel, self._options.probes)
 
     def _range(self, channel: int) -> ChannelSettings:
         self._probe(channel)

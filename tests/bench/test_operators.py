@@ -170,12 +170,18 @@ def world() -> Iterator[World]:
     return World(load_motor("lg-400w").virtual_motor(), VirtualClock(), seed=3)
 
 
-def test_the_virtual_operator_marks_every_rest_position(world: World) -> None:
-    hands = VirtualOperator(world, seed=3)
+def aligning(world: World, seed: int = 0) -> VirtualOperator:
+    """Hands that have connected the motor for its d axis to a supply that is on."""
+    hands = VirtualOperator(world, seed)
     hands.perform(ALIGN_D)
     world.supply.set_voltage(5.0)
     world.supply.set_current_limit(2.9)
     world.supply.switch(True)
+    return hands
+
+
+def test_the_virtual_operator_marks_every_rest_position(world: World) -> None:
+    hands = aligning(world, 3)
     hands.perform(TurnToRest())
     marks = hands.perform(MarkRestPositions())
     assert isinstance(marks, list)
@@ -191,22 +197,14 @@ def test_one_pole_pair_comes_round_once_a_turn() -> None:
     world = World(
         replace(motor, pole_pairs=1, flux_linkage=4.0 * motor.flux_linkage, cogging_torque=0.0), VirtualClock(), seed=3
     )
-    hands = VirtualOperator(world, seed=3)
-    hands.perform(ALIGN_D)
-    world.supply.set_voltage(5.0)
-    world.supply.set_current_limit(2.9)
-    world.supply.switch(True)
+    hands = aligning(world, 3)
     hands.perform(TurnToRest())
     first, last = hands.perform(MarkRestPositions())
     assert math.degrees(last - first) == pytest.approx(360.0, abs=4.0)
 
 
 def test_nobody_locks_a_shaft_that_still_swings(world: World) -> None:
-    hands = VirtualOperator(world)
-    hands.perform(ALIGN_D)
-    world.supply.set_voltage(5.0)
-    world.supply.set_current_limit(2.9)
-    world.supply.switch(True)
+    hands = aligning(world)
     hands.perform(LockRotor())
     locked = world.dial_angle()
     hands.perform(ReleaseRotor())

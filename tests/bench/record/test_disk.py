@@ -23,26 +23,26 @@ from bench.record.waveforms import StoredWaveform, WaveformFolder
 from procedures.text import english
 
 Full = Callable[[int], None]
+WRITE = os.write
 
 
 @pytest.fixture
 def full(monkeypatch: pytest.MonkeyPatch) -> Full:
     """A disk that takes so many bytes more and then is full."""
-    real = os.write
+    return lambda room: monkeypatch.setattr(os, "write", writing_into([room]))
 
-    def limit(room: int) -> None:
-        left = [room]
 
-        def write(file: int, content: Any) -> int:
-            count = min(len(content), left[0])
-            if count == 0:
-                raise OSError(errno.ENOSPC, "No space left on device")
-            left[0] -= count
-            return real(file, bytes(content[:count]))
+def writing_into(left: list[int]) -> Callable[[int, Any], int]:
+    """`os.write` on a disk with so many bytes left, which it counts down."""
 
-        monkeypatch.setattr(os, "write", write)
+    def write(file: int, content: Any) -> int:
+        count = min(len(content), left[0])
+        if count == 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        left[0] -= count
+        return WRITE(file, bytes(content[:count]))
 
-    return limit
+    return write
 
 
 @settings(max_examples=60, deadline=None)
@@ -51,24 +51,17 @@ def test_whatever_room_is_left_the_journal_holds_whole_events_only(
     tmp_path_factory: pytest.TempPathFactory, room: int, reserve: int
 ) -> None:
     folder = tmp_path_factory.mktemp("full")
-    real, left = os.write, [room]
+    left = [room]
 
     class Room(Reserve):
         def release(self) -> None:
             super().release()
             left[0] += reserve
 
-    def write(file: int, content: Any) -> int:
-        count = min(len(content), left[0])
-        if count == 0:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        left[0] -= count
-        return real(file, bytes(content[:count]))
-
     journal = Journal(folder / "journal.jsonl", lambda: 0.0, reserve=Room(folder / ".reserve"))
     acknowledged, refused = [], []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(os, "write", write)
+        patch.setattr(os, "write", writing_into(left))
         for kind in ("reading", "energising", "reading", "reading", "de_energised", "made_safe", "run_finished"):
             try:
                 journal.event(kind, value=1.25)
