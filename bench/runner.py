@@ -7,7 +7,7 @@ from time import monotonic
 from typing import Any, Protocol
 
 from bench.attempt import After, Attempt, Next, stop_at_failure
-from bench.errors import message
+from bench.errors import message, said_by
 from bench.plan import Planned
 from bench.record.errors import RecordError
 from bench.record.journal import Journal
@@ -23,7 +23,7 @@ from procedures.consistency import check_consistency
 from procedures.estimation.fit import EstimationError
 from procedures.nameplate import Nameplate
 from procedures.result import Notice
-from procedures.text import Translate
+from procedures.text import Translate, text
 
 
 class Instruments(Protocol):
@@ -213,7 +213,8 @@ class Runner:
             self.journal.event("run_finished", **ended)
         except OSError as error:
             # The disk is full or gone: the view is told directly, so that the caller still learns how it ended.
-            ended |= {"status": "failed", "cause": "\n".join([*causes, f"the journal cannot be written: {error}"])}
+            unwritten = text("the journal cannot be written: {error}", error=said_by(error)).render(self.translate)
+            ended |= {"status": "failed", "cause": "\n".join([*causes, unwritten])}
             self.view.apply("run_finished", ended)
         self.journal.close()
 

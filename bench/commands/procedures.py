@@ -48,7 +48,8 @@ def procedures(*, json: bool = False, markdown: bool = False, language: str = "a
         for step in entry["steps"]:
             console.print(f"  {step['id']:<12}{'✋ ' if step['by_hand'] else '   '}{step['text']}", markup=False)
         for setting, told in entry["settings"].items():
-            console.print(f"  --set {setting}={told['default']}  ({told['description']})", markup=False, style="dim")
+            said = translate(told["description"])
+            console.print(f"  --set {setting}={told['default']}  ({said})", markup=False, style="dim")
         console.print()
 
 

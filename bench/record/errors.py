@@ -3,12 +3,14 @@
 import errno
 from pathlib import Path
 
+from procedures.text import text
+
 _REMEDIES = {
-    errno.ENOSPC: "Make room on that disk",
-    errno.EDQUOT: "Make room within the quota",
-    errno.EROFS: "Have that disk writable again, or choose another by --runs",
-    errno.EFBIG: "Raise the limit of a file's size",
-    errno.EIO: "Look after that disk: it reports errors of its own",
+    errno.ENOSPC: text("Make room on that disk"),
+    errno.EDQUOT: text("Make room within the quota"),
+    errno.EROFS: text("Have that disk writable again, or choose another by --runs"),
+    errno.EFBIG: text("Raise the limit of a file's size"),
+    errno.EIO: text("Look after that disk: it reports errors of its own"),
 }
 
 
@@ -18,8 +20,10 @@ class RecordError(OSError):
     def __init__(self, path: Path, cause: OSError) -> None:
         self.path = path
         self.cause = cause
-        reason = cause.strerror or str(cause)
-        remedy = _REMEDIES.get(cause.errno or 0, "Look after the disk and the folder's permissions")
-        super().__init__(
-            f"{path} cannot be written: {reason}. Nothing that stood in the journal is lost. {remedy}, then go on with --resume"
+        self.text = text(
+            "{path} cannot be written: {reason}. Nothing that stood in the journal is lost. {remedy}, then go on with --resume",
+            path=path,
+            reason=cause.strerror or str(cause),
+            remedy=_REMEDIES.get(cause.errno or 0, text("Look after the disk and the folder's permissions")),
         )
+        super().__init__(str(self.text))

@@ -97,6 +97,8 @@ def test_a_procedure_or_setting_that_is_not_there(call: Call) -> None:
     assert err == "motorbench: 没有流程 'stator-resistence'：是否指 stator-resistance？；或 all\n"
     _, _, err = call("run", "stator-resistance", *virtual, "--set", "frequencie=1")
     assert "--set frequencie=1：没有设置项 frequencie；" in err
+    _, _, err = call("run", "pole-pairs-static", *virtual, "--set", "current_share=7")
+    assert "current_share = 7；允许的是大于 0 且不超过 1 的数 (电源限流，占额定电流的比例)" in err
 
 
 def test_two_values_that_contradict_one_another(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def templates_at(node: ast.AST) -> Iterator[str]:
 
 
 def described_at(node: ast.AST) -> Iterator[str]:
-    """What a key of a file takes: the description of its field, which a file that is not right is answered with."""
+    """What a setting or a file's key takes: the description of its field, which a value that is not right is answered with."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("Field", "number"):
         for word in node.keywords:
             if word.arg == "description":
@@ -85,7 +85,7 @@ def templates() -> dict[str, str]:
     for folder, finder in (("procedures", templates_at), ("reports", templates_at), ("bench", templates_at)):
         for path in sorted((ROOT / folder).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                found_here = [*finder(node), *(phrases_at if folder == "procedures" else described_at)(node)]
+                found_here = [*finder(node), *described_at(node), *(phrases_at(node) if folder == "procedures" else ())]
                 for template in filter(None, found_here):
                     found.setdefault(template, str(path.relative_to(ROOT)))
     for path in sorted((ROOT / "drivers" / "manual").rglob("*.py")):
