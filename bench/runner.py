@@ -103,7 +103,7 @@ class Runner:
                 self._check_consistency()
             except (Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
-                causes.append(str(stop) or "interrupted")
+                causes.append(_interruption(stop, self.translate))
             except Exception as error:  # noqa: BLE001  the journal itself may have failed; the way down follows all the same
                 status = "failed"
                 causes.append(message(error, self.translate))
@@ -217,6 +217,12 @@ class Runner:
             ended |= {"status": "failed", "cause": "\n".join([*causes, unwritten])}
             self.view.apply("run_finished", ended)
         self.journal.close()
+
+
+def _interruption(stop: BaseException, translate: Translate) -> str:
+    if isinstance(stop, Interrupted):
+        return message(stop, translate)
+    return text("interrupted").render(translate)
 
 
 def _cause(error: BaseException, translate: Translate) -> str:

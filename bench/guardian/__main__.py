@@ -56,7 +56,7 @@ def _interlocks(station: Station, source: str, watch: Watch, record: GuardianRec
     latch = Latch(Path(source))
 
     def opened(name: str, how: str) -> None:
-        watch.alarm(cause(name, how))
+        watch.alarm(str(cause(name, how)))
         with suppress(OSError):
             latch.trip(name, how)
         record.event("interlock_opened", interlock=name, how=how)

@@ -26,7 +26,7 @@ class DistantOperator:
     run. Where nobody has watched for `patience` (s), the run ends too: nothing stays energised before an empty chair.
     """
 
-    def __init__(self, stop: Callable[[str], None], hands: Operator | None = None, *, patience: float = 60.0) -> None:
+    def __init__(self, stop: Callable[[Text], None], hands: Operator | None = None, *, patience: float = 60.0) -> None:
         self._stop = stop
         self._hands = hands
         self._patience = patience
@@ -115,7 +115,7 @@ class DistantOperator:
             with self._condition:
                 while not self._given:
                     if self._closed.is_set():
-                        raise Interrupted("the panel's line, which was taken down")
+                        raise Interrupted(text("the panel's line, which was taken down"))
                     self._condition.wait(_SLICE)
                 return self._given[0]
         finally:
@@ -126,7 +126,7 @@ class DistantOperator:
     def _hear(self, message: Mapping[str, Any]) -> Text | None:
         self._watched = monotonic()
         if "abort" in message:
-            self._stop(f"{message['abort'] or 'a person'} at the panel")
+            self._stop(text("{person} at the panel", person=message["abort"] or text("a person")))
             return None
         if "answer" not in message:
             return None if message.get("watching") else text("there are answer, abort and watching")
@@ -147,7 +147,7 @@ class DistantOperator:
         while not self._closed.wait(min(1.0, self._patience / 4.0)):
             alone = monotonic() - self._watched
             if alone > self._patience:
-                self._stop(f"an empty chair: no panel has watched for {alone:.0f} s")
+                self._stop(text("an empty chair: no panel has watched for {time:.0f} s", time=alone))
                 return
 
 

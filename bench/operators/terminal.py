@@ -94,7 +94,7 @@ class TerminalOperator:
         try:
             return self._ask(question.render(self._translate) + ": ").strip()
         except EOFError:
-            raise Interrupted("the end of the input") from None
+            raise Interrupted(text("the end of the input")) from None
 
     def _say(self, message: Text) -> None:
         self._console.print(f"[yellow]{_plain(message.render(self._translate))}[/yellow]")

@@ -13,6 +13,7 @@ from typing import IO, Any, Protocol
 from bench.guardian.charge import BEATS, Charge, decode, encode
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
+from procedures.text import Text, text
 
 #: How long (s) a guardian may take to be there, and to leave.
 _START, _LEAVE = 30.0, 5.0
@@ -20,7 +21,7 @@ _START, _LEAVE = 30.0, 5.0
 _SILENCE = 2.0
 #: A guardian that took the way down has let go of the instruments within this time (s) of hearing that the run is awake.
 _YIELD = 0.5
-_MUTE = "the guardian, which does not answer"
+_MUTE = text("the guardian, which does not answer")
 
 
 class Guard(Protocol):
@@ -65,7 +66,7 @@ class GuardianLink:
         self._lock = threading.Lock()
         self._news = threading.Condition()
         self._ready = self._leaving = False
-        self._ended = ""
+        self._ended: Text | str = ""
         self._sent = self._echo = 0
         self._echoed = monotonic()
         self._down = False
@@ -128,7 +129,7 @@ class GuardianLink:
         """Return once the guardian is known to watch; raises Interrupted where it does not."""
         with self._news:
             if not self._news.wait_for(lambda: self._ready or self._ended, _START):
-                raise Interrupted(f"the guardian, which was not ready after {_START:g} s")
+                raise Interrupted(text("the guardian, which was not ready after {time:g} s", time=_START))
         if not self._ended and monotonic() - self._echoed > self._charge.heartbeat:
             # This process may have been asleep, and the way down taken meanwhile.
             number = self._send_beat()
@@ -144,7 +145,7 @@ class GuardianLink:
             for line in self._stdout:
                 self._take(decode(line))
         if not self._leaving:
-            self._end("the guardian, which died")
+            self._end(text("the guardian, which died"))
 
     def _take(self, message: Mapping[str, Any]) -> None:
         with self._news:
@@ -155,7 +156,7 @@ class GuardianLink:
         if "alarm" in message:
             self._end(message["alarm"])
         elif "took" in message and not self._leaving:
-            self._forbid(f"the guardian, which took the way down: {message['took']}")
+            self._forbid(text("the guardian, which took the way down: {cause}", cause=message["took"]))
             self._send({"awake": True})
             self._yielding = self._yielding or monotonic() + _YIELD
         elif "yours" in message:
@@ -178,13 +179,13 @@ class GuardianLink:
             if self._ready and not self._ended and now - self._echoed > _SILENCE:
                 self._end(_MUTE)
 
-    def _forbid(self, why: str) -> None:
+    def _forbid(self, why: Text | str) -> None:
         """Have nothing energised any more."""
         with self._news:
             self._ended = self._ended or why
             self._news.notify_all()
 
-    def _end(self, by: str) -> None:
+    def _end(self, by: Text | str) -> None:
         """Have the run interrupted, for the first reason that was given."""
         self._forbid(by)
         self._interrupts.request(self._ended)

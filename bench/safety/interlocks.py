@@ -130,9 +130,11 @@ def _stood(trip: Trip) -> Text:
     return text("the interlock {name} was {how} at {time}", name=trip.interlock, how=trip.how, time=trip.wall)
 
 
-def cause(name: str, how: str) -> str:
+def cause(name: str, how: str) -> Text:
     """Return what interrupts a run, in words."""
-    return f"the interlock {name}, which is {how}"
+    if how == _OPEN:
+        return text("the interlock {name}, which is open", name=name)
+    return text("the interlock {name}, which is {how}", name=name, how=how)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from types import FrameType
 from typing import Any
 
 from bench.safety.nudge import NUDGE, Nudge
+from procedures.text import Text, text
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -16,9 +17,9 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class Interrupted(BaseException):
     """A person or the system wants the run to end now; no `except Exception` may swallow it."""
 
-    def __init__(self, by: str) -> None:
-        self.by = by
-        super().__init__(f"interrupted by {by}")
+    def __init__(self, by: Text | str) -> None:
+        self.text = text("interrupted by {by}", by=by)
+        super().__init__(str(self.text))
 
 
 class Interrupts:
@@ -27,7 +28,7 @@ class Interrupts:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._nudge = Nudge()
-        self._wish = ""
+        self._wish: Text | str = ""
         self._signals = self._thread = 0
         self._named = ""
         #: Set by the second Ctrl-C or signal: still the way down, but no waiting on it.
@@ -35,7 +36,7 @@ class Interrupts:
         self._seen: float | None = None
         self._raised: float | None = None
 
-    def request(self, by: str) -> None:
+    def request(self, by: Text | str) -> None:
         """Have the run interrupted in its main thread, from any thread; the first wish counts.
 
         Outside the block of `raising` it is remembered for `raise_if_requested`.

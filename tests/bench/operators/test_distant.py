@@ -14,10 +14,13 @@ from typing import Any
 
 import pytest
 
+from bench.errors import message
+from bench.language import translator
 from bench.operators.distant import DistantOperator, DistantPrompt
 from bench.operators.line import FILE
+from bench.safety.interrupts import Interrupted
 from procedures.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
-from procedures.text import text
+from procedures.text import Text, text
 
 #: Whatever is waited for comes within this time (s), however busy the machine.
 PATIENCE = 60.0
@@ -68,12 +71,12 @@ class Panel:
 
 
 @pytest.fixture
-def stops() -> list[str]:
+def stops() -> list[Text]:
     return []
 
 
 @pytest.fixture
-def operator(tmp_path: Path, stops: list[str]) -> Iterator[DistantOperator]:
+def operator(tmp_path: Path, stops: list[Text]) -> Iterator[DistantOperator]:
     with closing(DistantOperator(stops.append)) as made:
         made.line.announce(tmp_path)
         yield made
@@ -195,21 +198,22 @@ def test_only_its_owner_may_read_where_the_line_is(operator: DistantOperator, tm
     assert not (tmp_path / FILE).exists()
 
 
-def test_abort_says_who(operator: DistantOperator, tmp_path: Path, stops: list[str]) -> None:
+def test_abort_says_who(operator: DistantOperator, tmp_path: Path, stops: list[Text]) -> None:
     with Panel(tmp_path) as panel:
         panel.send({"abort": "J. Doe"})
         while "heard" not in (panel.read() or {"heard": None}):
             pass
-    assert stops == ["J. Doe at the panel"]
+    assert [str(stop) for stop in stops] == ["J. Doe at the panel"]
+    assert message(Interrupted(stops[0]), translator("zh")) == "被中断：操作面板前的 J. Doe"
 
 
-def test_an_empty_chair_ends_the_run(stops: list[str]) -> None:
+def test_an_empty_chair_ends_the_run(stops: list[Text]) -> None:
     with closing(DistantOperator(stops.append, patience=0.05)):
         deadline = time.monotonic() + PATIENCE
         while not stops and time.monotonic() < deadline:
             threading.Event().wait(0.01)
     assert stops
-    assert "no panel has watched" in stops[0]
+    assert "no panel has watched" in str(stops[0])
 
 
 def start(runs: Path, *procedures: str) -> "subprocess.Popen[str]":
