@@ -9,6 +9,7 @@ from bench.analysis.statements import Statement
 from bench.captures import Capture
 from bench.captures.capture import FloatArray, same_name
 from drivers.interfaces import Accuracy
+from procedures.text import Text, text
 from procedures.uncertainty import Uncertainties
 
 #: What a budget's rows say of where the limits come from.
@@ -70,7 +71,9 @@ class Applied:
         kinds = [s for s in statements if s.name in _KINDS]
         for statement in kinds:
             if statement.name not in uses:
-                raise statement.error(f"this analysis uses no {statement.name}; {_allowed(uses)}")
+                raise statement.error(
+                    text("this analysis uses no {name}; {allowed}", name=statement.name, allowed=_allowed(uses))
+                )
             for channel in uses[statement.name]:
                 self._take(statement.name, channel, statement)
         for statement in statements:
@@ -79,8 +82,14 @@ class Applied:
             meant = [(kind, c) for kind, names in uses.items() for c in names if same_name(c, statement.name)]
             if not meant:
                 there = any(same_name(c.name, statement.name) for capture in captures for c in capture.channels)
-                what = "is not used here" if there else "is no channel of the capture"
-                raise statement.error(f"'{statement.name}' {what}; {_allowed(uses)}")
+                allowed = _allowed(uses)
+                if there:
+                    raise statement.error(
+                        text("'{name}' is not used here; {allowed}", name=statement.name, allowed=allowed)
+                    )
+                raise statement.error(
+                    text("'{name}' is no channel of the capture; {allowed}", name=statement.name, allowed=allowed)
+                )
             for kind, channel in meant:
                 self._take(kind, channel, statement)
         self._limits = {
@@ -164,10 +173,17 @@ class Applied:
 
     def _take(self, kind: str, channel: str, statement: Statement) -> None:
         if kind == "time" and statement.offset:
-            raise statement.error("a time base has a gain only; allowed is a number in % or ppm, as in 25ppm")
+            raise statement.error(text("a time base has a gain only; allowed is a number in % or ppm, as in 25ppm"))
         unit = _KINDS[kind].unit
         if statement.unit and statement.unit != unit:
-            raise statement.error(f"an offset in {statement.unit}; allowed for {kind} is one in {unit}")
+            raise statement.error(
+                text(
+                    "an offset in {unit}; allowed for {kind} is one in {allowed}",
+                    unit=statement.unit,
+                    kind=kind,
+                    allowed=unit,
+                )
+            )
         self._limits[kind, channel] = statement
 
 
@@ -175,9 +191,11 @@ def _instrument(kind: str, statement: Statement) -> str:
     return f"{statement.instrument}, {kind}" if statement.instrument else _KINDS[kind].instrument
 
 
-def _allowed(uses: Mapping[str, Sequence[str]]) -> str:
+def _allowed(uses: Mapping[str, Sequence[str]]) -> Text:
     channels = dict.fromkeys(name for kind, names in uses.items() if kind != "time" for name in names)
-    return f"allowed are {', '.join(uses)} (all of a kind) and its channels {', '.join(channels)}"
+    return text(
+        "allowed are {kinds} (all of a kind) and its channels {channels}", kinds=list(uses), channels=list(channels)
+    )
 
 
 def _shown(statement: Statement, unit: str) -> str:

@@ -13,6 +13,7 @@ from bench.analysis.outcome import Outcome, estimated, named, paths_of
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import Capture, CaptureError, read_captures
+from bench.errors import said_by
 from procedures.estimation.back_emf import (
     BackEmfFit,
     FluxEstimate,
@@ -24,6 +25,7 @@ from procedures.estimation.back_emf import (
 )
 from procedures.estimation.pole_pairs import from_frequency
 from procedures.temperature import MAGNET_SPREAD, magnet_factor
+from procedures.text import text
 
 ProbeConnection = Literal["line", "phase"]
 _PROBES = {
@@ -55,14 +57,19 @@ def analyze_back_emf(
     naming file and line.
     """
     if connection not in _PROBES:
-        raise CaptureError("connection", f"'{connection}' is not known; it is 'line' or 'phase'")
+        raise CaptureError(
+            "connection", text("'{connection}' is not known; it is 'line' or 'phase'", connection=connection)
+        )
     if pole_pairs is not None and pole_pairs < 1:
-        raise CaptureError("pole_pairs", f"{pole_pairs} is below 1")
+        raise CaptureError("pole_pairs", text("{pole_pairs} is below 1", pole_pairs=pole_pairs))
     capture = read_captures(paths_of(files)).evenly_sampled().scaled(named(scale))
     for channel in capture.channels:
         if channel.unit not in ("V", ""):
             raise CaptureError(
-                capture.source, f"channel {channel.name} is in {channel.unit}; a back-EMF needs voltages only"
+                capture.source,
+                text(
+                    "channel {name} is in {unit}; a back-EMF needs voltages only", name=channel.name, unit=channel.unit
+                ),
             )
     names = [channel.name for channel in capture.channels]
     applied = Applied(accuracy, {"voltage": names, "time": ("time",)}, (capture,))
@@ -139,7 +146,7 @@ def _pole_pairs(
     try:
         count = from_frequency(fit.frequency, speed_rpm, fit.frequency_uncertainty, u_speed)
     except ValueError as error:
-        raise CaptureError("speed_rpm", str(error)) from error
+        raise CaptureError("speed_rpm", said_by(error)) from error
     outcome.detail(frequency_ratio=count.ratio)
     if given is not None and given != count.pole_pairs:
         outcome.warn(

@@ -17,6 +17,7 @@ from bench.captures import Capture, CaptureError, Channel, read_capture
 from bench.captures.capture import FloatArray
 from procedures.estimation.fit import Fit
 from procedures.estimation.inertia import SHARED, Ramp, fit_coast_down, fit_ramps
+from procedures.text import text
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 _RATES = ("coulomb_deceleration", "viscous_rate")
@@ -74,9 +75,9 @@ def analyze_coast_down(
     """
     captures = [read_capture(path) for path in paths_of(file)]
     if not captures:
-        raise CaptureError("capture", "no file given")
+        raise CaptureError("capture", text("no file given"))
     if inertia is not None and (inertia <= 0 or not np.isfinite(inertia)):
-        raise CaptureError("inertia", f"{inertia:g} kg·m² is not above zero")
+        raise CaptureError("inertia", text("{inertia:g} kg·m² is not above zero", inertia=inertia))
     records, assumed = [], []
     for k, capture in enumerate(captures):
         channel, note = _speed(capture, speed, speed_in_rpm)

@@ -8,7 +8,9 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureError, Channel
+from bench.errors import said_by
 from procedures.estimation.fit import EstimationError, Fit
+from procedures.text import text
 from procedures.uncertainty import Uncertainties
 
 _Result = TypeVar("_Result")
@@ -95,7 +97,7 @@ def estimated(capture: Capture, estimate: Callable[[], _Result]) -> _Result:
     try:
         return estimate()
     except EstimationError as error:
-        raise CaptureError(capture.source, str(error)) from error
+        raise CaptureError(capture.source, said_by(error)) from error
 
 
 def pick(capture: Capture, wanted: str | None, units: Iterable[str], what: str, words: Iterable[str] = ()) -> Channel:
@@ -111,10 +113,16 @@ def pick(capture: Capture, wanted: str | None, units: Iterable[str], what: str, 
     ]
     if len(fits) != 1:
         there = ", ".join(f"{c.name}{f' ({c.unit})' if c.unit else ''}" for c in capture.channels)
-        found = "none" if not fits else "several"
+        found = text("none") if not fits else text("several")
         raise CaptureError(
             capture.source,
-            f"{found} of the columns can be the {what}: {there}; name it, or give it the unit {next(iter(units))}",
+            text(
+                "{found} of the columns can be the {what}: {there}; name it, or give it the unit {unit}",
+                found=found,
+                what=what,
+                there=there,
+                unit=next(iter(units)),
+            ),
         )
     return fits[0]
 

@@ -17,6 +17,7 @@ from procedures.estimation.rotor_sweep import (
     saliency_significant,
 )
 from procedures.estimation.timed_sweep import fit_timed_sweep
+from procedures.text import text
 
 
 def analyze_rotor_sweep(
@@ -37,7 +38,9 @@ def analyze_rotor_sweep(
     Raises CaptureError naming file and line.
     """
     if connection not in ("wye", "delta"):
-        raise CaptureError("connection", f"'{connection}' is not known; it is 'wye' or 'delta'")
+        raise CaptureError(
+            "connection", text("'{connection}' is not known; it is 'wye' or 'delta'", connection=connection)
+        )
     capture = read_capture(file, abscissa="angle").scaled(named(scale))
     rest = [c for c in capture.channels if c.unit not in ("rad", "Ω")]
     if capture.time is None:
@@ -46,7 +49,8 @@ def analyze_rotor_sweep(
     inductance = rest[0] if len(rest) == 1 else pick(capture, None, ("H",), "inductance", ("induct", "ls", "l"))
     if inductance.unit not in ("H", ""):
         raise CaptureError(
-            capture.source, f"column {inductance.name} is in {inductance.unit}; inductances in H are needed"
+            capture.source,
+            text("column {name} is in {unit}; inductances in H are needed", name=inductance.name, unit=inductance.unit),
         )
     applied = Applied(accuracy, {"inductance": (inductance.name,)}, (capture,))
     outcome = Outcome("dq_inductance_extremes", "3.3.2", capture, applied)

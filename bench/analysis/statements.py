@@ -113,32 +113,43 @@ def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
     for number, written in _terms(blank, limits):
         if written in _RELATIVE:
             if gain is not None:
-                raise blank.error("two gains; give one, in % or ppm")
+                raise blank.error(text("two gains; give one, in % or ppm"))
             gain = number * _RELATIVE[written]
             continue
         known = si(written)
         if known is None:
             raise blank.error(
-                f"'{written}' is no unit known here; known are %, ppm, V, A, H, N·m, rad/s and rpm, with prefixes n, u, m, k"
+                text(
+                    "'{written}' is no unit known here; known are %, ppm, V, A, H, N·m, rad/s and rpm, with prefixes n, u, m, k",
+                    written=written,
+                )
             )
         if offset is not None:
-            raise blank.error("two offsets; give one, their sum")
+            raise blank.error(text("two offsets; give one, their sum"))
         unit, offset = known[0], number * known[1]
     if gain is not None and gain > _LARGEST_GAIN:
-        raise blank.error(f"a gain known to {100 * gain:g} % only; allowed is up to {100 * _LARGEST_GAIN:g} %")
+        raise blank.error(
+            text(
+                "a gain known to {gain:g} % only; allowed is up to {most:g} %",
+                gain=100 * gain,
+                most=100 * _LARGEST_GAIN,
+            )
+        )
     return Statement(name, gain or 0.0, offset or 0.0, unit, given, typed=typed)
 
 
 def _terms(blank: Statement, limits: str) -> list[tuple[float, str]]:
-    text = limits.strip().replace("±", "")
+    given = limits.strip().replace("±", "")
     terms, position = [], 0
-    while position < len(text):
-        found = _TERM.match(text, position)
+    while position < len(given):
+        found = _TERM.match(given, position)
         after = found.end() if found else 0
-        if found is None or (after < len(text) and text[after] != "+") or after == len(text) - 1:
+        if found is None or (after < len(given) and given[after] != "+") or after == len(given) - 1:
             break
         terms.append((float(found[1]), found[2]))
         position = after + 1
-    if not terms or position <= len(text) - 1:
-        raise blank.error(f"'{limits.strip()}' is not understood; allowed is {_WANTED}")
+    if not terms or position <= len(given) - 1:
+        raise blank.error(
+            text("'{limits}' is not understood; allowed is {wanted}", limits=limits.strip(), wanted=_WANTED)
+        )
     return terms

@@ -12,10 +12,12 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import CaptureError, Channel, read_captures
+from bench.errors import said_by
 from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.step_response import fit_step_response, time_constant_63
 from procedures.temperature import COLD, copper_factor
+from procedures.text import text
 
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
@@ -49,12 +51,15 @@ def analyze_step_response(
     """
     if isinstance(reading, str):
         if reading not in _READINGS:
-            raise CaptureError("reading", f"'{reading}' is not known; it is one of {', '.join(_READINGS)}")
+            raise CaptureError(
+                "reading",
+                text("'{reading}' is not known; it is one of {names}", reading=reading, names=list(_READINGS)),
+            )
         reading = _READINGS[reading]
     try:
         factor = phase_factor(connection, reading)
     except EstimationError as error:
-        raise CaptureError("connection", str(error)) from error
+        raise CaptureError("connection", said_by(error)) from error
     capture = read_captures(paths_of(file)).evenly_sampled().scaled(named(scale))
     if voltage is None and current is None and [c.unit for c in capture.channels] == ["", ""]:
         first, second = capture.channels

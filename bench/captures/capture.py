@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.errors import InputError
+from bench.errors import InputError, at
+from procedures.text import Text, text
 
 FloatArray = NDArray[np.float64]
 
@@ -15,10 +16,10 @@ FloatArray = NDArray[np.float64]
 class CaptureError(InputError):
     """A capture that cannot be used; the message names file and line, what is wrong and what to do."""
 
-    def __init__(self, source: str, what: str, line: int | None = None) -> None:
+    def __init__(self, source: str, what: Text | str, line: int | None = None) -> None:
         self.source = source
         self.line = line
-        super().__init__(f"{source}{f', line {line}' if line else ''}: {what}")
+        super().__init__(at(text("{source}, line {line}", source=source, line=line) if line else source, what))
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,10 @@ class Capture:
         for channel in self.channels:
             if same_name(channel.name, name):
                 return channel
-        raise CaptureError(self.source, f"no channel '{name}'; there are {', '.join(c.name for c in self.channels)}")
+        raise CaptureError(
+            self.source,
+            text("no channel '{name}'; there are {names}", name=name, names=[c.name for c in self.channels]),
+        )
 
     def scaled(self, factors: Mapping[str, float]) -> "Capture":
         """Return the capture with channels multiplied by factors, by name. Raises CaptureError for an unknown name."""
@@ -63,7 +67,12 @@ class Capture:
         for name, factor in wanted.items():
             if not (np.isfinite(factor) and factor != 0):
                 raise CaptureError(
-                    self.source, f"scale of channel '{name}' is {factor:g}; it must be a number other than 0"
+                    self.source,
+                    text(
+                        "scale of channel '{name}' is {factor:g}; it must be a number other than 0",
+                        name=name,
+                        factor=factor,
+                    ),
                 )
         changed = tuple(
             replace(c, values=c.values * wanted[c.name], resolution=c.resolution * abs(wanted[c.name]))
@@ -78,7 +87,7 @@ class Capture:
         """Return the time axis (s). Raises CaptureError where the capture has none."""
         if self.time is None:
             raise CaptureError(
-                self.source, "there is no time column; name the first column 'time (s)'", self.line_of(-1)
+                self.source, text("there is no time column; name the first column 'time (s)'"), self.line_of(-1)
             )
         return self.time
 
@@ -87,13 +96,17 @@ class Capture:
         time = self.times()
         steps = np.diff(time)
         if not steps.size:
-            raise CaptureError(self.source, "holds one sample only; export the whole record", self.line_of(0))
+            raise CaptureError(self.source, text("holds one sample only; export the whole record"), self.line_of(0))
         typical = float(np.median(steps))
         gaps = np.flatnonzero(steps > 1.9 * typical)
         if gaps.size:
             raise CaptureError(
                 self.source,
-                f"gap in time: {steps[gaps[0]]:g} s to the sample before, elsewhere {typical:g} s; export the record whole",
+                text(
+                    "gap in time: {step:g} s to the sample before, elsewhere {typical:g} s; export the record whole",
+                    step=steps[gaps[0]],
+                    typical=typical,
+                ),
                 self.line_of(int(gaps[0]) + 1),
             )
         even = np.linspace(time[0], time[-1], time.size)
@@ -101,7 +114,9 @@ class Capture:
         if np.max(off) > 0.75 * typical:
             raise CaptureError(
                 self.source,
-                f"samples are not evenly spaced: {np.max(off):g} s off; export with a fixed sampling rate",
+                text(
+                    "samples are not evenly spaced: {off:g} s off; export with a fixed sampling rate", off=np.max(off)
+                ),
                 self.line_of(int(np.argmax(off))),
             )
         return replace(self, time=even)

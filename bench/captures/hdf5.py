@@ -6,6 +6,7 @@ import numpy as np
 
 from bench.captures.capture import Capture, CaptureError, Channel
 from bench.record.waveforms import StoredWaveform, read_waveform, waveform_names
+from procedures.text import text
 
 
 def read_hdf5(path: Path, selected: str = "") -> Capture:
@@ -15,9 +16,18 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
         names = [n for n in there if not selected or n == selected or n.startswith(selected.rstrip("/") + "/")]
         waveforms = {name: read_waveform(path, name) for name in names}
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
-        raise CaptureError(str(path), f"cannot be read as HDF5 with waveforms: {error}") from error
+        raise CaptureError(
+            str(path), text("cannot be read as HDF5 with waveforms: {error}", error=str(error))
+        ) from error
     if not waveforms:
-        raise CaptureError(str(path), f"no waveform '{selected}' in it; there are: {', '.join(there) or 'none'}")
+        raise CaptureError(
+            str(path),
+            text(
+                "no waveform '{selected}' in it; there are: {names}",
+                selected=selected,
+                names=list(there) or text("none"),
+            ),
+        )
     reference = next(iter(waveforms.values()))
     for name, waveform in waveforms.items():
         _check(path, name, waveform)
@@ -26,8 +36,13 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
         ):
             raise CaptureError(
                 str(path),
-                f"waveforms {names[0]} and {name} have different times; choose one record by {path.name}#NAME, "
-                f"of: {', '.join(names)}",
+                text(
+                    "waveforms {first} and {name} have different times; choose one record by {file}#NAME, of: {names}",
+                    first=names[0],
+                    name=name,
+                    file=path.name,
+                    names=names,
+                ),
             )
     channels = tuple(Channel(name, w.unit, w.values, w.resolution) for name, w in waveforms.items())
     return Capture(channels, reference.time, str(path), "motorbench HDF5")
@@ -35,8 +50,10 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
 
 def _check(path: Path, name: str, waveform: StoredWaveform) -> None:
     if waveform.time.size < 2:
-        raise CaptureError(str(path), f"waveform {name} holds fewer than two samples")
+        raise CaptureError(str(path), text("waveform {name} holds fewer than two samples", name=name))
     if not (np.all(np.isfinite(waveform.time)) and np.all(np.isfinite(waveform.values))):
-        raise CaptureError(str(path), f"waveform {name} holds values that are not finite numbers; retake it")
+        raise CaptureError(
+            str(path), text("waveform {name} holds values that are not finite numbers; retake it", name=name)
+        )
     if np.any(np.diff(waveform.time) <= 0):
-        raise CaptureError(str(path), f"waveform {name}: time does not increase; retake it")
+        raise CaptureError(str(path), text("waveform {name}: time does not increase; retake it", name=name))

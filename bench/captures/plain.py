@@ -7,6 +7,7 @@ import numpy as np
 from bench.captures.capture import Capture, CaptureError, Channel, converter_step
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
+from procedures.text import text
 
 _TIME = {"t", "time", "zeit", "x-axis", "seconds", "second"}
 
@@ -54,18 +55,18 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time") -> Captu
             break
     else:
         raise CaptureError(
-            str(path), "no row of numbers within the first 100 lines; export time and values as columns", 1
+            str(path), text("no row of numbers within the first 100 lines; export time and values as columns"), 1
         )
     width = len(_cells(lines[first], delimiter))
     if width < 2:
-        raise CaptureError(str(path), "has one column only; export time and values side by side", first + 1)
+        raise CaptureError(str(path), text("has one column only; export time and values side by side"), first + 1)
     if delimiter != "," and any("," in line for line in lines[first : first + 50]):
         lines = [*lines[:first], *(line.replace(",", ".") for line in lines[first:])]
     if delimiter == ",":
         lines = [*lines[:first], *(line.rstrip().rstrip(",") for line in lines[first:])]
     table = read_numbers(path, lines, first, tuple(range(width)), delimiter)
     if table.shape[0] < 2:
-        raise CaptureError(str(path), "holds one row of numbers only; export the whole record", first + 1)
+        raise CaptureError(str(path), text("holds one row of numbers only; export the whole record"), first + 1)
     headings, assumptions = _headings(lines[:first], width, abscissa)
     columns = []
     for k, (name, unit) in enumerate(headings):

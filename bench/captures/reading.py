@@ -13,6 +13,7 @@ from bench.captures.plain import read_plain
 from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
 from bench.captures.tektronix import is_tektronix, read_tektronix
 from bench.captures.text import read_lines
+from procedures.text import text
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -27,7 +28,7 @@ def read_capture(path: Path | str, *, abscissa: str = "time") -> Capture:
     where, _, selected = str(path).partition("#")
     file = Path(path) if os.path.exists(path) else Path(where)
     if not os.path.isfile(file):
-        raise CaptureError(str(file), "is not there, or is not a file; check the path")
+        raise CaptureError(str(file), text("is not there, or is not a file; check the path"))
     with file.open("rb") as stream:
         if stream.read(8) == _HDF5_SIGNATURE:
             return read_hdf5(file, selected)
@@ -42,10 +43,10 @@ def read_capture(path: Path | str, *, abscissa: str = "time") -> Capture:
 def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time") -> Capture:
     """Return several captures as one, channels side by side. Raises CaptureError where their times differ, naming files."""
     if not paths:
-        raise CaptureError("capture", "no file given")
+        raise CaptureError("capture", text("no file given"))
     if len({str(path) for path in paths}) < len(paths):
         raise CaptureError(
-            ", ".join(str(path) for path in paths), "a file is given twice; give each file of the record once"
+            ", ".join(str(path) for path in paths), text("a file is given twice; give each file of the record once")
         )
     captures = [read_capture(path, abscissa=abscissa) for path in paths]
     first = captures[0]
@@ -58,8 +59,17 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time") -> Cap
         if axis.size != time.size or float(np.max(np.abs(axis - time))) > tolerance:
             raise CaptureError(
                 other.source,
-                f"its time axis ({axis.size} samples from {axis[0]:g} s to {axis[-1]:g} s) is not that of {first.source} "
-                f"({time.size} from {time[0]:g} s to {time[-1]:g} s); give files of one record",
+                text(
+                    "its time axis ({size} samples from {begin:g} s to {end:g} s) is not that of {source} "
+                    "({first_size} from {first_begin:g} s to {first_end:g} s); give files of one record",
+                    size=axis.size,
+                    begin=axis[0],
+                    end=axis[-1],
+                    source=first.source,
+                    first_size=time.size,
+                    first_begin=time[0],
+                    first_end=time[-1],
+                ),
             )
     every = [channel.name for capture in captures for channel in capture.channels]
     channels = tuple(

@@ -6,6 +6,7 @@ from pathlib import Path
 from bench.captures.capture import Capture, CaptureError, Channel, converter_step
 from bench.captures.text import check_increasing, read_numbers
 from bench.captures.units import si, split_heading
+from procedures.text import text
 
 _HEADING = re.compile(r"\s*(?:time\s+)?in s\s*,\s*[^,]+ in \S+", re.IGNORECASE)
 
@@ -19,7 +20,9 @@ def read_rohde_schwarz(path: Path, lines: list[str]) -> Capture:
     """Return the capture. Raises CaptureError where a row is broken or the time does not increase."""
     headings = [split_heading(cell) for cell in lines[0].rstrip(",").split(",")]
     if len(lines) < 3:
-        raise CaptureError(str(path), "holds a heading and fewer than two samples; export the record again", len(lines))
+        raise CaptureError(
+            str(path), text("holds a heading and fewer than two samples; export the record again"), len(lines)
+        )
     table = read_numbers(path, lines, 1, tuple(range(len(headings))), ",")
     check_increasing(path, table[:, 0], 1)
     channels = []

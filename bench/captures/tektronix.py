@@ -5,6 +5,7 @@ from pathlib import Path
 from bench.captures.capture import Capture, CaptureError, Channel, converter_step
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si
+from procedures.text import text
 
 
 def is_tektronix(lines: list[str]) -> bool:
@@ -27,7 +28,11 @@ def read_tektronix(path: Path, lines: list[str]) -> Capture:
     if stated is not None and int(stated) != len(lines):
         raise CaptureError(
             str(path),
-            f"holds {len(lines)} samples where its heading states {int(stated)}; copy the file again",
+            text(
+                "holds {count} samples where its heading states {stated}; copy the file again",
+                count=len(lines),
+                stated=int(stated),
+            ),
             len(lines),
         )
     unit = settings.get("Vertical Units", "")

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from bench.captures.capture import CaptureError, FloatArray
+from procedures.text import text
 
 #: The longest text that is read (bytes), unpacked: a few bytes of gzip may unpack to any length.
 LONGEST = 512 * 1024 * 1024
@@ -27,32 +28,38 @@ def read_lines(path: Path) -> list[str]:
         with path.open("rb") as file:
             raw = _up_to_longest(path, file)
     except OSError as error:
-        raise CaptureError(str(path), f"cannot be read: {error.strerror}; check the path") from error
+        raise CaptureError(
+            str(path), text("cannot be read: {strerror}; check the path", strerror=error.strerror)
+        ) from error
     if raw[:2] == b"\x1f\x8b":
         try:
             with gzip.GzipFile(fileobj=BytesIO(raw)) as file:
                 raw = _up_to_longest(path, file)
         except (OSError, EOFError, zlib.error) as error:
-            raise CaptureError(str(path), f"is not a whole gzip file ({error}); copy it again") from error
+            raise CaptureError(
+                str(path), text("is not a whole gzip file ({error}); copy it again", error=str(error))
+            ) from error
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text = raw.decode("utf-16", errors="replace")
+        content = raw.decode("utf-16", errors="replace")
     else:
         try:
-            text = raw.decode("utf-8-sig")
+            content = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
-            text = raw.decode("latin-1")
-    lines = text.splitlines()
+            content = raw.decode("latin-1")
+    lines = content.splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
-        raise CaptureError(str(path), "is empty; export the record again")
+        raise CaptureError(str(path), text("is empty; export the record again"))
     return lines
 
 
 def _up_to_longest(path: Path, file: Readable) -> bytes:
     raw = file.read(LONGEST + 1)
     if len(raw) > LONGEST:
-        raise CaptureError(str(path), f"holds more than {LONGEST // 2**20} MiB; export a shorter record")
+        raise CaptureError(
+            str(path), text("holds more than {most} MiB; export a shorter record", most=LONGEST // 2**20)
+        )
     return raw
 
 
@@ -83,7 +90,10 @@ def read_numbers(
         line = first + 1 + int(bad[0][0])
         raise CaptureError(
             str(path),
-            f"'{lines[line - 1].strip()[:60]}' holds a value that is not a finite number; cut it off or retake",
+            text(
+                "'{content}' holds a value that is not a finite number; cut it off or retake",
+                content=lines[line - 1].strip()[:60],
+            ),
             line,
         )
     return np.asarray(table, dtype=np.float64)
@@ -95,7 +105,11 @@ def _row(path: Path, line: str, at: int, columns: tuple[int, ...], delimiter: st
     if any(value is None for value in row):
         raise CaptureError(
             str(path),
-            f"'{line.strip()[:60]}' is not a row of {len(columns)} numbers like the others; correct or remove it",
+            text(
+                "'{content}' is not a row of {count} numbers like the others; correct or remove it",
+                content=line.strip()[:60],
+                count=len(columns),
+            ),
             at,
         )
     return [value for value in row if value is not None]
@@ -108,6 +122,10 @@ def check_increasing(path: Path, time: FloatArray, first: int) -> None:
         line = first + 2 + int(back[0])
         raise CaptureError(
             str(path),
-            f"time does not increase ({time[back[0]]:g} s, then {time[back[0] + 1]:g} s); sort or export again",
+            text(
+                "time does not increase ({time:g} s, then {following:g} s); sort or export again",
+                time=time[back[0]],
+                following=time[back[0] + 1],
+            ),
             line,
         )

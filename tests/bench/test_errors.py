@@ -41,8 +41,8 @@ IN_CHINESE = [
     "nameplate.maximum_current = 100000.0；允许的是大于 0 且不超过 10000 A 的数 (相，峰值)",
     "未知的键 nameplate.rated_sped_rpm；是否指 rated_speed_rpm？",
 ]
-#: These speak English to whoever writes tests or reads captures, and are not translated.
-UNTRANSLATED = ("bench/testing.py", "bench/captures/")
+#: This speaks English to whoever writes tests.
+UNTRANSLATED = "bench/testing.py"
 
 
 @pytest.fixture
@@ -137,18 +137,32 @@ def test_an_error_keeps_its_sentence_on_its_way_between_processes() -> None:
     assert message(again, CHINESE) == "没有步骤 '9.9'；是否指 3.2？\nas it is {here}"
 
 
+def test_a_capture_that_cannot_be_used(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    capture = tmp_path / "scope.csv"
+    capture.write_text("time (s),CH1 (V)\n0.0,1.0\n0.1,two\n0.2,3.0\n", encoding="utf-8")
+    monkeypatch.setenv("LANG", "zh_CN.UTF-8")
+    for name in ("LC_ALL", "LC_MESSAGES"):
+        monkeypatch.delenv(name, raising=False)
+    _, _, err = call("analyze", "back-emf", str(capture))
+    assert f"{capture}，第 3 行: '0.1,two' 不是与其他行相同的 2 个数" in err
+
+
 def test_a_motor_that_is_not_there() -> None:
     with pytest.raises(InputError) as refused:
         load_motor("lg-401w")
     assert message(refused.value, CHINESE) == "没有电机 'lg-401w'：是否指 lg-400w？；或给出文件"
 
 
+#: Where each takes its sentence.
+ERRORS = {"InputError": 0, "UsageError": 0, "NoDatabaseError": 0, "StoreError": 0, "CaptureError": 1}
+
+
 def bare(tree: ast.AST) -> Iterator[ast.Call]:
     """Errors that are made of a finished sentence, which nobody can translate."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.args:
-            finished = isinstance(node.args[0], ast.JoinedStr | ast.Constant | ast.BinOp)
-            if node.func.id in ("InputError", "UsageError", "NoDatabaseError", "StoreError") and finished:
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ERRORS:
+            said = node.args[ERRORS[node.func.id]]
+            if isinstance(said, ast.JoinedStr | ast.Constant | ast.BinOp):
                 yield node
 
 
