@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+from bench.commands.options import Seed
 from bench.commands.output import console_on, print_end, print_json, print_page, print_summary
 from bench.commands.run import given_faults_of
 from bench.files.motor_file import load_motor
@@ -16,7 +17,7 @@ from procedures.catalogue import catalogue
 def demo(
     *,
     motor: str = "lg-400w",
-    seed: int = 0,
+    seed: Seed = 0,
     json: bool = False,
     language: str = "auto",
     runs: Path = Path("runs"),

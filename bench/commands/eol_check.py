@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bench.commands.options import Seed
 from bench.commands.output import console_on, print_json
 from bench.eol.line.batch import BatchWishes
 from bench.eol.line.dry_run import DryRun, dry_run
@@ -22,7 +23,7 @@ def check(
     sockets: int | None = None,
     motors: int | None = None,
     operator: str = "",
-    seed: int = 0,
+    seed: Seed = 0,
     json: bool = False,
 ) -> int:
     """Try a plan on virtual benches: predicted time against the physical floor, limits that cannot be decided.

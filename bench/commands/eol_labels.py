@@ -2,6 +2,9 @@
 
 import sys
 
+from bench.errors import InputError
+from procedures.text import text
+
 
 def labels(*, batch: str, records: str = "records.sqlite") -> None:
     """Print the label line of each motor of a batch, in the order in which they were done.
@@ -18,5 +21,13 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
     from bench.eol.line.keeper import own_records
 
     with own_records(records) as kept:
-        for record in kept.read(batch):
-            sys.stdout.write(label_of(record) + "\n")
+        lines = [label_of(record) + "\n" for record in kept.read(batch)]
+    if not lines:
+        raise InputError(
+            text(
+                "{records}: has no motor of a batch {batch}; motorbench eol stats names the batches",
+                records=records,
+                batch=batch,
+            )
+        )
+    sys.stdout.writelines(lines)

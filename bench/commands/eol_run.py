@@ -5,6 +5,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from bench.commands.options import Seed
 from bench.commands.output import console_on, print_json
 from bench.eol.labels import label_of
 from bench.eol.line.admission import Refused
@@ -34,7 +35,7 @@ def run(
     person: str = "",
     operator: str = "",
     again: bool = False,
-    seed: int = 0,
+    seed: Seed = 0,
     language: str = "auto",
     json: bool = False,
 ) -> int:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from bench.commands.options import Seed
 from bench.commands.output import console_on, print_end, print_json, print_summary
 from bench.errors import UsageError
 from bench.files.motor_file import MotorFile, load_motor
@@ -36,7 +37,7 @@ def run(
     resume: str | None = None,
     repeat: tuple[str, ...] = (),
     trace: bool = False,
-    seed: int | None = None,
+    seed: Seed | None = None,
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
     runs: Path = Path("runs"),
@@ -54,7 +55,8 @@ def run(
     motor
         A motor file, or the name of a shipped motor.
     operator
-        Who does the hand work: terminal (a person), panel (a person at a panel), virtual, answers (typed readings from a file).
+        Who does the hand work: terminal (a person), panel (a person at a panel), virtual, answers (typed readings from a
+        file), fixture (the station's own).
     person
         The name of who runs it, for the record.
     serial_number

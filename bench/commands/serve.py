@@ -1,6 +1,7 @@
 """`motorbench serve`: the operator's panel in a browser."""
 
 import logging
+import socket
 from ipaddress import ip_address
 from pathlib import Path
 
@@ -56,6 +57,7 @@ def serve(
                 host=host,
             )
         )
+    _check_free(host, port)
     from nicegui import ui
 
     from bench.panel.access import Access
@@ -74,6 +76,22 @@ def serve(
         favicon="⚙️",
     )
     return 0
+
+
+def _check_free(host: str, port: int) -> None:
+    if not 0 < port < 1 << 16:
+        raise UsageError(text("--port {port}: allowed are 1 to 65535", port=port))
+    try:
+        socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET).close()
+    except OSError as error:
+        raise InputError(
+            text(
+                "{host}:{port} cannot be listened on: {strerror}; choose another with --port or --host",
+                host=host,
+                port=port,
+                strerror=error.strerror,
+            )
+        ) from error
 
 
 def _is_loopback(host: str) -> bool:

@@ -9,6 +9,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.commands.options import Seed
 from bench.errors import InputError, UsageError, said_by
 from procedures.text import text
 
@@ -22,7 +23,7 @@ def serve(
     station_file: Path | None = None,
     json: bool = False,
     speedup: float = 1.0,
-    seed: int = 0,
+    seed: Seed = 0,
     host: str = "127.0.0.1",
     faults: Path | None = None,
     fault: tuple[str, ...] = (),

@@ -1,6 +1,8 @@
 """The web application: sessions by cookie, pages by path, the panel's state behind them."""
 
+import asyncio
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 
 from nicegui import app, ui
 from starlette.middleware.base import BaseHTTPMiddleware
@@ -10,7 +12,7 @@ from starlette.responses import RedirectResponse, Response
 from bench.errors import InputError
 from bench.panel.access import Access
 from bench.panel.line_records import Choice, serial_numbers
-from bench.panel.pages.frame import Reader
+from bench.panel.pages.frame import frame
 from bench.panel.pages.history import compare_page, history_page
 from bench.panel.pages.line import line_page
 from bench.panel.pages.login import login_page
@@ -20,7 +22,10 @@ from bench.panel.pages.start import start_page
 from bench.panel.pages.statistics import statistics_page
 from bench.panel.panel import Panel
 from bench.panel.sessions import Right, Session, Sessions
+from procedures.text import text
 
+#: Longest wait (s) for the words of procedures; a page that takes longer than 3 s is none.
+_WORDS = 2.0
 _OPEN = ("/login", "/_nicegui")
 
 
@@ -59,8 +64,13 @@ def build(panel: Panel, access: Access | None) -> None:
         try:
             live = await panel.follow(name)
         except InputError as error:
-            ui.label(Reader(_session(request)).fault(error)).classes("text-xl p-8")
+            with frame(panel, _session(request), text("Runs")) as reader:
+                ui.label(reader.fault(error)).classes("text-xl")
             return
+        # The words of procedures and steps; a page without them shows the names of the journal.
+        with suppress(InputError, TimeoutError):
+            async with asyncio.timeout(_WORDS):
+                await panel.offer.procedures()
         run_page(panel, _session(request), live)
 
     @ui.page("/line")

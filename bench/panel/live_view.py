@@ -113,7 +113,7 @@ class LiveView:
             self.latest = next((kept for kept in found if str(kept.quantity) == wanted[0]), found[0])
 
     def _waveforms(self, event: Event) -> None:
-        self.waveforms.append(event.data)
+        self.waveforms.append({**event.data, "procedure": self.procedure, "step": self.step})
 
     def _energising(self, event: Event) -> None:
         self.energised[event.data["instrument"]] = event.time

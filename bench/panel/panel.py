@@ -38,6 +38,7 @@ class Panel:
         self.records = records
         self._live: dict[str, LiveRun] = {}
         self._opening = asyncio.Lock()
+        self._beginning = asyncio.Lock()
 
     async def open(self) -> None:
         """Find the runs that are going on, whoever started them."""
@@ -74,7 +75,11 @@ class Panel:
 
     async def start_batch(self, order: BatchOrder) -> None:
         """Start a batch, which `line` follows from then on. Raises InputError with what it said where it could not begin."""
-        await self.line.follow(await self.launcher.start_batch(order))
+        # Two clicks, or two browsers, would put two batches on the same sockets.
+        if self.line.running or self._beginning.locked():
+            raise InputError(text("a batch is going on already, or being started"))
+        async with self._beginning:
+            await self.line.follow(await self.launcher.start_batch(order))
 
     async def resume(self, name: str, person: str, repeat: Sequence[str] = (), language: str = "en") -> LiveRun:
         """Have an ended run go on, or a procedure of it again. Raises InputError with what it said where it could not."""

@@ -53,11 +53,11 @@ def thinned(times: ArrayLike, values: ArrayLike, points: int = POINTS) -> list[l
 
 
 def waveform_plot(
-    waves: Mapping[str, StoredWaveform], title: str, *, start: float | None = None, end: float | None = None
+    waves: Mapping[str, StoredWaveform], *, start: float | None = None, end: float | None = None
 ) -> dict[str, Any]:
     """Return a plot of waveforms between two times (s), all of them without; zooming asks for it anew with its window."""
     units = list(dict.fromkeys(wave.unit for wave in waves.values()))
-    plot = axes(title, "t / s", units[0] if units else "")
+    plot = axes("", "t / s", units[0] if units else "")
     # Volts left, amperes right: one axis each.
     plot["yAxis"] = [
         {**plot["yAxis"], "name": unit, "position": "right" if n else "left"} for n, unit in enumerate(units)
@@ -77,5 +77,10 @@ def waveform_plot(
         plot["series"].append({**drawn, "yAxisIndex": units.index(wave.unit)})
     if waves:
         whole = next(iter(waves.values())).time
-        plot["xAxis"] |= {"min": float(whole[0]), "max": float(whole[-1])}
+        plot["xAxis"] |= {
+            "min": float(whole[0]),
+            "max": float(whole[-1]),
+            # The record's own ends are no round figures.
+            "axisLabel": {"showMinLabel": False, "showMaxLabel": False},
+        }
     return plot

@@ -64,8 +64,10 @@ def new_run_folder(runs: Path, motor: str) -> RunFolder:
         try:
             runs.mkdir(parents=True, exist_ok=True)
             path.mkdir()
-        except FileExistsError:
-            continue
+        except FileExistsError as error:
+            if runs.is_dir():
+                continue
+            raise InputError(text("{runs}: is a file; give --runs the folder of the runs", runs=runs)) from error
         except OSError as error:
             raise InputError(
                 text(

@@ -1,6 +1,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -114,6 +115,9 @@ def test_a_motor_without_truth_cannot_be_simulated(call: Call, tmp_path: Path) -
         (["analyze", "back-emf", "nothing.csv"], 1, "nothing.csv"),
         (["analyze", "back-emf", "x.csv", "--scale", "CHAN3"], 2, "give NAME=FACTOR"),
         (["station", "check", "nothing.toml"], 1, "no such station file"),
+        (["demo", "--seed", "-1"], 2, "--seed"),
+        (["run", "nameplate", "--station", "virtual", "--motor", "lg-400w", "--seed", "-1"], 2, "--seed"),
+        (["serve", "--virtual", "--port", "99999"], 2, "--port 99999: allowed are 1 to 65535"),
     ],
 )
 def test_what_cannot_be_is_said_plainly(call: Call, arguments: list[str], code: int, said: str) -> None:
@@ -121,6 +125,21 @@ def test_what_cannot_be_is_said_plainly(call: Call, arguments: list[str], code: 
     assert given == code
     assert said in err
     assert out == ""
+
+
+def test_a_port_that_is_taken_is_named(call: Call) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        code, _, err = call("serve", "--virtual", "--port", str(port))
+    assert code == 1
+    assert f"127.0.0.1:{port} cannot be listened on" in err
+
+
+def test_a_file_is_no_folder_of_runs(call: Call, tmp_path: Path) -> None:
+    (file := tmp_path / "runs").touch()
+    code, _, err = call("run", "nameplate", "--station", "virtual", "--motor", "lg-400w", "--runs", str(file))
+    assert code == 1
+    assert f"{file}: is a file" in err
 
 
 def test_a_run_on_the_virtual_bench(call: Call, tmp_path: Path) -> None:

@@ -66,6 +66,7 @@ class FromFile:
 
     def __init__(self, path: Path) -> None:
         try:
+            _check_text(path)
             self._file = path.open(encoding="utf-8-sig", errors="backslashreplace")
         except OSError as error:
             raise InputError(
@@ -94,6 +95,17 @@ class FromFile:
         while line := self._file.readline(_LONGEST):
             if given := line.strip(" \r\n"):
                 yield given
+
+
+def _check_text(path: Path) -> None:
+    # What comes through a pipe can be read but once: there each line is judged as it comes.
+    if path.is_file():
+        try:
+            with path.open(encoding="utf-8") as file:
+                while file.read(1 << 16):
+                    pass
+        except UnicodeDecodeError as error:
+            raise InputError(text("{path}: the file of serial numbers is not UTF-8 text", path=path)) from error
 
 
 class Given:

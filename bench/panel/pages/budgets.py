@@ -1,7 +1,5 @@
 """The uncertainty budget of every parameter, opened one at a time."""
 
-import math
-
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
@@ -10,6 +8,8 @@ from bench.panel.pages.tables import html_table
 from procedures.result import Parameter
 from procedures.text import text
 from reports.names import parameter_name, phrase
+from reports.report.model import Cell
+from reports.report.parameters import budget_table
 
 
 def budgets_part(run: LiveRun, reader: Reader) -> None:
@@ -27,21 +27,13 @@ def budgets_part(run: LiveRun, reader: Reader) -> None:
 
 
 def _table(parameter: Parameter, reader: Reader) -> str:
-    say = reader.say
-    total = math.hypot(*(row.contribution for row in parameter.budget))
-    head = [text("Source"), text("Type"), text("Estimate"), text("u"), text("Sensitivity")]
-    titles = [*map(say, head), say(text("Contribution, {unit}", unit=parameter.unit)), say(text("Share"))]
-    lines = [
-        [
-            row.source,
-            row.kind,
-            f"{row.value:.6g}",
-            f"{row.standard_uncertainty:.3g}",
-            f"{row.sensitivity:.4g}",
-            f"{row.contribution:.3g}",
-            f"{100.0 * (row.contribution / total) ** 2:.1f} %" if total else "–",
-        ]
-        for row in parameter.budget
-    ]
-    lines.append([say(text("all rows, root sum of squares")), "", "", "", "", f"{total:.3g}", "100 %"])
-    return html_table(titles, lines, numeric=frozenset({2, 3, 4, 5, 6}))
+    told = budget_table(parameter)
+    if told is None:
+        return ""
+    lines = [[_said(cell, reader) for cell in row.cells] for row in told.rows]
+    numeric = frozenset(number for number, column in enumerate(told.columns) if column.right)
+    return html_table([_said(column.title, reader) for column in told.columns], lines, numeric=numeric)
+
+
+def _said(cell: Cell, reader: Reader) -> str:
+    return cell if isinstance(cell, str) else reader.say(cell)

@@ -18,24 +18,8 @@ from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.record.signatures import sign, signatures
 from procedures.text import text
+from reports.exports.table import TARGETS
 from reports.summary import rows
-
-#: Targets of `motorbench export`, with the ending of the file that each makes.
-_EXPORTS = {
-    "vesc": "VESC",
-    "odrive": "ODrive 0.5",
-    "odrive-0.6": "ODrive 0.6",
-    "simplefoc": "SimpleFOC",
-    "moteus": "moteus",
-    "ti": "TI",
-    "st": "ST",
-    "mathworks": "MathWorks",
-    "motulator": "motulator",
-    "gym-electric-motor": "gym-electric-motor",
-    "json": "JSON",
-    "csv": "CSV",
-    "c-header": "C",
-}
 
 
 def ended_part(panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:
@@ -62,7 +46,7 @@ class _Ended:
             self._parameters()
         self._warnings()
         budgets_part(self._run, self._reader)
-        WaveformsPart(self._run, self._reader).build()
+        WaveformsPart(self._panel, self._run, self._reader).build()
         self._signatures = (
             ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Signatures"))}"')
         )
@@ -72,13 +56,17 @@ class _Ended:
         say, view = self._reader.say, self._run.view.run
         with ui.row().classes("gap-3 my-3 items-end"):
             if self._session.may_lead and view.status != "completed":
-                ui.button(say(text("Go on where it ended")), on_click=self._resume, color=None).classes("mb-go")
+                ui.button(say(text("Go on where it ended")), on_click=lambda: self._resume(), color=None).classes(
+                    "mb-go"
+                )
             if self._session.may_lead:
                 ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to("/")).props("outline")
-                again = ui.select(list(view.planned), label=say(text("Procedure to repeat"))).props("outlined dense")
+                titles = {name: say(self._panel.offer.title(name)) for name in view.planned}
+                again = ui.select(titles, label=say(text("Procedure to repeat"))).props("outlined dense")
                 again.classes("w-64")
-                ui.button(say(text("Repeat")), on_click=lambda: self._resume(again.value)).props("outline")
-            target = ui.select(_EXPORTS, label=say(text("Export for"))).props("outlined dense").classes("w-48")
+                ui.button(say(text("Repeat")), on_click=lambda: self._repeat(again.value)).props("outline")
+            targets = {name: target.title for name, target in TARGETS.items()}
+            target = ui.select(targets, label=say(text("Export for"))).props("outlined dense").classes("w-48")
             ui.button(say(text("Export")), on_click=lambda: self._export(target.value)).props("outline")
             ui.button(say(text("Report")), on_click=self._report).props("outline")
             against = f"/compare/{self._run.name}/type"
@@ -121,8 +109,10 @@ class _Ended:
                 ui.label(self._reader.fault(error)).style("color:#7a130d")
                 return
             for signature in given:
-                words = f"{signature.person} ({signature.role}), {signature.time}  {signature.words}  SHA-256 {signature.sha256[:12]}…"
-                ui.label(words).classes("text-base")
+                when = datetime.fromisoformat(signature.time).strftime("%Y-%m-%d %H:%M:%S UTC")
+                said = [f"{signature.person} ({signature.role})", when, signature.words]
+                said.append(f"SHA-256 {signature.sha256[:12]}…")
+                ui.label(" · ".join(part for part in said if part)).classes("text-base")
                 if not signature.holds:
                     ui.label(
                         say(text("This signature does not hold: the run went on, or was changed, after it."))
@@ -140,31 +130,35 @@ class _Ended:
         try:
             sign(self._run.folder, person, self._session.right.value, words, datetime.now(UTC))
         except InputError as error:
-            _complain(self._reader.fault(error))
+            self._complain(self._reader.fault(error))
             return
         self._sign_part()
 
+    async def _repeat(self, procedure: str | None) -> None:
+        if procedure is None:
+            self._complain(self._reader.say(text("Choose the procedure to repeat.")))
+            return
+        await self._resume(procedure)
+
     async def _resume(self, repeat: str | None = None) -> None:
-        chosen = [repeat] if isinstance(repeat, str) else []
+        chosen = [repeat] if repeat is not None else []
         try:
             again = await self._panel.resume(self._run.name, self._session.person, chosen, self._session.language)
         except (InputError, TimeoutError) as error:
-            _complain(self._reader.fault(error))
+            self._complain(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)
         ui.run_javascript(f"location.href='/runs/{again.name}'")
 
     async def _export(self, target: str | None) -> None:
         if not target:
-            _complain(self._reader.say(text("Choose what to export for.")))
+            self._complain(self._reader.say(text("Choose what to export for.")))
             return
         out = await self._command(
             "export", str(self._run.folder.path), "--for", target, "--language", self._session.language
         )
         if out is not None:
-            ui.download.content(
-                out, f"{self._run.name}.{target}.txt" if target not in ("json", "csv") else f"{self._run.name}.{target}"
-            )
+            ui.download.content(out, f"{self._run.name}.{target}{TARGETS[target].suffix}")
 
     async def _report(self) -> None:
         language = self._session.language
@@ -188,10 +182,10 @@ class _Ended:
         )
         out, said = await process.communicate()
         if process.returncode != 0:
-            _complain(said.decode("utf-8", "replace").strip().removeprefix("motorbench: "))
+            self._complain(said.decode("utf-8", "replace").strip().removeprefix("motorbench: "))
             return None
         return out
 
-
-def _complain(words: str) -> None:
-    ui.notify(words, type="negative", position="top", timeout=0, close_button=True, multi_line=True)
+    def _complain(self, words: str) -> None:
+        close = {"label": self._reader.say(text("Close")), "color": "white"}
+        ui.notify(words, type="negative", position="top", timeout=0, actions=[close], multi_line=True)

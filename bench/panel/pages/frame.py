@@ -31,7 +31,10 @@ _STYLE = """
   .mb-table { border-collapse: collapse; width: 100%; }
   .mb-table th, .mb-table td { text-align: left; padding: .35rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; }
   .mb-table th { font-weight: 600; color: #44505c; }
-  .mb-table td.num, .mb-table th.num { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+  .mb-table td.num, .mb-table th.num { text-align: right; font-variant-numeric: tabular-nums; }
+  .mb-table td.num { white-space: nowrap; }
+  .mb-table td { word-break: keep-all; overflow-wrap: break-word; }
+  .mb-card:has(> .mb-table), .mb-card :has(> .mb-table) { overflow-x: auto; }
   *:focus-visible { outline: 3px solid #1565c0 !important; outline-offset: 2px; }
   .mb-skip { position: absolute; left: -999px; } .mb-skip:focus { left: 8px; top: 8px; z-index: 9999; background:#fff; padding:.5rem; }
 </style>

@@ -128,6 +128,12 @@ def compare_page(panel: Panel, session: Session, first: str, second: str) -> Non
         ui.label(" ↔ ".join(names)).classes("text-2xl font-bold mb-3")
         compared = compare(known[first].figures, other)
         with ui.element("section").classes("mb-card"):
+            if not compared and second == "type" and not other:
+                words = text(
+                    "The motor's file has no type values for what was measured; its table [expected] holds them."
+                )
+                ui.label(say(words))
+                return
             if not compared:
                 ui.label(say(text("They have no parameter in common.")))
                 return
@@ -144,14 +150,15 @@ def _compared_table(compared: list[Compared], names: list[str], reader: Reader) 
     for found in compared:
         scale = scale_of(found.first, unit_for_readers(found.name, found.unit))
         values = [v / scale.factor for v in (found.first, found.second)]
-        decimals = decimals_for(0.0, values[0])
+        counts = all(value == round(value) for value in values)
+        decimals = 0 if counts else decimals_for(0.0, values[0]) + 1
         lines.append(
             [
                 say(parameter_name(found.name)),
-                *(figure(value, decimals + 1) for value in values),
+                *(figure(value, decimals) for value in values),
                 scale.unit,
                 f"{100.0 * found.difference:+.2f}" if math.isfinite(found.difference) else "–",
-                "–" if math.isnan(found.normalised_error) else f"{found.normalised_error:+.2f}",
+                "–" if not math.isfinite(found.normalised_error) else f"{found.normalised_error:+.2f}",
                 say(text("disagree")) if found.disagree else "",
             ]
         )
@@ -172,4 +179,4 @@ def _shown(name: str, found: Figure) -> str:
     scale = scale_of(found.value, unit_for_readers(name, found.unit))
     value, spread = found.value / scale.factor, found.uncertainty / scale.factor
     share = percent(abs(spread / value)) if value else "–"
-    return f"{figure(value, decimals_for(spread, value))} {scale.unit} ± {share} %"
+    return f"{figure(value, decimals_for(spread, value))} {scale.unit}, u {share} %"

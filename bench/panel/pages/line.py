@@ -216,6 +216,7 @@ class _LinePage:
             field.on("keydown.enter", self._begin)
         ui.button(say(text("Begin")), on_click=self._begin, color=None).classes("mb-go text-2xl px-12 py-4 mt-2")
         self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line").style("color:#7a130d")
+        self._said = ui.label().props("role=status").classes("text-lg")
 
     async def _begin(self) -> None:
         say = self._reader.say
@@ -223,7 +224,8 @@ class _LinePage:
             self._fault.set_text(say(text("Choose a plan.")))
             return
         self._session.person = str(self._name.value or "").strip() or self._session.person
-        self._fault.set_text(say(text("Starting …")))
+        self._fault.set_text("")
+        self._said.set_text(say(text("Starting …")))
         order = BatchOrder(
             str(Path(self._plan.value)),
             self._panel.station,
@@ -238,7 +240,8 @@ class _LinePage:
         except (InputError, TimeoutError) as error:
             self._fault.set_text(self._reader.fault(error))
             return
-        self._fault.set_text("")
+        finally:
+            self._said.set_text("")
         self._panel.control.take(self._session.token, self._person())
         ui.run_javascript("document.querySelector('.mb-scan input').focus()")
 

@@ -229,6 +229,9 @@ class _StartPage:
 
     async def _begin(self) -> None:
         say = self._reader.say
+        # Enter in the serial number's field comes here too.
+        if not self._start.enabled:
+            return
         chosen = [name for name, box in self._boxes.items() if box.value]
         if not self._motor.value:
             self._complain(say(text("Choose the motor's type.")))
@@ -238,6 +241,8 @@ class _StartPage:
             return
         self._session.person = str(self._person.value or "").strip() or self._session.person
         self._tell(say(text("Starting …")))
+        # A second click would start a second run.
+        self._start.set_enabled(False)
         order = Order(
             chosen,
             self._panel.station,
@@ -249,6 +254,7 @@ class _StartPage:
         try:
             run = await self._panel.start(order)
         except (InputError, TimeoutError) as error:
+            self._start.set_enabled(True)
             self._complain(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)

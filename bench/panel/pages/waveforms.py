@@ -7,26 +7,26 @@ from nicegui import run as background
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
+from bench.panel.panel import Panel
 from bench.panel.plots import waveform_plot
 from bench.record.waveforms import StoredWaveform, read_waveform
 from procedures.text import text
-from reports.names import role_name
 
 
 class WaveformsPart:
     """The list of records and the plot of the one that is chosen."""
 
-    def __init__(self, run: LiveRun, reader: Reader) -> None:
+    def __init__(self, panel: Panel, run: LiveRun, reader: Reader) -> None:
+        self._panel = panel
         self._run = run
         self._reader = reader
         self._waves: dict[str, StoredWaveform] = {}
-        self._title = ""
 
     def build(self) -> None:
         """Build it; nothing where the run has no waveforms."""
         say = self._reader.say
         records = {
-            number: f"{number + 1}  {say(role_name(event['instrument']))}  {event['call'].replace('_', ' ')}"
+            number: f"{number + 1} · {say(self._panel.offer.title(event['procedure']))} · {event['step']}"
             for number, event in enumerate(self._run.view.waveforms)
         }
         if not records:
@@ -48,18 +48,20 @@ class WaveformsPart:
         except (OSError, KeyError) as error:
             self._fault.set_text(self._reader.say(text("The record cannot be read: {error}", error=str(error))))
             return
-        self._title = told["call"].replace("_", " ")
         self._draw(None, None)
         self._chart.set_visibility(True)
 
     def _read(self, told: dict[str, Any]) -> dict[str, StoredWaveform]:
-        return {name: self._one(part["waveform"]) for name, part in told.items()}
+        return {
+            self._reader.say(text("channel {number}", number=name)): self._one(part["waveform"])
+            for name, part in told.items()
+        }
 
     def _one(self, reference: str) -> StoredWaveform:
         return read_waveform(self._run.folder.path / reference.partition("#")[0], reference)
 
     def _draw(self, start: float | None, end: float | None) -> None:
-        options = waveform_plot(self._waves, self._title, start=start, end=end)
+        options = waveform_plot(self._waves, start=start, end=end)
         if start is not None:
             # The window stays where the reader has put it.
             options.pop("dataZoom")

@@ -37,11 +37,11 @@ def test_a_million_points_become_a_screen_full_and_zooming_shows_more() -> None:
     time = np.linspace(0.0, 1.0, 1_000_000)
     wave = StoredWaveform(time, np.sin(2000.0 * time), "V", 0.01, 1)
     current = StoredWaveform(time, np.cos(2000.0 * time), "A", 0.01, 4)
-    whole = waveform_plot({"1": wave, "4": current}, "fetch")
+    whole = waveform_plot({"1": wave, "4": current})
     assert [len(series["data"]) <= POINTS for series in whole["series"]] == [True, True]
     assert [axis["name"] for axis in whole["yAxis"]] == ["V", "A"]
     assert [series["yAxisIndex"] for series in whole["series"]] == [0, 1]
-    near = waveform_plot({"1": wave}, "fetch", start=0.5, end=0.501)
+    near = waveform_plot({"1": wave}, start=0.5, end=0.501)
     data = near["series"][0]["data"]
     assert 1000 <= len(data) <= 1004
     assert data[0][0] <= 0.5 <= data[1][0]

@@ -45,6 +45,8 @@ def runs(tmp_path: Path) -> Path:
 
 def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPage, runs: Path) -> None:
     server, page = serve("--virtual"), new_page()
+    page.goto(server.url)
+    expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled()
     page.goto(f"{server.url}/history")
     expect(page.get_by_text("2 of 2 runs")).to_be_visible()
     page.get_by_label("Search").fill("sn-2 lg-400w")
@@ -58,7 +60,7 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     expect(page.get_by_role("row", name=re.compile("Stator resistance .* mΩ"))).to_be_visible()
     page.goto(f"{server.url}/runs/{sorted(path.name for path in runs.iterdir())[0]}")
     page.get_by_label("Record", exact=True).click()
-    page.get_by_role("option").first.click()
+    page.get_by_role("option", name=re.compile("dq inductance, time constant · 3.3.1-d.4")).first.click()
     expect(page.get_by_role("region", name="Waveforms").locator("canvas").first).to_be_visible()
     page.get_by_label("Name", exact=True).fill("J. Doe")
     page.get_by_role("button", name="Sign off").click()
@@ -67,7 +69,12 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     page.get_by_role("option", name="JSON").click()
     with page.expect_download() as download:
         page.get_by_role("button", name="Export", exact=True).click()
+    assert download.value.suggested_filename.endswith(".json")
     assert "stator_resistance" in Path(download.value.path()).read_text()
+    page.get_by_role("button", name="Repeat").click()
+    expect(page.get_by_text("Choose the procedure to repeat.")).to_be_visible()
+    page.goto(f"{server.url}/runs/nothing")
+    expect(page.get_by_role("link", name="Measure")).to_be_visible()
 
 
 def test_a_choice_is_rehearsed_before_it_is_run(panel: Panel, new_page: NewPage) -> None:
@@ -125,9 +132,14 @@ def test_a_network_asks_for_a_login_and_a_viewer_only_watches(serve: Serve, new_
     page.get_by_label("Password").fill("battery staple")
     page.get_by_role("button", name="Log in").click()
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_disabled()
+    expect(page.get_by_role("button", name="Rehearse")).to_be_enabled()
+    page.get_by_label("Motor type").click()
+    page.get_by_text("lg-400w (virtual)").click()
+    page.get_by_label("Serial number").press("Enter")
     expect(page.get_by_role("button", name="Take the control")).to_be_hidden()
     page.goto(f"{server.url}/motor")
     expect(page.get_by_text("Only an engineer may enter motors.")).to_be_visible()
+    assert not list(server.runs.glob("*/*"))
 
 
 def test_a_network_without_people_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

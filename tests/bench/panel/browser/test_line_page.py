@@ -121,3 +121,18 @@ def test_another_browser_and_a_new_server_show_the_same_line(panel: Panel, new_p
     expect(count(page, "PASS")).to_have_text("✓ 2")
     page.keyboard.press("Control+Escape")
     expect(page.get_by_text("The batch has ended.")).to_be_visible()
+
+
+def test_a_second_begin_starts_no_second_batch(panel: Panel, new_page: NewPage) -> None:
+    plan(panel, "once")
+    page = new_page()
+    page.goto(f"{panel.url}/line")
+    begin = page.get_by_role("button", name="Begin", exact=True)
+    begin.click()
+    page.get_by_label("Batch (the plan's name where empty)").fill("twice")
+    begin.click()
+    expect(page.get_by_text("Scan the first motor.")).to_be_visible()
+    expect(page.get_by_text("batch once, plan once")).to_be_visible()
+    assert not (panel.runs / "twice").exists()
+    page.keyboard.press("Control+Escape")
+    expect(page.get_by_text("The batch has ended.")).to_be_visible()
