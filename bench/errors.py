@@ -1,6 +1,6 @@
 """What a person can put right: bad files, bad arguments, runs that cannot go on."""
 
-from procedures.text import Text, Translate
+from procedures.text import Text, Translate, text
 
 
 class InputError(Exception):
@@ -28,7 +28,7 @@ def said_by(cause: BaseException) -> Text:
 
 def at(place: object, said: Text | str) -> Text:
     """Return what is said of a place: a file, a key, an option."""
-    return Text("{place}: {said}", {"place": place, "said": said})
+    return text("{place}: {said}", place=place, said=said)
 
 
 def message(cause: BaseException, translate: Translate) -> str:

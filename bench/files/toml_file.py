@@ -140,7 +140,7 @@ def _also(fault: ErrorDetails) -> Text | str:
         "bool",
         "date_type",
     )
-    return "" if fault["type"].startswith(known) else Text(" ({said})", {"said": _said(fault)})
+    return "" if fault["type"].startswith(known) else text(" ({said})", said=_said(fault))
 
 
 def _said(fault: ErrorDetails) -> Text | str:
@@ -248,7 +248,7 @@ def _wanted(field: FieldInfo | None) -> Text | str:
         bounds = Text("{bounds} {unit}", {"bounds": bounds, "unit": unit})
     whole = int in (field.annotation, *get_args(field.annotation))
     number = text("a whole number {bounds}", bounds=bounds) if whole else text("a number {bounds}", bounds=bounds)
-    return Text("{number} ({note})", {"number": number, "note": described}) if field.description else number
+    return text("{number} ({note})", number=number, note=described) if field.description else number
 
 
 def _choices(annotation: object) -> Text | str:
