@@ -17,7 +17,7 @@ from sim_instruments.segment import DynamometerLaw, Outcome, Segment
 #: Slower than this (rad/s), a shaft without dry friction counts as standing.
 _CREEP = 1e-4
 #: A swing is integrated at most this far ahead (s).
-_HORIZON = 2.0
+_HORIZON = 1.0
 #: A rotor slower than this (rad/s) under current is stopped by static friction where that can hold it.
 _SLOW = 1e-3
 #: Sliding friction lies below static friction by this share, so that what breaks away does move.
