@@ -36,9 +36,9 @@ ENGLISH = [
     "unknown key nameplate.rated_sped_rpm; did you mean rated_speed_rpm?",
 ]
 IN_CHINESE = [
-    "nameplate.name = ''；允许的是电机名称，带引号的文本（文本至少应有 1 个字符）",
-    "nameplate.rated_current = '10 A' 是文本，不是数；请给出以 A 为单位的数，允许的是大于 0 且不超过 10000 A 的数（相，峰值）",
-    "nameplate.maximum_current = 100000.0；允许的是大于 0 且不超过 10000 A 的数（相，峰值）",
+    "nameplate.name = ''；允许值：电机名称，带引号的文本（文本至少应有 1 个字符）",
+    "nameplate.rated_current = '10 A' 是文本，不是数；请给出以 A 为单位的数，允许值：大于 0 且不超过 10000 A 的数（相，峰值）",
+    "nameplate.maximum_current = 100000.0；允许值：大于 0 且不超过 10000 A 的数（相，峰值）",
     "未知的键 nameplate.rated_sped_rpm；是否指 rated_speed_rpm？",
 ]
 #: This speaks English to whoever writes tests.
@@ -98,7 +98,7 @@ def test_a_procedure_or_setting_that_is_not_there(call: Call) -> None:
     _, _, err = call("run", "stator-resistance", *virtual, "--set", "frequencie=1")
     assert "--set frequencie=1：没有设置项 frequencie；" in err
     _, _, err = call("run", "pole-pairs-static", *virtual, "--set", "current_share=7")
-    assert "current_share = 7；允许的是大于 0 且不超过 1 的数（电源限流，占额定电流的比例）" in err
+    assert "current_share = 7；允许值：大于 0 且不超过 1 的数（电源限流，占额定电流的比例）" in err
 
 
 def test_two_values_that_contradict_one_another(tmp_path: Path) -> None:

@@ -114,8 +114,8 @@ def test_a_nameplate_that_is_not_right_is_refused_in_the_readers_language(panel:
     page.get_by_label("额定电流").fill("-2")
     page.get_by_role("button", name="保存").click()
     fault = page.get_by_role("alert")
-    expect(fault).to_contain_text("nameplate：缺少 connection；请给出'wye' 或 'delta'")
-    expect(fault).to_contain_text("rated_current = -2；允许的是大于 0 且不超过 10000 A 的数（相，峰值）")
+    expect(fault).to_contain_text("nameplate：缺少 connection；请给出：'wye' 或 'delta'")
+    expect(fault).to_contain_text("rated_current = -2；允许值：大于 0 且不超过 10000 A 的数（相，峰值）")
 
 
 def test_a_network_asks_for_a_login_and_a_viewer_only_watches(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
