@@ -225,7 +225,7 @@ class Plan:
         if re.fullmatch(self.serial_pattern, serial) is None:
             raise InputError(
                 text(
-                    "serial number {serial!r} does not match the plan's pattern {serial_pattern!r}",
+                    "serial number {serial!r} does not match the plan's pattern {serial_pattern}",
                     serial=serial,
                     serial_pattern=self.serial_pattern,
                 )

@@ -71,6 +71,7 @@ def station_section(run: RunRecord) -> Section:
 
 def instrument_table(run: RunRecord) -> Table:
     """Return the station's instruments with what they said of themselves and their calibrations."""
+    unused = text("Instruments in grey took no part in this run.")
     return Table(
         [
             Column(text("Instrument")),
@@ -81,7 +82,7 @@ def instrument_table(run: RunRecord) -> Table:
             Column(text("Due")),
         ],
         [Row(_instrument(instrument), faint=not instrument.used) for instrument in run.instruments],
-        remark=text("Instruments in grey took no part in this run."),
+        remark=None if all(instrument.used for instrument in run.instruments) else unused,
     )
 
 

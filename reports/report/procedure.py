@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from procedures.result import Parameter
 from procedures.text import Text, text
 from reports.budget import combined
-from reports.names import parameter_name
+from reports.names import parameter_name, section_name
 from reports.plots.of_procedures import plots
 from reports.report.model import Block, Cell, Column, Facts, Figure, Notices, Paragraph, Row, Section, Table
 from reports.report.parameters import budget_table, result_table
@@ -26,7 +26,7 @@ def procedure_section(procedure: ProcedureRecord, colours: Mapping[str, str]) ->
 
 
 def _heading(procedure: ProcedureRecord) -> Text:
-    return Text("{title} (§{section})", {"title": procedure.title, "section": procedure.section})
+    return Text("{title} ({section})", {"title": procedure.title, "section": section_name(procedure.section)})
 
 
 def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[Block]:

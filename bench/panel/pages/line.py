@@ -61,7 +61,7 @@ class _LinePage:
 
     def build(self) -> None:
         say = self._reader.say
-        self._start = ui.element("section").classes("mb-card max-w-3xl flex flex-col flex-nowrap gap-3")
+        self._start = ui.element("section").classes("mb-card mb-4 max-w-3xl flex flex-col flex-nowrap gap-3")
         with self._start:
             self._build_start()
         self._work = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
@@ -69,10 +69,12 @@ class _LinePage:
             with ui.row().classes("w-full items-center gap-4 no-wrap"):
                 self._scan = ui.input(say(text("Scan a serial number"))).props("outlined autofocus autocomplete=off")
                 self._scan.classes("grow mb-scan").on("keydown.enter", self._scanned, js_handler=_TAKE)
-                finish = ui.button(say(text("Finish the batch")), on_click=self._finish).props("outline no-caps")
-                finish.classes("text-lg")
-                stop = ui.button(say(text("ABORT")), on_click=self._stop, color=None).classes("mb-abort text-xl px-8")
-                stop.props(f'aria-label="{say(text("Abort the batch: everything off"))}"')
+                self._end = ui.button(say(text("Finish the batch")), on_click=self._finish).props("outline no-caps")
+                self._end.classes("text-lg")
+                self._abort = ui.button(say(text("ABORT")), on_click=self._stop, color=None)
+                self._abort.classes("mb-abort text-xl px-8").props(
+                    f'aria-label="{say(text("Abort the batch: everything off"))}"'
+                )
                 ui.tooltip(say(text("Every socket takes its way down. Key: Ctrl+Esc. Finish: Ctrl+End")))
             self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
             self._counters = ui.row().classes("w-full gap-8 items-baseline")
@@ -103,6 +105,8 @@ class _LinePage:
 
     def _show(self, state: Mapping[str, Any], *, running: bool) -> None:
         say = self._reader.say
+        for button in (self._end, self._abort):
+            button.set_visibility(running)
         self._scan.set_enabled(running and self._session.may_lead and not state["ending"])
         if [socket["name"] for socket in state["sockets"]] != list(self._tiles):
             self._grid.clear()

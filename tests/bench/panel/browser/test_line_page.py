@@ -77,6 +77,7 @@ def test_motors_scanned_one_after_the_other(panel: Panel, new_page: NewPage) -> 
     expect(page.get_by_text("序列号 SN-2 已测过：批次 three 的第 2 台电机，合格")).to_be_visible()
     page.keyboard.press("Control+End")
     expect(page.get_by_text("批次已结束。")).to_be_visible()
+    expect(page.get_by_role("button", name="中止批次")).to_be_hidden()
     assert not list(panel.runs.glob(f"*/{LINE}"))
 
 
