@@ -17,7 +17,7 @@ def take(target: Path) -> None:
         server = Server(Path(folder) / "runs", "--virtual")
         server.start()
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = browser.new_page(viewport={"width": 1280, "height": 860})
+        page = browser.new_page(viewport={"width": 1280, "height": 940})
         page.goto(server.url)
         page.get_by_label("Motor type").click()
         page.get_by_text("ipmsm (virtual)").click()
