@@ -14,18 +14,18 @@ class Wire:
         self.breaks: Literal["before", "after"] | None = None
         self.broken = 0
         self._connections: list[socket.socket] = []
+        self._cut = False
         self._listening = socket.create_server(("127.0.0.1", 0))
         self.port = self._listening.getsockname()[1]
         threading.Thread(target=self._accept, daemon=True).start()
 
     def cut(self) -> None:
         """Break for good: every connection, and whoever calls again is refused."""
+        self._cut = True
         # A thread that waits for a call keeps the port; shutting it down wakes that thread.
         self._listening.shutdown(socket.SHUT_RDWR)
         self._listening.close()
-        for connection in self._connections:
-            with suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
+        self._part()
 
     def close(self) -> None:
         """Listen no more."""
@@ -37,8 +37,15 @@ class Wire:
                 client, _ = self._listening.accept()
                 server = socket.create_connection(self._target)
                 self._connections += client, server
+                if self._cut:
+                    self._part()
                 for source, sink in ((client, server), (server, client)):
                     threading.Thread(target=self._pass_on, args=(source, sink, client), daemon=True).start()
+
+    def _part(self) -> None:
+        for connection in list(self._connections):
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
 
     def _pass_on(self, source: socket.socket, sink: socket.socket, client: socket.socket) -> None:
         with suppress(OSError), source, sink:
