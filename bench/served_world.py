@@ -79,6 +79,10 @@ class ServedWorld:
         """Put the voltmeter's leads on two terminals."""
         self._act("attach_voltmeter", positive=positive, negative=negative)
 
+    def detach_voltmeter(self) -> None:
+        """Take them off."""
+        self._act("detach_voltmeter")
+
     def short_leads(self, shorted: bool) -> None:
         """Clip the bridge's leads together, or part them."""
         self._act("short_leads", shorted=shorted)

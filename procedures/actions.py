@@ -184,6 +184,15 @@ class _Sentence:
 
 
 @dataclass(frozen=True)
+class DisconnectVoltmeter(_Sentence):
+    """Take the voltmeter's sense leads off the motor."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the voltmeter's leads off the motor")
+
+
+@dataclass(frozen=True)
 class ShortMeterLeads(_Sentence):
     """Clip the LCR meter's leads together, for its short correction."""
 
@@ -331,6 +340,7 @@ Action = (
     Connect
     | ConnectProbes
     | ConnectVoltmeter
+    | DisconnectVoltmeter
     | ShortMeterLeads
     | SeparateMeterLeads
     | LockRotor

@@ -6,7 +6,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from drivers.interfaces import InsulationReading
-from procedures.actions import ALL_OPEN, Connect, ConnectProbes, LockRotor, Socket, Terminal
+from procedures.actions import ALL_OPEN, Connect, ConnectProbes, DisconnectVoltmeter, LockRotor, Socket, Terminal
 from procedures.bench import Bench, ProcedureError, Role
 from procedures.nameplate import Nameplate
 from procedures.procedure import Procedure
@@ -76,14 +76,16 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
 
     @step(
         "EOL7/2",
-        "Shaft at rest, probes off; all terminals together to the insulation tester, the frame to its low side",
+        "Shaft at rest, probes and voltmeter off; all terminals together to the insulation tester, the frame to its low side",
         by_hand=True,
     )
     def connect(self) -> None:
-        """Leave nothing else on the terminals: no probe is made for this voltage."""
+        """Leave nothing else on the terminals: no probe is made for this voltage, and no voltmeter floats that high above earth."""
         self.bench.perform(LockRotor())
         if self.bench.has(Role.OSCILLOSCOPE):
             self.bench.perform(ConnectProbes(()))
+        if self.bench.has(Role.VOLTMETER):
+            self.bench.perform(DisconnectVoltmeter())
         self.bench.perform(ALL_HIGH)
 
     @step("EOL7/3", "Apply the voltage, and read the resistance after {duration:g} s")

@@ -10,6 +10,7 @@ from procedures.actions import (
     ConnectVoltmeter,
     CoupleDynamometer,
     CurrentProbe,
+    DisconnectVoltmeter,
     LockRotor,
     ReleaseRotor,
     SeparateMeterLeads,
@@ -44,6 +45,8 @@ class Layout:
                 return replace(self, probes=probes)
             case ConnectVoltmeter(positive=positive, negative=negative):
                 return replace(self, voltmeter=(positive, negative))
+            case DisconnectVoltmeter():
+                return replace(self, voltmeter=None)
             case ShortMeterLeads() | SeparateMeterLeads():
                 return replace(self, leads_shorted=isinstance(action, ShortMeterLeads))
             case LockRotor() | ReleaseRotor():

@@ -12,6 +12,7 @@ from procedures.actions import (
     ConnectVoltmeter,
     CoupleDynamometer,
     CurrentProbe,
+    DisconnectVoltmeter,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -86,6 +87,8 @@ class FixtureOperator:
             case ConnectVoltmeter():
                 ends = (f"{action.positive.value}:voltmeter+", f"{action.negative.value}:voltmeter-")
                 self._join({_SENSES: frozenset(ends)})
+            case DisconnectVoltmeter():
+                self._join({_SENSES: frozenset()})
             case ShortMeterLeads():
                 self._join({_SOCKETS: frozenset(), _SHORT: frozenset({"leads:short"})})
             case SeparateMeterLeads():

@@ -13,6 +13,7 @@ from procedures.actions import (
     ConnectProbes,
     ConnectVoltmeter,
     CoupleDynamometer,
+    DisconnectVoltmeter,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -71,6 +72,9 @@ class HandsOn(Protocol):
 
     def attach_voltmeter(self, positive: Any, negative: Any) -> None:
         """Put the voltmeter's leads on two terminals."""
+
+    def detach_voltmeter(self) -> None:
+        """Take them off."""
 
     def short_leads(self, shorted: bool) -> None:
         """Clip the bridge's leads together, or part them."""
@@ -148,6 +152,9 @@ class VirtualOperator:
             case ConnectVoltmeter():
                 self._take(_PROBE)
                 world.attach_voltmeter(action.positive.value, action.negative.value)
+            case DisconnectVoltmeter():
+                self._take(_PROBE)
+                world.detach_voltmeter()
             case ShortMeterLeads() | SeparateMeterLeads():
                 self._take(_LEADS)
                 world.short_leads(isinstance(action, ShortMeterLeads))

@@ -19,8 +19,10 @@ from procedures.actions import (
     ALIGN_D,
     ALL_OPEN,
     ConnectProbes,
+    ConnectVoltmeter,
     CoupleDynamometer,
     CurrentProbe,
+    DisconnectVoltmeter,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -228,6 +230,10 @@ def test_the_virtual_operator_wires_locks_and_couples(world: World) -> None:
     hands.perform(StartTurning(0.5))
     world.clock.sleep(1.0)
     assert world.truth()["shaft_speed"] == pytest.approx(0.5, rel=0.2)
+    hands.perform(ConnectVoltmeter(Terminal.A, Terminal.B))
+    assert world.voltmeter_voltage(0.0) != 0.0
+    hands.perform(DisconnectVoltmeter())
+    assert world.voltmeter_voltage(0.0) == 0.0
     hands.perform(StopTurning())
     assert world.truth()["shaft_speed"] == 0.0
     hands.perform(ShortMeterLeads())

@@ -1,12 +1,13 @@
 """The insulation test: its voltage is the motor's or none, and nothing else is on the terminals meanwhile."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
 
 from drivers.interfaces import Accuracy, Identity, InsulationReading, MeasurementError, Reading
-from procedures.actions import ALL_OPEN, Action, Connect, ConnectProbes, Socket
+from procedures.actions import ALL_OPEN, Action, Connect, ConnectProbes, DisconnectVoltmeter, Socket
 from procedures.bench import Bench, ProcedureError, Role
 from procedures.insulation_resistance import ALL_HIGH, InsulationResistance, InsulationResistanceSettings
 from procedures.nameplate import Connection, Nameplate
@@ -48,10 +49,8 @@ def plate(**changed: Any) -> Nameplate:
     return Nameplate("M", Connection.WYE, 10.0, **{"rated_voltage": 48.0, "insulation_test_voltage": 500.0, **changed})
 
 
-def run(tester: Megohmmeter, nameplate: Nameplate, *, scope: bool = False, **settings: Any) -> Any:
-    instruments: dict[Role, Any] = {Role.INSULATION_TESTER: tester}
-    if scope:
-        instruments[Role.OSCILLOSCOPE] = object()
+def run(tester: Megohmmeter, nameplate: Nameplate, *, beside: Sequence[Role] = (), **settings: Any) -> Any:
+    instruments: dict[Role, Any] = {Role.INSULATION_TESTER: tester, **{role: object() for role in beside}}
     bench = Bench(instruments, Hands(tester.done), VirtualClock(), NoRecord())
     return InsulationResistance(bench, nameplate, InsulationResistanceSettings(**settings), {}).run()
 
@@ -66,11 +65,12 @@ def test_resistance_with_the_tester_s_own_error():
 
 def test_all_terminals_and_nothing_else_and_open_afterwards():
     tester = Megohmmeter(1e9, [])
-    run(tester, plate(), scope=True)
+    run(tester, plate(), beside=(Role.OSCILLOSCOPE, Role.VOLTMETER))
     actions = [entry for entry in tester.done if not isinstance(entry, tuple)]
     assert [action for action in actions if isinstance(action, Connect)] == [ALL_HIGH, ALL_OPEN]
     assert set(ALL_HIGH.complete().values()) == {Socket.INSULATION_HIGH}
     assert tester.done.index(ConnectProbes(())) < tester.done.index(ALL_HIGH)
+    assert tester.done.index(DisconnectVoltmeter()) < tester.done.index(ALL_HIGH)
 
 
 def test_beyond_the_range_it_is_at_least_the_largest():

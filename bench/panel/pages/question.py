@@ -13,11 +13,11 @@ from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.phrasebook import translate_said
 from bench.record.stored_result import restore_text
-from procedures.actions import Connect, ConnectProbes, ConnectVoltmeter, ShortMeterLeads
+from procedures.actions import Connect, ConnectProbes, ConnectVoltmeter, DisconnectVoltmeter, ShortMeterLeads
 from procedures.text import Text, text
 from reports.names import role_name
 
-_DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, ShortMeterLeads)
+_DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, DisconnectVoltmeter, ShortMeterLeads)
 
 
 class QuestionCard:

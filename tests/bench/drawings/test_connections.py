@@ -17,6 +17,7 @@ from procedures.actions import (
     ConnectVoltmeter,
     CoupleDynamometer,
     CurrentProbe,
+    DisconnectVoltmeter,
     LockRotor,
     Node,
     ReleaseRotor,
@@ -66,6 +67,7 @@ def test_layout_follows_the_actions() -> None:
     assert layout.after(SeparateMeterLeads()).after(ReleaseRotor()).after(UncoupleDynamometer()) == Layout(
         ALIGN_D.complete(), STAR_PROBES.probes, (Terminal.A, Terminal.B)
     )
+    assert layout.after(DisconnectVoltmeter()).voltmeter is None
 
 
 @given(st.tuples(*[st.sampled_from(Socket)] * 3), st.booleans(), st.sampled_from([WYE, DELTA]))

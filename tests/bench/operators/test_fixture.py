@@ -20,6 +20,7 @@ from procedures.actions import (
     ConnectVoltmeter,
     CoupleDynamometer,
     CurrentProbe,
+    DisconnectVoltmeter,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -131,6 +132,8 @@ def test_connections_probes_and_sense_leads_are_one_set(fixture: FixtureOperator
     fixture.perform(ConnectProbes(()))
     fixture.perform(ALL_OPEN)
     assert matrix.closed == {"B:voltmeter+", "C:voltmeter-"}
+    fixture.perform(DisconnectVoltmeter())
+    assert matrix.closed == frozenset()
 
 
 def test_the_bridges_leads(fixture: FixtureOperator, matrix: Matrix) -> None:
