@@ -8,6 +8,7 @@ from typing import Any
 from bench.record.finished_run import FinishedRun
 from bench.record.journal_file import Event
 from bench.record.passages import ProcedurePassage, StepPassage, passages
+from bench.record.signatures import signatures
 from bench.record.step_readings import readings_of
 from bench.record.waveforms import StoredWaveform, read_waveform
 from procedures.catalogue import catalogue
@@ -20,12 +21,16 @@ from reports.report.record import (
     JournalEnd,
     ProcedureRecord,
     RunRecord,
+    SignOff,
     StepRecord,
 )
 
 
 def record_of(run: FinishedRun) -> RunRecord:
-    """Return a run as the report takes it; a run that was cut off has what its journal holds."""
+    """Return a run as the report takes it; a run that was cut off has what its journal holds.
+
+    Raises InputError where its signatures cannot be read.
+    """
     view, start = run.view, run.view.start
     motor, station = start["motor"], start["station"]
     known = catalogue()
@@ -56,6 +61,7 @@ def record_of(run: FinishedRun) -> RunRecord:
         procedures=[_procedure(run, passage, known.get(name)) for name, passage in taken.items()],
         journal=JournalEnd(len(run.events), run.last_hash, run.torn),
         bench_time=view.bench_time,
+        signed=[SignOff(s.person, s.role, s.time, s.words, s.holds) for s in signatures(run.folder)],
     )
 
 

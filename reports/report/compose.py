@@ -31,7 +31,7 @@ def compose(run: RunRecord) -> Document:
             station_section(run),
             _plan(run),
             *(procedure_section(procedure, run.nameplate.wire_colours) for procedure in run.procedures),
-            signature_section(),
+            signature_section(run),
             record_section(run),
         ),
     )

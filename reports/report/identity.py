@@ -4,7 +4,7 @@ from procedures.nameplate import Connection
 from procedures.text import Text, text
 from reports.names import role_name
 from reports.report.model import Block, Cell, Column, Facts, Notices, Paragraph, Row, Section, Signatures, Table
-from reports.report.record import InstrumentRecord, RunRecord
+from reports.report.record import InstrumentRecord, RunRecord, SignOff
 
 _CONNECTIONS = {Connection.WYE: text("wye"), Connection.DELTA: text("delta")}
 _PERFORMED: dict[str, Text] = {
@@ -125,10 +125,29 @@ def record_section(run: RunRecord) -> Section:
     return Section(text("Record"), "record", tuple(blocks))
 
 
-def signature_section() -> Section:
-    """Return the lines to sign on."""
-    return Section(
-        text("Signatures"),
-        "signatures",
-        (Signatures((text("Measured by, date"), text("Checked by, date"), text("Approved by, date"))),),
-    )
+def signature_section(run: RunRecord) -> Section:
+    """Return who has signed already, and the lines to sign on."""
+    lines = Signatures((text("Measured by, date"), text("Checked by, date"), text("Approved by, date")))
+    blocks: tuple[Block, ...] = (lines,)
+    if run.signed:
+        columns = [
+            Column(text("Name")),
+            Column(text("Role")),
+            Column(text("Date")),
+            Column(text("Remark"), wide=True),
+            Column(text("Concerns"), wide=True),
+        ]
+        rows = [Row([one.person, one.role, _second(one.time), one.words or "–", _concerns(one)]) for one in run.signed]
+        blocks = (Table(columns, rows, title=text("Signed at the panel")), lines)
+    return Section(text("Signatures"), "signatures", blocks)
+
+
+def _second(time: str) -> str:
+    """Return an ISO 8601 time (UTC) as people write it."""
+    return time[:19].replace("T", " ") + " UTC"
+
+
+def _concerns(signature: SignOff) -> Text:
+    if signature.holds:
+        return text("the run as it stands here")
+    return text("an earlier state: the run went on, or was changed, after it")

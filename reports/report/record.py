@@ -113,6 +113,17 @@ class JournalEnd:
 
 
 @dataclass(frozen=True)
+class SignOff:
+    """A signature that was given: who, as what, when (ISO 8601, UTC), a remark; `holds` where the journal is still that one."""
+
+    person: str
+    role: str
+    time: str
+    words: str
+    holds: bool
+
+
+@dataclass(frozen=True)
 class RunRecord:
     """One run, whole or cut off.
 
@@ -141,3 +152,4 @@ class RunRecord:
     procedures: Sequence[ProcedureRecord]
     journal: JournalEnd
     bench_time: float = 0.0
+    signed: Sequence[SignOff] = ()

@@ -3,6 +3,7 @@
 import io
 import json
 import re
+from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import pytest
 from pypdf import PdfReader
 
 from bench.record.journal import read_journal
+from bench.record.run_folder import RunFolder
+from bench.record.signatures import sign
 from bench.record.waveforms import read_waveform
 from procedures.catalogue import catalogue
 from tests.command_line import Call
@@ -58,6 +61,7 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
     assert call("report", folder.name, "--language", "en", "--format", "html", "--output", "again")[0] == 0
     assert Path("again/report-en.html").read_bytes() == page.read_bytes()
 
+    sign(RunFolder(folder), "J. Doe", "engineer", "released", datetime(2026, 11, 21, 12, tzinfo=UTC))
     code, out, _ = call("report", "latest", "--language", "both", "--json")
     files = json.loads(out)["report"]
     assert (code, set(files)) == (0, {"html", "pdf"})
@@ -69,6 +73,7 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
         assert all(step.identifier in said for step in kind.steps())
     assert "电机参数测量报告" in said
     assert end.last_hash in said
+    assert "J.Doeengineer2026-11-2112:00:00UTCreleased" in said
 
     # A report changes nothing of what it is proven by.
     assert call("results", "verify", folder.name, "--sha256", end.last_hash)[0] == 0

@@ -10,7 +10,7 @@ from procedures.result import Notice
 from procedures.text import text
 from reports.report.compose import compose
 from reports.report.model import Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table
-from reports.report.record import JournalEnd, RunRecord
+from reports.report.record import JournalEnd, RunRecord, SignOff
 from tests.reports.report.conftest import result, total
 
 Run = Callable[..., RunRecord]
@@ -38,6 +38,26 @@ def test_the_parts_in_their_order(run: Run) -> None:
     assert "efefef" in document.running
     (signatures,) = (b for b in section(document, "signatures").blocks if isinstance(b, Signatures))
     assert len(signatures.lines) == 3
+
+
+def test_who_has_signed_stands_above_the_lines(run: Run) -> None:
+    signed = [
+        SignOff("Li", "engineer", "2026-11-21T10:00:00+00:00", "", True),
+        SignOff("Wang", "engineer", "2026-11-20T09:30:05+00:00", "seen", False),
+    ]
+    found = section(compose(run(signed=signed)), "signatures")
+    (table,) = tables(found)
+    assert cells(table) == [
+        ["Li", "engineer", "2026-11-21 10:00:00 UTC", "–", "the run as it stands here"],
+        [
+            "Wang",
+            "engineer",
+            "2026-11-20 09:30:05 UTC",
+            "seen",
+            "an earlier state: the run went on, or was changed, after it",
+        ],
+    ]
+    assert isinstance(found.blocks[-1], Signatures)
 
 
 def test_every_parameter_with_the_notes_figure_beside_it(run: Run) -> None:
