@@ -24,8 +24,9 @@ from procedures.nameplate import Nameplate
 from procedures.procedure import Procedure
 from procedures.result import Notice
 from procedures.steps import step
-from procedures.temperature import COLD, copper_factor, winding_temperature
+from procedures.temperature import copper_factor, winding_temperature
 from procedures.temperature_settings import (
+    COLD,
     CopperCoefficient,
     ReferenceTemperature,
     TemperatureUncertainty,

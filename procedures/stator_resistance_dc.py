@@ -26,8 +26,9 @@ from procedures.estimation.fit import FloatArray
 from procedures.estimation.linear import least_squares
 from procedures.procedure import Procedure
 from procedures.steps import step
-from procedures.temperature import COLD, check_temperature, copper_factor, warmed, winding_temperature
+from procedures.temperature import check_temperature, copper_factor, warmed, winding_temperature
 from procedures.temperature_settings import (
+    COLD,
     CopperCoefficient,
     ReferenceTemperature,
     TemperatureUncertainty,

@@ -5,11 +5,10 @@ from GTC.lib import UncertainReal
 from procedures.actions import EnterReading
 from procedures.bench import Bench, ProcedureError
 from procedures.nameplate import Nameplate
+from procedures.temperature_settings import COLD
 from procedures.text import text
 from procedures.uncertainty import Uncertainties
 
-#: Where every resistance and flux linkage is referred to (°C).
-COLD = 25.0
 #: By which share the temperature coefficient of the remanence differs between grades of one magnet material.
 MAGNET_SPREAD = 0.3
 

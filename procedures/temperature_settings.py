@@ -1,9 +1,11 @@
-"""Settings that say what is known of a temperature and of what it does; each procedure has its own default."""
+"""Settings that say what is known of a temperature and of what it does, each procedure with its own default, and the reference."""
 
 from typing import Annotated
 
 from pydantic import Field
 
+#: Where every resistance and flux linkage is referred to (°C).
+COLD = 25.0
 #: Of the winding, as a thermometer shows it (°C).
 WindingTemperature = Annotated[
     float | None, Field(ge=-60.0, le=250.0, description="winding temperature, °C; asked for when not given")

@@ -16,7 +16,8 @@ from bench.errors import said_by
 from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.step_response import fit_step_response, time_constant_63
-from procedures.temperature import COLD, copper_factor
+from procedures.temperature import copper_factor
+from procedures.temperature_settings import COLD
 from procedures.text import text
 
 _FITTED = ("resistance", "inductance")

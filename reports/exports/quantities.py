@@ -6,16 +6,17 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-
-from GTC import set_correlation, ureal
-from GTC.lib import UncertainReal
+from typing import TYPE_CHECKING
 
 from procedures.result import Parameter
-from procedures.temperature import COLD
+from procedures.temperature_settings import COLD
 from reports.exports.subject import Datasheet
 
+if TYPE_CHECKING:
+    from GTC.lib import UncertainReal
+
 #: Parameters by name, as uncertain numbers.
-Given = Mapping[str, UncertainReal]
+Given = Mapping[str, "UncertainReal"]
 #: Electrical (and mechanical) speed of 1000 rpm of one pole pair (rad/s).
 _KRPM = 2.0 * math.pi * 1000.0 / 60.0
 
@@ -30,7 +31,7 @@ class Quantity:
     unit: str
     convention: str
     needs: tuple[str, ...]
-    formula: Callable[[Given], UncertainReal]
+    formula: "Callable[[Given], UncertainReal]"
     whole: bool = False
 
 
@@ -143,8 +144,11 @@ LARGEST_SPEED = FromPlate(
 Source = Quantity | FromPlate | Fixed
 
 
-def uncertain(parameters: Mapping[str, Parameter]) -> dict[str, UncertainReal]:
+def uncertain(parameters: Mapping[str, Parameter]) -> "dict[str, UncertainReal]":
     """Return the parameters as uncertain numbers, correlated by the inputs that their budgets share."""
+    # Who only wants the targets' names need not wait for it.
+    from GTC import set_correlation, ureal
+
     made = {
         name: ureal(p.value, p.standard_uncertainty, label=name, independent=False) for name, p in parameters.items()
     }
