@@ -397,6 +397,8 @@ class Coordinator:
     def _look_after_the_silent(self) -> None:
         """End workers that are frozen or stuck, and take leave of those whose guardian does not."""
         now = monotonic()
+        if now - self._looked < _LOOK:
+            return
         passed, self._looked = min(now - self._looked, _LONGEST_LOOK), now
         self._hurried += passed if self._stops > 1 else 0.0
         for seat in list(self._seats.values()):
