@@ -21,8 +21,8 @@ def numbers(reference: str, batch: str) -> list[int]:
         return sorted(record.number for record in records.read(batch))
 
 
-def test_a_batch_on_a_server_has_the_records_of_one_in_a_file(
-    make_bench: Callable[[str], Any], timeless: Callable[..., Any], server: str
+def test_a_batch_on_a_server_has_the_records_of_one_in_a_file_and_its_statistics(
+    make_bench: Callable[[str], Any], timeless: Callable[..., Any], server: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, remote = make_bench("file"), make_bench("server")
     file.run()
@@ -33,6 +33,10 @@ def test_a_batch_on_a_server_has_the_records_of_one_in_a_file(
         other = sorted(there.read("small"), key=lambda record: record.number)
     assert [timeless(record) for record in other] == [timeless(record) for record in one]
     assert len(other) == 4
+    with pytest.raises(SystemExit) as stop:
+        main(["eol", "stats", "--records", server, "--json"])
+    assert not stop.value.code
+    assert json.loads(capsys.readouterr().out)["motors"] == 4
 
 
 def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_the_next(
@@ -58,14 +62,3 @@ def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_
     assert (counts.waiting, stopped) == (0, "")
     assert numbers(server, "small") == [1, 2, 3, 4]
     assert numbers(server, "next") == [1]
-
-
-def test_statistics_of_a_batch_come_from_its_server(
-    bench: Any, server: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench.run(records=server)
-    with pytest.raises(SystemExit) as stop:
-        main(["eol", "stats", "--records", server, "--json"])
-    assert not stop.value.code
-    told = json.loads(capsys.readouterr().out)
-    assert told["motors"] == 4
