@@ -61,7 +61,7 @@ def record_of(run: FinishedRun) -> RunRecord:
         procedures=[_procedure(run, passage, known.get(name)) for name, passage in taken.items()],
         journal=JournalEnd(len(run.events), run.last_hash, run.torn),
         bench_time=view.bench_time,
-        signed=[SignOff(s.person, s.role, s.time, s.words, s.holds) for s in signatures(run.folder)],
+        signed=[SignOff(s.person, s.role, _minute(s.time), s.words, s.holds) for s in signatures(run.folder)],
     )
 
 

@@ -137,14 +137,9 @@ def signature_section(run: RunRecord) -> Section:
             Column(text("Remark"), wide=True),
             Column(text("Concerns"), wide=True),
         ]
-        rows = [Row([one.person, one.role, _second(one.time), one.words or "–", _concerns(one)]) for one in run.signed]
+        rows = [Row([one.person, one.role, one.time, one.words or "–", _concerns(one)]) for one in run.signed]
         blocks = (Table(columns, rows, title=text("Signed at the panel")), lines)
     return Section(text("Signatures"), "signatures", blocks)
-
-
-def _second(time: str) -> str:
-    """Return an ISO 8601 time (UTC) as people write it."""
-    return time[:19].replace("T", " ") + " UTC"
 
 
 def _concerns(signature: SignOff) -> Text:

@@ -114,7 +114,7 @@ class JournalEnd:
 
 @dataclass(frozen=True)
 class SignOff:
-    """A signature that was given: who, as what, when (ISO 8601, UTC), a remark; `holds` where the journal is still that one."""
+    """A signature that was given: who, as what, when, a remark; `holds` where the journal is still that one."""
 
     person: str
     role: str

@@ -42,8 +42,8 @@ def test_the_parts_in_their_order(run: Run) -> None:
 
 def test_who_has_signed_stands_above_the_lines(run: Run) -> None:
     signed = [
-        SignOff("Li", "engineer", "2026-11-21T10:00:00+00:00", "", True),
-        SignOff("Wang", "engineer", "2026-11-20T09:30:05+00:00", "seen", False),
+        SignOff("Li", "engineer", "2026-11-21 10:00:00 UTC", "", True),
+        SignOff("Wang", "engineer", "2026-11-20 09:30:05 UTC", "seen", False),
     ]
     found = section(compose(run(signed=signed)), "signatures")
     (table,) = tables(found)
