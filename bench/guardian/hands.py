@@ -81,7 +81,7 @@ class GuardedInstruments:
         )
 
     def _open(self, entry: Entry) -> Instrument:
-        given = Surroundings(self._clock, self._manager, None, None, self._can_buses, guarding=True)
+        given = Surroundings(self._clock, self._manager, can_buses=self._can_buses, guarding=True)
         return entry.driver.open(entry.address, entry.options, given, name=entry.name)
 
     def _manager(self) -> "ResourceManager":

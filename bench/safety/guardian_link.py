@@ -11,6 +11,7 @@ from time import monotonic
 from typing import IO, Any, Protocol
 
 from bench.guardian.charge import BEATS, Charge, decode, encode
+from bench.safety.calls import CallWatches
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
 from procedures.text import Text, text
@@ -58,11 +59,21 @@ class GuardianLink:
     """
 
     def __init__(
-        self, charge: Charge, life: SignsOfLife, interrupts: Interrupts, lifelines: Sequence[int] = ()
+        self,
+        charge: Charge,
+        life: SignsOfLife,
+        interrupts: Interrupts,
+        calls: CallWatches,
+        lifelines: Sequence[int] = (),
     ) -> None:
         self._charge = charge
         self._life = life
         self._interrupts = interrupts
+        self._calls = calls
+        #: What the guardian was told of as unanswered: the role, since when, and the words for it.
+        self._unanswered: tuple[str, float, Text] | None = None
+        #: Instruments whose error the run has met, so that it ends by itself.
+        self._failing: set[str] = set()
         self._lock = threading.Lock()
         self._news = threading.Condition()
         self._ready = self._leaving = False
@@ -84,6 +95,7 @@ class GuardianLink:
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._beat)]
         for thread in self._threads:
             thread.start()
+        interrupts.listen(self._stop_requested)
 
     @property
     def pid(self) -> int:
@@ -96,9 +108,17 @@ class GuardianLink:
         if kind in ("energising", "commanding"):
             self._permit()
         elif kind == "de_energising":
+            self._failing.add(data["instrument"])
             self._send({"ending": True})
         elif kind == "de_energised":
             self._send({"ended": True})
+        elif kind == "instrument_error":
+            self._failing.add(data["instrument"])
+        elif kind in ("reading", "setting"):
+            self._failing.discard(data["instrument"])
+            if self._unanswered and self._unanswered[0] == data["instrument"] and not self._down:
+                # It answers again, but was switched off meanwhile: what is measured from here on is not what it seems.
+                self._interrupts.request(self._unanswered[2])
 
     def going_down(self) -> None:
         """Tell it that the run walks the way down itself."""
@@ -169,7 +189,9 @@ class GuardianLink:
         while not self._leaving:
             begun = monotonic()
             self._send_beat()
-            pause.wait(interval)
+            pause.wait(interval / 2.0)
+            self._report_unanswered()
+            pause.wait(interval / 2.0)
             now = monotonic()
             if now - begun > _SILENCE:
                 # This process was asleep: the guardian gets its time to say what happened.
@@ -178,6 +200,27 @@ class GuardianLink:
                 self._end("")
             if self._ready and not self._ended and now - self._echoed > _SILENCE:
                 self._end(_MUTE)
+
+    def _report_unanswered(self) -> None:
+        """Tell the guardian of an energised source that does not answer, once a call, and end a run that has not noticed."""
+        watch = self._calls.unanswered()
+        if watch is None or self._down:
+            return
+        if self._unanswered and self._unanswered[:2] == (watch.role.value, watch.since):
+            return
+        words = text(
+            "{instrument}, which is energised and has not answered for {time:g} s",
+            instrument=watch.role.value,
+            time=watch.reply_time,
+        )
+        self._unanswered = (watch.role.value, watch.since, words)
+        self._send({"unanswered": str(words)})
+        # The run itself ends with its driver's error where that has come already.
+        if watch.role.value not in self._failing:
+            self._interrupts.request(words)
+
+    def _stop_requested(self, by: Text | str) -> None:
+        self._send({"stop": str(by)})
 
     def _forbid(self, why: Text | str) -> None:
         """Have nothing energised any more."""
