@@ -77,6 +77,7 @@ class Runner:
         `unsafe_before` says that an earlier session may have left something on: it is switched off before all else.
         """
         started, bench_started = monotonic(), self.clock.now()
+        self.journal.listen(self.interrupts.hear)
         status, causes = "completed", list[str]()
         with self.interrupts.raising():
             try:

@@ -22,6 +22,8 @@ _START, _LEAVE = 30.0, 5.0
 _SILENCE = 2.0
 #: A guardian that took the way down has let go of the instruments within this time (s) of hearing that the run is awake.
 _YIELD = 0.5
+#: A run whose call to an energised source was not answered in time has met its driver's error after this further time (s).
+_NOTICE = 0.5
 _MUTE = text("the guardian, which does not answer")
 
 
@@ -202,22 +204,21 @@ class GuardianLink:
                 self._end(_MUTE)
 
     def _report_unanswered(self) -> None:
-        """Tell the guardian of an energised source that does not answer, once a call, and end a run that has not noticed."""
+        """Tell the guardian of an energised source that does not answer, once a call, and end a run that does not notice."""
         watch = self._calls.unanswered()
         if watch is None or self._down:
             return
-        if self._unanswered and self._unanswered[:2] == (watch.role.value, watch.since):
-            return
-        words = text(
-            "{instrument}, which is energised and has not answered for {time:g} s",
-            instrument=watch.role.value,
-            time=watch.reply_time,
-        )
-        self._unanswered = (watch.role.value, watch.since, words)
-        self._send({"unanswered": str(words)})
-        # The run itself ends with its driver's error where that has come already.
-        if watch.role.value not in self._failing:
-            self._interrupts.request(words)
+        role, since = watch.role.value, watch.since
+        if not self._unanswered or self._unanswered[:2] != (role, since):
+            words = text(
+                "the {instrument}, which is energised and has not answered for {time:g} s",
+                instrument=role,
+                time=watch.reply_time,
+            )
+            self._unanswered = (role, since, words)
+            self._send({"unanswered": str(words)})
+        elif role not in self._failing and monotonic() - since > watch.reply_time + _NOTICE:
+            self._interrupts.request(self._unanswered[2])
 
     def _stop_requested(self, by: Text | str) -> None:
         self._send({"stop": str(by)})

@@ -4,11 +4,13 @@ import os
 import select
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from time import monotonic
 from types import FrameType, TracebackType
+from typing import Any
 
+from bench.record.journal import CLOSING
 from procedures.text import Text, text
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -115,6 +117,11 @@ class Interrupts:
         ):
             self._raised = self._raised or monotonic()
             raise Interrupted(self.requested_by)
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take an event of the run's journal, and look; what tells how something ends is let pass."""
+        if kind not in CLOSING:
+            self.check()
 
     def waiting(self, *, interruptible: bool = True) -> AbstractContextManager[None]:
         """Within the block the run waits for something outside; a request is raised before it.
