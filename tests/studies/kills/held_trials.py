@@ -22,7 +22,7 @@ _BORNE = 1.5
 #: A drive's own watchdog takes no longer than this (s).
 _WATCHDOG = 5.0
 #: How long (s) it is waited for everything to be off before it counts as left on.
-_LONGEST = 40.0
+_LONGEST = 20.0
 
 
 @dataclass(frozen=True)
