@@ -32,7 +32,9 @@ class Hands:
     def __init__(self) -> None:
         self.done: list[Do] = []
 
-    def walk(self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False) -> list[Outcome]:
+    def walk(
+        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    ) -> list[Outcome]:
         self.done += [one.do for one in items]
         return [Outcome(one, found=Measured(0.1, "V") if one.measures else None) for one in items]
 
