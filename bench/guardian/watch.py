@@ -125,7 +125,7 @@ class Watch:
             self._stopped = (str(message["stop"]), monotonic() + _BEGIN)
         elif "unanswered" in message:
             self._helping = True
-            return f"the {message['unanswered']}"
+            return str(message["unanswered"])
         elif "down" in message:
             self._ending = self._stopped = None
         elif "done" in message:
