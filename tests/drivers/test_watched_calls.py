@@ -41,11 +41,11 @@ def wire(manager: Any, connect: Any, settings_class: Any) -> Any:
 def test_nothing_is_sent_after_a_request_but_what_switches_off(
     interrupts: Interrupts, watches: CallWatches, manager: Any, wire: Any
 ) -> None:
-    session = open_session(ADDRESS, manager, "supply", calls=watches.of(Role.SUPPLY))  # noqa: PT012  the order is the point
+    session = open_session(ADDRESS, manager, "supply", calls=watches.of(Role.SUPPLY))
     session.identity_line()
+    interrupts.request("the door")
+    wire.sent.clear()
     with pytest.raises(Interrupted), always(lambda: session.write("OUTP OFF"), session.calls):
-        interrupts.request("the door")
-        wire.sent.clear()
         session.write("OUTP ON")
     assert wire.sent == ["OUTP OFF", "SYST:ERR?"]
     for call in (lambda: session.send("INIT"), lambda: session.query("A?"), lambda: session.query_block("B?")):
