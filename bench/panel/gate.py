@@ -114,7 +114,9 @@ def session_cookie(session: Session, scope: Scope) -> str:
 
 
 def _cookies(scope: Scope) -> dict[str, str]:
-    return cookie_parser("; ".join(value.decode("latin-1") for key, value in scope["headers"] if key.lower() == b"cookie"))
+    return cookie_parser(
+        "; ".join(value.decode("latin-1") for key, value in scope["headers"] if key.lower() == b"cookie")
+    )
 
 
 def _plain(words: Text, status: int) -> Response:

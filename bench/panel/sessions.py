@@ -40,6 +40,8 @@ class Session:
     begun: float = 0.0
     used: float = 0.0
     ended: bool = False
+    #: Whether a password stands behind it: one can log out.
+    logged_in: bool = False
 
     @property
     def may_lead(self) -> bool:
@@ -80,12 +82,12 @@ class Sessions:
         """Note that somebody does something in a session."""
         session.used = self._clock()
 
-    def open(self, right: Right, person: str = "", language: str = "en") -> Session:
+    def open(self, right: Right, person: str = "", language: str = "en", *, logged_in: bool = False) -> Session:
         """Begin a session with a token that nobody can guess."""
         if len(self._sessions) >= _MOST:
             self.end(min(self._sessions.values(), key=lambda session: session.used).token)
         now = self._clock()
-        session = Session(secrets.token_urlsafe(32), right, person, language, now, now)
+        session = Session(secrets.token_urlsafe(32), right, person, language, now, now, logged_in=logged_in)
         self._sessions[session.token] = session
         return session
 

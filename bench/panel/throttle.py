@@ -87,7 +87,7 @@ class LoginThrottle:
 
     def entries(self) -> int:
         """Return how much is remembered."""
-        return sum(map(len, (self._pairs, self._addresses, self._accounts, self._known)))
+        return len(self._pairs) + len(self._addresses) + len(self._accounts) + len(self._known)
 
     def _left(self, table: OrderedDict[_Key, _Guesses], key: _Key, forgotten: float) -> float:
         """Return the wrong passwords that are not forgotten yet; `forgotten` of them each second."""

@@ -44,7 +44,9 @@ def show_ended(client: Client, session: Session) -> None:
             part.delete()
     client.content.clear()
     with client.content, ui.element("main").classes("max-w-3xl mx-auto mt-16 p-4 flex flex-col gap-4"):
-        words = text("UNKNOWN: your session has ended, and this page knows nothing any more. Log in again to see what goes on.")
+        words = text(
+            "UNKNOWN: your session has ended, and this page knows nothing any more. Log in again to see what goes on."
+        )
         ui.label(say(words)).classes("mb-emergency").props("role=alert")
         ui.link(say(text("Log in again")), LOGIN).classes("text-xl")
         if abort is None:

@@ -62,7 +62,7 @@ def login_page(panel: Panel, access: Access) -> None:
             return RedirectResponse(f"{LOGIN}?failed=1", status_code=303)
         # A browser has one session: nobody goes on with the one before.
         panel.sessions.end(request.cookies.get(Sessions.COOKIE, ""))
-        session = panel.sessions.open(person.role, name, language_of(request.cookies))
+        session = panel.sessions.open(person.role, name, language_of(request.cookies), logged_in=True)
         response = RedirectResponse("/", status_code=303)
         response.headers["set-cookie"] = session_cookie(session, request.scope)
         return response
