@@ -59,6 +59,8 @@ class QuestionCard:
             self._run.running,
             self._panel.control.holds(self._session.token),
             view.layout.shaft_turned,
+            # The journal may come after the question: then its words are shown as soon as they are there.
+            view.action,
         )
         if asked != self._asked:
             self._asked = asked
@@ -136,7 +138,7 @@ class QuestionCard:
             said = translate_said(question["sentence"], catalogue(self._reader.session.language))
             return [f"{say(role_name(question['instrument']))}: {said}"]
         action = self._run.view.action
-        if action is not None:
+        if action is not None and type(action).__name__ == question["action"]:
             return [say(line) for line in action.lines(nameplate_of(self._run.view.run.start).wire_colours)]
         return [say(restore_text(line)) for line in question["lines"]]
 
