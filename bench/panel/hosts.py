@@ -51,10 +51,9 @@ def origin_refusal(scope: Mapping[str, Any]) -> Text | None:
     origins = _headers(scope, b"origin")
     changes = scope["type"] == "websocket" or scope["method"] not in _READING
     if not origins and not changes:
-        # A script or an image of another page names no origin; browsers say where it comes from in this way.
-        site = _headers(scope, b"sec-fetch-site")
-        live = str(scope["path"]).startswith("/_nicegui_ws")
-        if not (live and site and site != ["same-origin"]):
+        # Images and scripts of another page name no origin; browsers tell of them in this way. A link may lead here.
+        site, kind = _headers(scope, b"sec-fetch-site"), _headers(scope, b"sec-fetch-dest")
+        if site in ([], ["same-origin"], ["none"]) or kind == ["document"]:
             return None
     if len(origins) == 1 and _origin(origins[0]) == _own_origin(scope):
         return None

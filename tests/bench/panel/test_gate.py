@@ -104,8 +104,15 @@ def test_what_changes_something_names_its_origin(server: Server, path: str) -> N
     assert Outsider(server.port).begin().ask(WEBSOCKET, **UPGRADE).status == 403
 
 
-def test_another_pages_image_of_a_connection_is_refused(server: Server) -> None:
+def test_what_another_page_loads_without_naming_itself_is_refused(server: Server) -> None:
     outsider = Outsider(server.port).begin()
+    stranger = Outsider(server.port)
+    for kind in ("image", "script", "iframe", "empty"):
+        answer = stranger.ask("/", Sec_Fetch_Site="cross-site", Sec_Fetch_Dest=kind)
+        assert answer.status == 403
+        # Else a page could begin sessions until those of others are forgotten.
+        assert "set-cookie" not in answer.headers
+    assert stranger.ask("/", Sec_Fetch_Site="cross-site", Sec_Fetch_Dest="document").status == 200
     assert outsider.ask(LIVE, Sec_Fetch_Site="cross-site").status == 403
     assert outsider.ask(LIVE, Sec_Fetch_Site="same-site").status == 403
     assert outsider.ask(LIVE, Sec_Fetch_Site="same-origin").status == 200
