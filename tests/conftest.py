@@ -21,6 +21,15 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def state(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The computer's state folder for these tests: nothing of a bench beside them is seen, or held up."""
+    folder = tmp_path_factory.mktemp("state")
+    folder.chmod(0o1777)
+    os.environ["MOTORBENCH_STATE"] = str(folder)
+    return folder
+
+
 @pytest.fixture
 def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> "Call":
     """The command line, in a folder of its own."""

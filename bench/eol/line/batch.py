@@ -24,6 +24,9 @@ from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
 from bench.errors import UsageError
 from bench.files.motor_file import MotorFile, load_motor
+from bench.safety.claims import claims_of
+from bench.safety.ownership import Owner, owning
+from bench.safety.state_folder import state_folder
 from procedures.catalogue import catalogue
 from procedures.text import Text, text
 
@@ -117,7 +120,35 @@ def measure(
             text("--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores", name=name)
         )
     _check_operator(wishes, line)
+    with _owned(line, name) as owner:
+        return _measured(prepared, wishes, name, ears, stream, nursery, owner)
+
+
+@contextmanager
+def _owned(line: Line, batch: str) -> Iterator[Owner | None]:
+    """Have the instruments of all sockets, or raise HeldError before anything is touched; a virtual line needs none."""
+    stations = [socket.station for socket in line.sockets if socket.station is not None]
+    if not stations:
+        yield None
+        return
+    with owning(state_folder(), f"motorbench eol run, batch {batch}") as owner:
+        owner.claim(claim for station in stations for claim in claims_of(station))
+        yield owner
+
+
+def _measured(
+    prepared: Prepared,
+    wishes: BatchWishes,
+    name: str,
+    ears: Hears,
+    stream: IO[str],
+    nursery: Nursery | None,
+    owner: Owner | None,
+) -> tuple[Counts, str]:
+    plan, line = prepared.plan, prepared.line
     folder = wishes.runs / name
+    if owner is not None:
+        owner.work_in(folder)
     keeper = open_keeper(wishes.records, wishes.runs)
     counts = Counts()
     try:
@@ -158,7 +189,7 @@ def measure(
             checks = _ordered(plan, keeper)
             with _heard(serials, batch, line, ears) as (hearing, opened), _nursery(nursery) as workers:
                 counting = _Counting(counts, hearing)
-                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, counting, workers)
+                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, counting, workers, owner)
                 opened(coordinator.stop)
                 stopped = coordinator.run()
     finally:
