@@ -1,12 +1,14 @@
 """`motorbench station check`: does every instrument answer, and is it the right one?"""
 
 import sys
+from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from bench.clock import SystemClock, wall_date
 from bench.commands.output import console_on, print_json
+from bench.eol.line.line_file import load_line
 from bench.errors import InputError, UsageError, message
 from bench.files.station import Entry, Station, load_station
 from bench.instruments import StationInstruments, system_visa
@@ -14,9 +16,9 @@ from bench.language import language_of, translator
 from bench.record.unrecorded import Unrecorded
 from bench.safety.claims import claim_of, interlock_claims
 from bench.safety.interlocks import Interlocks, closed, stood
-from bench.safety.latch import Latch
+from bench.safety.latch import Latch, Trip
 from bench.safety.ownership import HeldError, Ownership, owning
-from bench.safety.state_folder import state_folder
+from bench.safety.state_folder import StateFolder, state_folder
 from drivers.interfaces import InstrumentError
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role
@@ -102,14 +104,16 @@ def reset(station: Path, *, by: str, json: bool = False) -> int:
     """
     if not by.strip():
         raise UsageError(text("--by NAME: a person resets, and the record keeps who it was"))
-    read = load_station(station)
-    if not read.interlocks:
-        raise InputError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
+    stations = [socket.station for socket in load_line(str(station), None).sockets if socket.station is not None]
     state = state_folder()
-    with owning(state, "motorbench station reset") as owner:
-        owner.claim(interlock_claims(read))
-        with closed(read):
-            trip = Latch(state, read).reset(by.strip())
+    with owning(state, "motorbench station reset") as owner, ExitStack() as watching:
+        owner.claim(claim for read in stations for claim in interlock_claims(read))
+        for read in stations:
+            watching.enter_context(closed(read))
+        trips = [trip for read in stations if (trip := _reset(state, read, by.strip())) is not None]
+    if not trips and not any(read.interlocks for read in stations):
+        raise InputError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
+    trip = trips[0] if trips else None
     if json:
         print_json({"reset": trip is not None, "trip": None if trip is None else asdict(trip)})
     elif trip is None:
@@ -117,6 +121,21 @@ def reset(station: Path, *, by: str, json: bool = False) -> int:
     else:
         print(f"reset by {by.strip()}: the interlock {trip.interlock} was {trip.how} at {trip.wall}")
     return 0
+
+
+def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
+    """Reset what holds a station up. Raises InputError where its file names no contact that could be looked at."""
+    latch = Latch(state, station)
+    trip = None if station.interlocks else latch.standing()
+    if trip is not None:
+        raise InputError(
+            text(
+                "{station}: {stood}, and this file names no [interlocks]: reset it with the station file that names the interlock",
+                station=station.source,
+                stood=stood(trip),
+            )
+        )
+    return latch.reset(by)
 
 
 def _held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:

@@ -127,7 +127,7 @@ def test_nothing_starts_while_one_is_open(station: Path, contacts: dict[str, Con
         start(station)
     assert [contact.ended for contact in contacts.values()] == [1, 1]
     contacts["door"].is_closed, contacts["door"].error = True, None
-    with pytest.raises(InputError, match="the interlock door was .* nobody has reset it"):
+    with pytest.raises(InputError, match=r"the interlock door was .* nobody has reset it"):
         start(station)
     assert reset(station, by="Li Wei") == 0
     start(station)
@@ -195,7 +195,7 @@ def test_where_nothing_can_be_remembered_nothing_starts(
     with pytest.raises(InputError, match=r"trips\.jsonl.*cannot be read|trips\.jsonl: Is a directory"):
         ready(load_station(station), folder).__enter__()
     monkeypatch.setattr("os.access", lambda *_: False)
-    with pytest.raises(InputError, match="this folder keeps .* it is not writable for you"):
+    with pytest.raises(InputError, match=r"this folder keeps .* it is not writable for you"):
         state_folder()
 
 
