@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from bench.eol.verdict import Verdict
 from bench.files.motor_file import load_motor
 from bench.files.station import load_station
 from bench.files.toml_text import toml_text
+from bench.guardian.record import read_guardian
 from bench.safety.claims import claims_of
 from bench.safety.ownership import HeldError, holders, owning
 from bench.safety.state_folder import state_folder
@@ -101,6 +102,19 @@ def freeze(worker: int) -> None:
     os.kill(worker, signal.SIGSTOP)
 
 
+def thaw(frozen: list[int]) -> None:
+    for process in frozen:
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGCONT)
+
+
+def all_have_let_go() -> None:
+    """Wait until no guardian is at its instruments any more."""
+    pause = threading.Event()
+    while holders(state_folder()):
+        pause.wait(0.05)
+
+
 @pytest.mark.parametrize(
     ("act", "told"),
     [(kill, "was ended by SIGKILL"), (freeze, "gave no sign of life for 2 s and was ended by SIGKILL")],
@@ -150,9 +164,10 @@ def test_a_batch_ends_at_the_second_wish_although_worker_and_guardian_are_frozen
     try:
         with served_line(bench) as run:
             _, stopped, _ = run()
+            thaw(frozen)
+            all_have_let_go()
     finally:
-        for process in frozen:
-            os.kill(process, signal.SIGCONT)
+        thaw(frozen)
     assert len(frozen) == 1, "the worker has one child, its guardian"
     assert stopped == "Ctrl-C"
     (lost,) = bench.ear.records
@@ -210,7 +225,8 @@ def test_the_workers_of_a_batch_that_was_killed_have_its_instruments(bench: Any,
         while not (journal.is_file() and b'"kind":"energised"' in journal.read_bytes()):
             assert batch.poll() is None
             pause.wait(0.05)
-        (guardian,) = {int(event["data"]["pid"]) for event in guardian_events(bench) if event["kind"] == "started"}
+        (started,) = [event for event in read_guardian(folder_of(bench, "R1")) if event["kind"] == "started"]
+        guardian = int(started["data"]["pid"])
         os.kill(guardian, signal.SIGSTOP)
         try:
             batch.kill()
@@ -221,7 +237,6 @@ def test_the_workers_of_a_batch_that_was_killed_have_its_instruments(bench: Any,
                 other.claim(claims_of(load_station(station)))
         finally:
             os.kill(guardian, signal.SIGCONT)
-        while holders(state_folder()):
-            pause.wait(0.05)
+        all_have_let_go()
         with owning(state_folder(), "another") as other:
             other.claim(claims_of(load_station(station)))
