@@ -240,7 +240,9 @@ def test_two_runs_at_the_same_moment_one_is_refused(tmp_path: Path) -> None:
     command += ["--motor", "lg-400w", "--runs", str(tmp_path / "runs")]
     try:
         both = [
-            subprocess.Popen(command, stderr=subprocess.PIPE, text=True, stdout=subprocess.DEVNULL, env=QUIET)
+            subprocess.Popen(
+                command, stderr=subprocess.PIPE, text=True, stdout=subprocess.DEVNULL, env=os.environ | QUIET
+            )
             for _ in "ab"
         ]
         said = [one.communicate(timeout=120)[1] for one in both]
