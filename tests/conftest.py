@@ -1,6 +1,8 @@
 """What all tests share."""
 
 import os
+import shutil
+import tempfile
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,13 +23,19 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 
-@pytest.fixture(scope="session", autouse=True)
-def state(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The computer's state folder for these tests: nothing of a bench beside them is seen, or held up."""
-    folder = tmp_path_factory.mktemp("state")
-    folder.chmod(0o1777)
-    os.environ["MOTORBENCH_STATE"] = str(folder)
-    return folder
+STATE = pytest.StashKey[str]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give these tests a state folder of their own: nothing of a bench beside them is seen, or held up."""
+    folder = tempfile.mkdtemp(prefix="motorbench-state-")
+    Path(folder).chmod(0o1777)
+    config.stash[STATE] = os.environ["MOTORBENCH_STATE"] = folder
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Take it away again."""
+    shutil.rmtree(config.stash[STATE], ignore_errors=True)
 
 
 @pytest.fixture
