@@ -13,10 +13,9 @@ from bench.files.motor_file import MotorFile
 from bench.files.station import Station, load_station
 from bench.instruments import Prompts, system_visa
 from bench.language import catalogue, translator
-from bench.safety.claims import claims_of
 from bench.safety.interrupts import Interrupts
-from bench.safety.ownership import Ownership, Unowned, owning
-from bench.safety.state_folder import state_folder
+from bench.safety.ownership import Ownership, Unowned
+from bench.safety.station_ownership import owning_stations
 from bench.sharing import Alone, Sharing
 from bench.truth import truth_of
 from bench.virtual_station import VIRTUAL
@@ -108,9 +107,9 @@ def place(
             yield watched
         return
     read = load_station(Path(station))
-    with owning(state_folder(), what) as owner:
-        owner.claim(claims_of(read))
-        with place_at(
+    with (
+        owning_stations([read], what) as owner,
+        place_at(
             read,
             motor,
             operator,
@@ -120,8 +119,9 @@ def place(
             language=language,
             interrupts=interrupts,
             faults=faults,
-        ) as made:
-            yield replace(made, owner=owner)
+        ) as made,
+    ):
+        yield replace(made, owner=owner or made.owner)
 
 
 @contextmanager

@@ -24,9 +24,8 @@ from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
 from bench.errors import UsageError
 from bench.files.motor_file import MotorFile, load_motor
-from bench.safety.claims import claims_of
-from bench.safety.ownership import Owner, owning
-from bench.safety.state_folder import state_folder
+from bench.safety.ownership import Owner
+from bench.safety.station_ownership import owning_stations
 from procedures.catalogue import catalogue
 from procedures.text import Text, text
 
@@ -120,20 +119,9 @@ def measure(
             text("--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores", name=name)
         )
     _check_operator(wishes, line)
-    with _owned(line, name) as owner:
-        return _measured(prepared, wishes, name, ears, stream, nursery, owner)
-
-
-@contextmanager
-def _owned(line: Line, batch: str) -> Iterator[Owner | None]:
-    """Have the instruments of all sockets, or raise HeldError before anything is touched; a virtual line needs none."""
     stations = [socket.station for socket in line.sockets if socket.station is not None]
-    if not stations:
-        yield None
-        return
-    with owning(state_folder(), f"motorbench eol run, batch {batch}") as owner:
-        owner.claim(claim for station in stations for claim in claims_of(station))
-        yield owner
+    with owning_stations(stations, f"motorbench eol run, batch {name}") as owner:
+        return _measured(prepared, wishes, name, ears, stream, nursery, owner)
 
 
 def _measured(

@@ -61,7 +61,7 @@ class Socket:
         self._station = station_of(setup.place.content, setup.place.source) if setup.place.content else None
         self._times = Times(setup.place.times, setup.place.sockets)
         self._owner: Ownership = Unowned()
-        if self._station is not None:
+        if setup.place.owner_name:
             self._owner = Owner(state_folder(), setup.place.owner_name, setup.place.owner)
         self._versions = software()
         self._plans: dict[tuple[str, ...], list[Planned]] = {}
