@@ -8,6 +8,7 @@ import io
 import os
 import threading
 import uuid
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -108,7 +109,7 @@ def test_a_record_in_sqlite(benchmark: Any, tmp_path: Path) -> None:
 class QuickWorker:
     """In place of a worker's process: a thread that measures nothing and is done at once."""
 
-    def __init__(self, nursery: Nursery, setup: Setup, times: int) -> None:
+    def __init__(self, nursery: Nursery, setup: Setup, times: int, owner: Sequence[int] = ()) -> None:
         self.connection, self._far = Pipe()
         self.lifeline, self._end = os.pipe()
         threading.Thread(target=self._work, args=(self._far,), daemon=True).start()

@@ -24,6 +24,8 @@ from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
 from bench.errors import UsageError
 from bench.files.motor_file import MotorFile, load_motor
+from bench.safety.ownership import Owner
+from bench.safety.station_ownership import owning_stations
 from procedures.catalogue import catalogue
 from procedures.text import Text, text
 
@@ -117,7 +119,24 @@ def measure(
             text("--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores", name=name)
         )
     _check_operator(wishes, line)
+    stations = [socket.station for socket in line.sockets if socket.station is not None]
+    with owning_stations(stations, f"motorbench eol run, batch {name}") as owner:
+        return _measured(prepared, wishes, name, ears, stream, nursery, owner)
+
+
+def _measured(
+    prepared: Prepared,
+    wishes: BatchWishes,
+    name: str,
+    ears: Hears,
+    stream: IO[str],
+    nursery: Nursery | None,
+    owner: Owner | None,
+) -> tuple[Counts, str]:
+    plan, line = prepared.plan, prepared.line
     folder = wishes.runs / name
+    if owner is not None:
+        owner.work_in(folder)
     keeper = open_keeper(wishes.records, wishes.runs)
     counts = Counts()
     try:
@@ -158,7 +177,7 @@ def measure(
             checks = _ordered(plan, keeper)
             with _heard(serials, batch, line, ears) as (hearing, opened), _nursery(nursery) as workers:
                 counting = _Counting(counts, hearing)
-                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, counting, workers)
+                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, counting, workers, owner)
                 opened(coordinator.stop)
                 stopped = coordinator.run()
     finally:
