@@ -98,7 +98,15 @@ def _named(url: URL) -> str:
 def _arguments(url: URL) -> dict[str, Any]:
     if url.get_backend_name() == "sqlite":
         return {"timeout": _PATIENCE, "check_same_thread": False}
-    return {"connect_timeout": _PATIENCE}
+    # A network that falls silent, or somebody who holds a table, is told of and not waited for without end.
+    return {
+        "connect_timeout": _PATIENCE,
+        "keepalives_idle": 10,
+        "keepalives_interval": 5,
+        "keepalives_count": 2,
+        "tcp_user_timeout": 20_000,
+        "options": "-c lock_timeout=15s",
+    }
 
 
 def _durable(connection: sqlite3.Connection, _record: Any) -> None:
