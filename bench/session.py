@@ -180,6 +180,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         reserve = Reserve(folder.reserve) if how.reserve else None
         journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
         journal.listen(view.apply)
+        guard.record_in(journal)
         journal.listen(guard.hear)
         journal.listen(interrupts.hear)
         journal.listen(where.operator_hears)
@@ -217,6 +218,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         if previous:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
+        about["guardian"] = guard.about()
         interlocks.watch(journal, interrupts)
         runner.run(
             plan,

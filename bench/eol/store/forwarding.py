@@ -1,4 +1,4 @@
-"""Records of a station: kept in its own database, in files where that does not take them, and forwarded to a server; none lost and none twice."""
+"""Records of a station: in its own database, in files where that takes none, and forwarded to a server; none lost, none twice."""
 
 import threading
 from collections.abc import Callable

@@ -99,14 +99,15 @@ class Spool:
         """Return a record, None where it is not here any more. Raises SpooledFileError for a file that was changed."""
         try:
             told = json.loads(self._file(name).read_bytes())
-            if told["sha256"] != _digest(told["record"]):
-                raise ValueError("its content is not what was written")
+            changed = told["sha256"] != _digest(told["record"])
             record = _form().validate_python(told["record"])
-            return replace(record, started=record.started.astimezone(UTC), ended=record.ended.astimezone(UTC))
         except FileNotFoundError:
             return None
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise SpooledFileError(str(error)) from error
+        if changed:
+            raise SpooledFileError("its content is not what was written")
+        return replace(record, started=record.started.astimezone(UTC), ended=record.ended.astimezone(UTC))
 
     def records(self) -> Iterator[MotorRecord]:
         """Give the records that are here; files that hold none are passed over. Raises StoreError."""

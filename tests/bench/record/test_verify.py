@@ -11,7 +11,8 @@ import pytest
 from bench.cli import main
 from bench.guardian.record import GuardianRecord
 from bench.record.run_folder import RunFolder
-from bench.record.verify import Verdict, Verification, verify
+from bench.record.verification import Verdict, Verification
+from bench.record.verify import verify
 
 
 @pytest.fixture(scope="module")

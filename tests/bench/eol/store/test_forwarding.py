@@ -353,7 +353,7 @@ def test_a_database_that_does_not_answer_is_told(station: Station, monkeypatch: 
 
 def test_where_neither_database_nor_disk_takes_a_record_it_is_said(station: Station, tmp_path: Path) -> None:
     (tmp_path / "unstored").write_text("a file where the folder should be")
-    with locked(station.path), pytest.raises(StoreError, match="unstored/.* cannot be written"):
+    with locked(station.path), pytest.raises(StoreError, match=r"unstored/.* cannot be written"):
         station.records.save(record(1))
     (tmp_path / "unstored").unlink()
     station.all_clear()
