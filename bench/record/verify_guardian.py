@@ -52,17 +52,17 @@ def check_guardian(folder: Path, events: Sequence[Event], hashes: Sequence[str],
         found.findings.append(Finding(FILE, fault.line, fault.what))
         return
     anchors = [anchor for session in sessions for anchor in session.anchors]
-    for anchor in anchors:
-        _check_anchor(anchor, lines, found)
     sealed = [line for line in lines if _is_sealed(line)]
-    for line in sealed:
-        _check_seal(line, hashes, found)
-    if found.findings:
+    broken = next(filter(None, (_against_anchor(anchor, lines) for anchor in anchors)), None)
+    broken = broken or next(filter(None, (_against_seal(line, hashes) for line in sealed)), None)
+    if broken:
+        found.findings.append(broken)
         return
     covered = max((anchor.line for anchor in anchors), default=0)
-    closed = {anchor.line for anchor in anchors if anchor.closed} | {line.place for line in sealed}
-    _check_end(lines, rest, closed, found)
-    _check_blocks(lines, sessions, covered, closed, found)
+    told = {anchor.line for anchor in anchors if anchor.closed}
+    closed = told | {line.place for line in sealed}
+    _check_end(lines, rest, closed, told, found)
+    _check_blocks(lines, sessions, covered, closed, told, found)
 
 
 def check_chain(folder: Path, found: Verification) -> None:
@@ -138,26 +138,29 @@ def _read(path: Path) -> tuple[list[Line], bytes]:
         return lines, file.read()
 
 
-def _check_anchor(anchor: _Anchor, lines: Sequence[Line], found: Verification) -> None:
+def _against_anchor(anchor: _Anchor, lines: Sequence[Line]) -> Finding | None:
+    """Return what differs from what the journal says of the record."""
     if anchor.line > len(lines):
         what = f"is missing: event {anchor.event} of the journal holds its hash, so the record's end was changed or removed"
-        found.findings.append(Finding(FILE, len(lines) + 1, what))
-    elif lines[anchor.line - 1].sha256 != anchor.sha256:
+        return Finding(FILE, len(lines) + 1, what)
+    if lines[anchor.line - 1].sha256 != anchor.sha256:
         what = (
             f"was changed, or the whole record is another run's: event {anchor.event} of the journal holds the hash "
             f"{anchor.sha256[:12]}… of it"
         )
-        found.findings.append(Finding(FILE, anchor.line, what))
+        return Finding(FILE, anchor.line, what)
+    return None
 
 
 def _is_sealed(line: Line) -> bool:
     return line.event is not None and line.event.kind == "left" and "journal" in line.event.data
 
 
-def _check_seal(line: Line, hashes: Sequence[str], found: Verification) -> None:
+def _against_seal(line: Line, hashes: Sequence[str]) -> Finding | None:
+    """Return what differs from what a closing event says of itself and of the journal."""
     event = line.event
     if event is None:
-        return
+        return None
     entry = {
         "n": event.number,
         "wall": event.wall,
@@ -167,34 +170,41 @@ def _check_seal(line: Line, hashes: Sequence[str], found: Verification) -> None:
         "previous": line.previous,
     }
     if parse_line(line.place, to_bytes(dumps(sealed_entry(entry))) + b"\n").sha256 != line.sha256:
-        found.findings.append(Finding(FILE, line.place, "was changed: it does not hold the digest of its own content"))
-        return
+        return Finding(FILE, line.place, "was changed: it does not hold the digest of its own content")
     head = event.data["journal"]
-    if not isinstance(head, Mapping):
-        return
-    number, sha256 = head.get("events"), head.get("sha256")
+    number, sha256 = (head.get("events"), head.get("sha256")) if isinstance(head, Mapping) else (0, "")
     if not isinstance(number, int) or number < 1:
-        return
+        return None
     if number > len(hashes):
         what = f"is missing: event {event.number} of {FILE} holds the hash of event {number}, so the journal's end was removed"
-        found.findings.append(Finding(_JOURNAL, len(hashes) + 1, what))
-    elif hashes[number - 1] != sha256:
+        return Finding(_JOURNAL, len(hashes) + 1, what)
+    if hashes[number - 1] != sha256:
         what = f"was changed, or {FILE} was, whose event {event.number} holds the hash {str(sha256)[:12]}… of it"
-        found.findings.append(Finding(_JOURNAL, number, what))
+        return Finding(_JOURNAL, number, what)
+    return None
 
 
-def _check_end(lines: Sequence[Line], rest: bytes, closed: set[int], found: Verification) -> None:
+def _check_end(lines: Sequence[Line], rest: bytes, closed: set[int], told: set[int], found: Verification) -> None:
+    """Look at what follows the last line; the run was `told` where the record ends after its room had been given back."""
     if not rest:
         return
-    if len(lines) in closed:
+    torn = rest.rstrip(b"\0")
+    if len(lines) in told or (torn and len(lines) in closed):
         what = f"was put in: {len(rest)} bytes follow the event that closed the record"
         found.findings.append(Finding(FILE, len(lines) + 1, what))
-    elif torn := rest.rstrip(b"\0"):
+    elif torn:
         found.doubt(f"{len(torn)} bytes at the end of {FILE} are no whole event")
+    elif len(lines) in closed:
+        found.doubt(f"the room at the end of {FILE} was not given back: its guardian was ended as it left")
 
 
 def _check_blocks(
-    lines: Sequence[Line], sessions: Sequence[_Session], covered: int, closed: set[int], found: Verification
+    lines: Sequence[Line],
+    sessions: Sequence[_Session],
+    covered: int,
+    closed: set[int],
+    told: set[int],
+    found: Verification,
 ) -> None:
     """Look at what each guardian wrote: whether the journal knows it, and whether it ends where that guardian ended it."""
     known = {session.token for session in sessions if session.token is not None}
@@ -208,7 +218,7 @@ def _check_blocks(
         if after:
             what = f"was put in: event {min(after)} closed the record of that guardian"
             found.findings.append(Finding(FILE, min(after) + 1, what))
-        elif end <= covered:
+        elif end < covered or end in told:
             continue
         elif token and token not in known:
             found.doubt(
@@ -229,7 +239,9 @@ def _check_blocks(
             )
     for session in sessions:
         if session.token and session.token not in seen and not session.anchors:
-            found.doubt(f"{FILE} holds nothing of the guardian that was started with event {session.event} of the journal")
+            found.doubt(
+                f"{FILE} holds nothing of the guardian that was started with event {session.event} of the journal"
+            )
 
 
 def _blocks(lines: Sequence[Line]) -> Iterator[tuple[int, int]]:
