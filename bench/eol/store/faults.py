@@ -41,15 +41,19 @@ def fault_of(error: Exception) -> StoreError:
         return StoreError(said_by(error))
     if isinstance(error, StatementError | ValueError | TypeError | OverflowError):
         # The driver cannot put it into the database's words, whatever state that is in.
-        return RefusedError(f"{type(error).__name__}: {error}")
+        return RefusedError(_foreign(error))
     if isinstance(error, OSError):
         return StoreError(error.strerror or str(error))
-    return StoreError(f"{type(error).__name__}: {error}")
+    return StoreError(_foreign(error))
 
 
 def program_fault(error: BaseException) -> Text:
     """Return what is said of an error that nobody foresaw."""
     return text("a fault of the program, {kind}: {error}", kind=type(error).__name__, error=str(error))
+
+
+def _foreign(error: Exception) -> Text:
+    return Text("{kind}: {error}", {"kind": type(error).__name__, "error": str(error)})
 
 
 def _by_database(error: DBAPIError) -> StoreError:

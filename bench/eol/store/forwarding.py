@@ -141,7 +141,7 @@ class ForwardingRecords:
         try:
             record = self._spool.read(name)
         except SpooledFileError as error:
-            where = text("{folder}/{name}.json", folder=self._spool.folder, name=name)
+            where = Text("{folder}/{name}.json", {"folder": str(self._spool.folder), "name": name})
             self._refuse(name, where, text("it is no record as it was written: {error}", error=str(error)))
             return False
         if record is None:
