@@ -63,6 +63,7 @@ class Ear:
         self.refusals: list[Refused] = []
         self.troubles: list[str] = []
         self.waitings: list[Waiting] = []
+        self.when_waits: Callable[[Waiting], None] = lambda _: None
         self.when_begun: Callable[[Begun], None] = lambda _: None
         self.when_done: Callable[[MotorRecord], None] = lambda _: None
 
@@ -78,6 +79,7 @@ class Ear:
 
     def waits(self, waiting: Waiting) -> None:
         self.waitings.append(waiting)
+        self.when_waits(waiting)
 
     def trouble(self, words: Text) -> None:
         self.troubles.append(str(words))
