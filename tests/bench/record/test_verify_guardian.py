@@ -15,7 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bench.cli import main
-from bench.guardian.record import GuardianRecord
+from bench.guardian.record import GuardianRecord, journal_head
+from bench.record.journal import Journal, read_journal
+from bench.record.journal_file import last_whole_line
 from bench.record.run_folder import RunFolder
 from bench.record.verification import Verdict, Verification
 from bench.record.verify import verify
@@ -267,6 +269,69 @@ def test_a_virtual_run_of_a_former_version_had_no_guardian_and_is_untouched(virt
     run = copy(virtual_run, tmp_path)
     rewritten(run, lambda event: event["data"].pop("guardian", None))
     assert verify(run).verdict is Verdict.UNTOUCHED
+
+
+def guardian_of(folder: Path, token: str) -> tuple[GuardianRecord, dict[str, Any]]:
+    """Begin a guardian's record as a guardian does; with what it says when it is ready."""
+    record = GuardianRecord(folder)
+    record.event("started", pid=1, token=token)
+    record.event("ready")
+    return record, record.head
+
+
+def test_a_killed_run_that_was_resumed_and_ended_is_proved_whole(tmp_path: Path) -> None:
+    run = RunFolder(tmp_path / "runs" / "one")
+    run.path.mkdir(parents=True)
+    about = {"token": "a" * 32}
+    journal = Journal(run.journal, lambda: 0.0)
+    journal.event("run_started", guardian=about)
+    first, head = guardian_of(run.path, "a" * 32)
+    journal.event("guardian_ready", record=head)
+    journal.event("energising")
+    journal.close()
+    first.event("took", cause="the run's process has died")
+    first.seal("left", journal=journal_head(run.path, durable=True))
+    assert first.close()
+    again = Journal(run.journal, lambda: 0.0, previous=read_journal(run.journal))
+    again.event("run_resumed", guardian={"token": "b" * 32})
+    second, head = guardian_of(run.path, "b" * 32)
+    again.event("guardian_ready", record=head)
+    second.seal("left", journal=journal_head(run.path, durable=False))
+    assert second.close()
+    again.event("run_finished", guardian={"record": second.head, "closed": True})
+    again.close()
+    noted = again.last_hash
+    found = verify(run, noted)
+    assert (found.verdict, found.findings, found.unproven) == (Verdict.UNTOUCHED, [], "")
+    count = len(lines_of(run))
+    assert count == 7
+    whole = (run.path / GUARDIAN).read_bytes()
+    for kept in range(count):
+        (run.path / GUARDIAN).write_bytes(b"".join(whole.splitlines(keepends=True)[:kept]))
+        assert verify(run, noted).verdict is Verdict.CHANGED, kept
+    for gone in range(count):
+        lines = whole.splitlines(keepends=True)
+        del lines[gone]
+        (run.path / GUARDIAN).write_bytes(b"".join(lines))
+        assert verify(run, noted).verdict is Verdict.CHANGED, gone
+
+
+def test_a_journals_last_whole_line_is_found_however_long_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "journal.jsonl"
+    path.write_bytes(b"")
+    assert last_whole_line(path) is None
+    journal = Journal(path, lambda: 0.0, previous=read_journal(path))
+    for length in (1, 300_000, 5):
+        journal.event("note", words="x" * length)
+        line = last_whole_line(path)
+        assert line is not None
+        assert (line.sha256, line.place) == (journal.last_hash, len(read_journal(path).events))
+    journal.close()
+    with path.open("ab") as file:
+        file.write(b'{"n": 4, "wa')
+    line = last_whole_line(path)
+    assert line is not None
+    assert line.place == 3
 
 
 # whatever is done to one of the files
