@@ -27,6 +27,7 @@ from bench.record.unrecorded import Unrecorded
 from bench.record.waveforms import WaveformFolder
 from bench.resume import begun, check_identities, check_unchanged, left_unsafe
 from bench.runner import Runner
+from bench.safety.calls import CallWatches
 from bench.safety.guarding import guarded
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
@@ -167,12 +168,18 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         interlocks = leaving.enter_context(interlocks_ready(where.station.interlocks, where.station.source))
         folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
+        calls = CallWatches(
+            interrupts,
+            {role: entry.reply_time for role, entry in where.station.entries.items()},
+            interruptible=where.in_process is None,
+        )
         where, guard = leaving.enter_context(
             guarded(
                 where,
                 used - where.sharing.roles,
                 folder.path,
                 interrupts,
+                calls,
                 wanted=wishes.guardian,
                 lifelines=how.lifelines,
             )
@@ -180,9 +187,9 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         reserve = Reserve(folder.reserve) if how.reserve else None
         journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
         journal.listen(view.apply)
+        journal.listen(calls.hear)
         guard.record_in(journal)
         journal.listen(guard.hear)
-        journal.listen(interrupts.hear)
         journal.listen(where.operator_hears)
         where.listen_to_faults(recording(journal))
         journal.listen(StepTeller(where.step_started).hear)
@@ -199,6 +206,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             in_process=where.in_process,
             trace=wishes.trace,
             pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
+            calls=calls,
         )
         where.equip(instruments.available())
         runner = Runner(

@@ -1,6 +1,7 @@
 """What a procedure may know of an instrument: one interface a kind, in IVI's class terms."""
 
 from drivers.interfaces.bldc_drive import BldcDrive
+from drivers.interfaces.calls import UNWATCHED, Calls
 from drivers.interfaces.clock import Clock
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
@@ -36,9 +37,11 @@ from drivers.interfaces.tachometer import Tachometer
 from drivers.interfaces.voltmeter import Voltmeter
 
 __all__ = [
+    "UNWATCHED",
     "Accuracy",
     "Aperture",
     "BldcDrive",
+    "Calls",
     "ChannelSettings",
     "Clock",
     "CommunicationError",
