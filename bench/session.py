@@ -191,6 +191,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
         journal.listen(view.apply)
         journal.listen(calls.hear)
+        guard.record_in(journal)
         journal.listen(guard.hear)
         journal.listen(where.operator_hears)
         where.listen_to_faults(recording(journal))
@@ -229,6 +230,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         if previous:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
+        about["guardian"] = guard.about()
         interlocks.watch(journal, interrupts)
         runner.run(
             plan,

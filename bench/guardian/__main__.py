@@ -13,7 +13,7 @@ from bench.files.station import Station, make_station
 from bench.files.toml_file import parse
 from bench.guardian.charge import charge_of, decode, encode
 from bench.guardian.hands import GuardedInstruments, is_shared
-from bench.guardian.record import GuardianRecord, complain
+from bench.guardian.record import GuardianRecord, complain, journal_head
 from bench.guardian.watch import Watch
 from bench.library_logs import quieten_libraries
 from bench.safety.interlocks import Interlocks, cause, remember
@@ -34,7 +34,9 @@ def main() -> None:
     content = charge.content.encode()
     station = make_station(parse(content, charge.source), charge.source, content)
     instruments = GuardedInstruments(station, [Role(role) for role in charge.roles])
-    record.event("started", pid=os.getpid(), run=os.getppid(), roles=sorted(role.value for role in instruments.roles))
+    parent = os.getppid()
+    guarded = sorted(role.value for role in instruments.roles)
+    record.event("started", pid=os.getpid(), run=parent, token=charge.token, roles=guarded)
     failed = instruments.open()
     watch = Watch(instruments, record, sys.stdin.fileno(), _say, charge.heartbeat, charge.stalled)
     told: dict[str, Any] = {"opened": instruments.opened(), "failed": failed, "seconds": monotonic() - begun}
@@ -42,11 +44,13 @@ def main() -> None:
     for role, error in failed.items():
         complain(f"is not connected to {role} and will try again when it must act: {error}")
     interlocks = _interlocks(station, watch, record)
-    _say({"ready": told})
+    _say({"ready": told, "record": record.head})
     watch.run()
     interlocks.close()
-    record.event("left")
-    record.close()
+    # What a run that has died left unsaid is held by this record, and this record's end by itself.
+    record.seal("left", journal=journal_head(Path(charge.folder), durable=os.getppid() != parent))
+    closed = record.close()
+    _say({"record": record.head, **({"left": True} if closed else {})})
     sys.stderr.flush()
     # Connections to instruments that do not answer any more must not keep it from leaving.
     os._exit(0)

@@ -39,7 +39,8 @@ from bench.eol.line.pulse import Pulse
 from bench.eol.line.times import Times
 from bench.eol.plan import Check
 from bench.eol.record import MotorRecord
-from bench.eol.store.records import StoreError
+from bench.eol.store.faults import StoreError
+from bench.eol.store.waiting import Waiting
 from bench.errors import InputError, said_by
 from bench.safety.ownership import Owner
 from procedures.text import Text, text
@@ -79,6 +80,9 @@ class Hears(Protocol):
 
     def trouble(self, words: Text) -> None:
         """Hear of something that went wrong and concerns no motor's figures."""
+
+    def waits(self, waiting: Waiting) -> None:
+        """Hear what of the records waits to be stored or forwarded, at each change and from any thread."""
 
 
 @dataclass
