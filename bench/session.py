@@ -136,6 +136,7 @@ def run(
         language=wishes.language,
         interrupts=interrupts,
         faults=wishes.faults,
+        what=f"motorbench run {' '.join(wishes.procedures)}",
     ) as where:
         if list(wishes.procedures) == ["all"]:
             plan = possible(plan, where.station, console, translate)
@@ -165,8 +166,10 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             check_unchanged(wishes.resume, began, wishes.motor, where.station, versions)
             view = view_of(previous.events)
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
-        interlocks = leaving.enter_context(interlocks_ready(where.station.interlocks, where.station.source))
+        interlocks = leaving.enter_context(interlocks_ready(where.station, where.owner.state))
         folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
+        if how.folder is None:
+            where.owner.work_in(folder.path)
         where.announce(folder.path)
         calls = CallWatches(
             interrupts,
@@ -181,13 +184,14 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
                 interrupts,
                 calls,
                 wanted=wishes.guardian,
-                lifelines=how.lifelines,
+                lifelines=(*how.lifelines, *where.owner.descriptors),
             )
         )
         reserve = Reserve(folder.reserve) if how.reserve else None
         journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
         journal.listen(view.apply)
         journal.listen(calls.hear)
+        guard.record_in(journal)
         journal.listen(guard.hear)
         journal.listen(where.operator_hears)
         where.listen_to_faults(recording(journal))
@@ -206,6 +210,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             trace=wishes.trace,
             pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
             calls=calls,
+            owner=where.owner,
         )
         where.equip(instruments.available())
         runner = Runner(
@@ -225,6 +230,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         if previous:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
+        about["guardian"] = guard.about()
         interlocks.watch(journal, interrupts)
         runner.run(
             plan,
@@ -264,6 +270,7 @@ def _check_instruments(
         where.visa,
         where.prompts,
         in_process=where.in_process,
+        owner=where.owner,
     )
     try:
         for role in sorted(needed, key=lambda role: role.value):

@@ -33,7 +33,9 @@ class Hands(Protocol):
     def items(self) -> tuple[Item, ...]:
         """What is on the way down."""
 
-    def walk(self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False) -> list[Outcome]:
+    def walk(
+        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    ) -> list[Outcome]:
         """Do these items."""
 
 
@@ -123,7 +125,7 @@ class Watch:
             self._stopped = (str(message["stop"]), monotonic() + _BEGIN)
         elif "unanswered" in message:
             self._helping = True
-            return f"the {message['unanswered']}"
+            return str(message["unanswered"])
         elif "down" in message:
             self._ending = self._stopped = None
         elif "done" in message:
@@ -139,7 +141,7 @@ class Watch:
         if not helped:
             self._say({"took": cause})
         complain(f"takes the way down: {cause}")
-        outcomes = self._hands.walk(self._commands(), self._record)
+        outcomes = self._hands.walk(self._commands(), self._record, helping=helped)
         failed = failures(outcomes)
         self._busy = {outcome.item.role for outcome in outcomes if outcome.pending}
         self._record.event("walked", seconds=monotonic() - begun, failed=failed)

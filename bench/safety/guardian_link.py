@@ -12,8 +12,10 @@ from typing import IO, Any, Protocol
 
 from bench.guardian.charge import BEATS, Charge, decode, encode
 from bench.safety.calls import CallWatches
+from bench.safety.guardian_anchor import RecordAnchor
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
+from procedures.bench import Recorder
 from procedures.text import Text, text
 
 #: How long (s) a guardian may take to be there, and to leave.
@@ -39,6 +41,15 @@ class Guard(Protocol):
     def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
         """Be told that the run is over and everything off; return what is not well. May be called twice."""
 
+    def record_in(self, journal: Recorder) -> None:
+        """Have the journal hold how the guardian's own record begins."""
+
+    def about(self) -> Mapping[str, Any] | None:
+        """Return what a run's record says of its guardian at the beginning, None where it has none."""
+
+    def record_end(self) -> Mapping[str, Any] | None:
+        """Return where the guardian's own record ends, once it is dismissed; None where there is no guardian."""
+
 
 class Unguarded:
     """Stands for a guardian where none is needed: nothing outlives the run's process, or a person does everything."""
@@ -52,6 +63,17 @@ class Unguarded:
     def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
         """Have nothing to say."""
         return ()
+
+    def record_in(self, journal: Recorder) -> None:
+        """Pass."""
+
+    def about(self) -> Mapping[str, Any] | None:
+        """Return None: there is no guardian."""
+        return None
+
+    def record_end(self) -> Mapping[str, Any] | None:
+        """Return None: there is no guardian."""
+        return None
 
 
 class GuardianLink:
@@ -69,6 +91,7 @@ class GuardianLink:
         lifelines: Sequence[int] = (),
     ) -> None:
         self._charge = charge
+        self._anchor = RecordAnchor(charge.token)
         self._life = life
         self._interrupts = interrupts
         self._calls = calls
@@ -109,6 +132,7 @@ class GuardianLink:
         self._life.stamp()
         if kind in ("energising", "commanding"):
             self._permit()
+            self._anchor.begin()
         elif kind == "de_energising":
             self._failing.add(data["instrument"])
             self._send({"ending": True})
@@ -147,6 +171,18 @@ class GuardianLink:
             self._stdout.close()
         return ()
 
+    def record_in(self, journal: Recorder) -> None:
+        """Have the journal hold how the guardian's own record begins."""
+        self._anchor.record_in(journal)
+
+    def about(self) -> Mapping[str, Any] | None:
+        """Return what a run's record says of its guardian at the beginning."""
+        return self._anchor.about()
+
+    def record_end(self) -> Mapping[str, Any] | None:
+        """Return where the guardian's own record ends, as it said last."""
+        return self._anchor.end()
+
     def _permit(self) -> None:
         """Return once the guardian is known to watch; raises Interrupted where it does not."""
         with self._news:
@@ -170,6 +206,7 @@ class GuardianLink:
             self._end(text("the guardian, which died"))
 
     def _take(self, message: Mapping[str, Any]) -> None:
+        self._anchor.hear(message)
         with self._news:
             self._echoed = monotonic()
             self._echo = max(self._echo, message.get("echo", 0))

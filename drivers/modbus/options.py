@@ -19,6 +19,11 @@ class ModbusInterlockOptions:
     closed: bool = True
     timeout: float = 0.25
 
+    @property
+    def units(self) -> tuple[int, ...]:
+        """The units that it is made of."""
+        return (self.unit,)
+
 
 @dataclass(frozen=True)
 class DeltaDyn200Options:
@@ -48,3 +53,8 @@ class DeltaDyn200Options:
     settle_timeout: float = 30.0
     watchdog_time: float = 0.0
     direction_from: Literal["transducer", "command"] = "transducer"
+
+    @property
+    def units(self) -> tuple[int, ...]:
+        """The units that it is made of."""
+        return (self.drive_unit, self.transducer_unit)
