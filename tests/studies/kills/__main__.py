@@ -16,6 +16,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 
+from bench.safety.state_folder import VARIABLE
+from tests.studies.held import QUIET
 from tests.studies.kills import ends, measuring, wires
 from tests.studies.kills.held_trials import hold
 from tests.studies.kills.report import ENERGISED, TRIALS, good, summary, table
@@ -65,9 +67,19 @@ def study(
                     tell(trial)
 
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(workers) as pool:
+        _use_own_state(Path(folder))
         for _ in pool.map(lead, range(workers)):
             pass
     return found
+
+
+def _use_own_state(folder: Path) -> None:
+    """Keep what this computer's benches share out of the study, where nobody has named a folder for it."""
+    if VARIABLE not in os.environ:
+        state = folder / "state"
+        state.mkdir()
+        state.chmod(0o1777)
+        os.environ[VARIABLE] = QUIET[VARIABLE] = str(state)
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from time import monotonic
 from bench.commands.station import reset
 from tests.studies.kills.proxy import Disturbance, Proxy
 from tests.studies.kills.trial import PROMISED, Trial
-from tests.studies.kills.victim import ENERGISED, Bench, NeverBegunError, Victim, keep
+from tests.studies.kills.victim import ENERGISED, Bench, NeverBegunError, Victim, keep, wait_until_let_go
 
 #: A run that does not begin is started so often.
 _STARTS = 3
@@ -94,7 +94,9 @@ def _drop(bench: Bench, trial: Trial, victim: Victim, station: Path, proxy: Prox
         proxy.close()
     victim.drop()
     bench.served.mend()
-    if Path(f"{station}.tripped").exists():
+    if victim.run is not None and not wait_until_let_go(victim.run):
+        trial.faults.append("its instruments are still held after its end")
+    if "the interlock" in "".join(victim.lines[-1:]):
         trial.then += ", an interlock has tripped"
         reset(station, by="the study")
 
@@ -144,6 +146,7 @@ def _what_is_on(bench: Bench) -> str:
 def _resume(bench: Bench, victim: Victim, trial: Trial) -> None:
     """Go on with the run, whose first deed must be to switch everything off."""
     assert victim.run is not None
+    wait_until_let_go(victim.run)
     again = Victim(bench, victim.folder, victim.station, "finish", resume=str(victim.run))
     try:
         began = monotonic()

@@ -15,15 +15,13 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from bench.errors import InputError
 from bench.guardian.record import read_guardian
 from bench.record.journal_file import read_journal
-from bench.record.run_folder import RunFolder
-from bench.record.verify import Verdict, verify
 from bench.served_world import ServedWorld
 from tests.studies.held import QUIET
 from tests.studies.kills.ends import STOPS
 from tests.studies.kills.trial import PATIENCE, Queues, Trial
+from tests.studies.kills.victim import judge_verification, wait_until_let_go
 
 PROCEDURES = ("pole-pairs-static", "stator-resistance-dc")
 #: Times the wall's clock: hands do not keep the study waiting, and static measurements bear it.
@@ -119,6 +117,13 @@ ENDINGS: dict[str, Ending] = {
 }
 
 
+_GUARDIAN_DIES = (
+    "measuring: kill -9, guardian too",
+    "measuring: kill -9 of the guardian",
+    "measuring: container stopped",
+)
+
+
 def trials(folder: Path, count: int, draw: random.Random, kept: Path | None = None) -> Iterator[Trial]:
     """Do so many trials, each ending in its turn; half of the moments are within 0.4 s after something is energised."""
     bench = Bench(folder)
@@ -150,9 +155,7 @@ def disturb(bench: Bench, number: int, kind: str, draw: random.Random) -> Trial:
     return trial
 
 
-def _end(
-    bench: Bench, trial: Trial, process: "subprocess.Popen[bytes]", runs: Path, draw: random.Random
-) -> None:
+def _end(bench: Bench, trial: Trial, process: "subprocess.Popen[bytes]", runs: Path, draw: random.Random) -> None:
     guardians = _guardians(runs)
     queues = Queues((process.pid, *guardians, bench.process.pid))
     trial.energised = bool(bench.world.truth()["energised"])
@@ -209,26 +212,11 @@ def _examine(trial: Trial, runs: Path, said: str) -> None:
         trial.judge_cause(str(end["cause"]))
     if trial.then == "completed":
         trial.then = _AFTER
-    _verify(trial, journals[0].parent, finished=end is not None)
-
-
-def _verify(trial: Trial, folder: Path, *, finished: bool) -> None:
-    # The result is written after the journal's end; a run may be killed in between.
-    expected = (Verdict.UNTOUCHED, Verdict.UNFINISHED) if finished and trial.then == _AFTER else ()
-    expected = expected or ((Verdict.UNTOUCHED,) if finished else (Verdict.UNFINISHED,))
-    try:
-        found = verify(RunFolder(folder))
-    except InputError as error:
-        trial.faults.append(f"results verify: {error}")
-        return
-    if found.verdict not in expected:
-        named = "; ".join(map(str, found.findings))
-        trial.faults.append(f"results verify says {found.verdict.value} instead of {expected[0].value}: {named}")
+    judge_verification(trial, journals[0].parent, finished=end is not None, resumed=trial.then == _AFTER)
 
 
 def _resume(bench: Bench, trial: Trial, folder: Path) -> None:
-    # The guardian of a killed run lets go of the instruments a moment after they are off.
-    threading.Event().wait(1.0)
+    wait_until_let_go(folder)
     told = bench.run(folder.parent.name, "--resume", str(folder))
     trial.resumed = str(told.get("status", told.get("error", "no answer")))
     if trial.resumed != "completed":
@@ -237,7 +225,7 @@ def _resume(bench: Bench, trial: Trial, folder: Path) -> None:
     wrong = [name for name, entry in bench.reference.items() if not _agree(entry, told["parameters"].get(name))]
     if wrong:
         trial.faults.append(f"figures other than the undisturbed run's: {', '.join(wrong)}")
-    _verify(trial, folder, finished=True)
+    judge_verification(trial, folder, finished=True, resumed=trial.kind in _GUARDIAN_DIES)
 
 
 def _agree(first: dict[str, Any], second: dict[str, Any] | None) -> bool:

@@ -17,7 +17,10 @@ from bench.files.toml_text import toml_text
 from bench.guardian.record import read_guardian
 from bench.record.journal import read_journal
 from bench.record.run_folder import RunFolder
-from bench.record.verify import Verdict, verify
+from bench.record.verification import Verdict
+from bench.record.verify import verify
+from bench.safety.ownership import holders
+from bench.safety.state_folder import state_folder
 from tests.studies.forked import Forked
 from tests.studies.held import Served
 from tests.studies.kills.proxy import Proxy
@@ -213,15 +216,7 @@ class Victim:
         kept = sum(event.kind == "reading" for event in events)
         trial.missing = max(0, self.told_readings - kept)
         finished = bool(events) and events[-1].kind == "run_finished"
-        expected = Verdict.UNTOUCHED if finished else Verdict.UNFINISHED
-        try:
-            found = verify(RunFolder(self.run))
-        except InputError as error:
-            trial.faults.append(f"results verify: {error}")
-            return
-        if found.verdict is not expected:
-            named = "; ".join(map(str, found.findings))
-            trial.faults.append(f"results verify says {found.verdict.value} instead of {expected.value}: {named}")
+        judge_verification(trial, self.run, finished=finished)
         if ended and not finished:
             trial.faults.append("it told its end, and the journal has none")
 
@@ -230,6 +225,33 @@ class Victim:
         with suppress(ProcessLookupError):
             self.process.send_signal(signal.SIGCONT)
         self.process.close()
+
+
+def judge_verification(trial: Trial, folder: Path, *, finished: bool, resumed: bool = False) -> None:
+    """Hold what `results verify` says against what happened: an end is proven by a journal and a guardian that ended both."""
+    closed = [event["kind"] for event in read_guardian(folder)[-1:]] in ([], ["left"])
+    expected = {Verdict.UNTOUCHED} if finished and closed else {Verdict.UNFINISHED}
+    if resumed:
+        # The first session's guardian may have died, which the second one does not mend.
+        expected = {Verdict.UNTOUCHED, Verdict.UNFINISHED}
+    try:
+        found = verify(RunFolder(folder))
+    except InputError as error:
+        trial.faults.append(f"results verify: {error}")
+        return
+    if found.verdict not in expected:
+        words = "; ".join([*map(str, found.findings), *filter(None, [str(found.unproven)])])
+        trial.faults.append(f"results verify says {found.verdict.value}: {words}")
+
+
+def wait_until_let_go(folder: Path) -> bool:
+    """Wait until nobody holds the instruments of a run's folder any more: its guardian first measures that they are off."""
+    begun = monotonic()
+    while any(holder.folder == str(folder.resolve()) for holder in holders(state_folder())):
+        if monotonic() - begun > PATIENCE:
+            return False
+        threading.Event().wait(0.02)
+    return True
 
 
 def keep(trial: Trial, victim: Victim, kept: Path | None) -> None:
