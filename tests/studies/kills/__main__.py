@@ -18,7 +18,7 @@ from pathlib import Path
 
 from bench.safety.state_folder import VARIABLE
 from tests.studies.held import QUIET
-from tests.studies.kills import ends, measuring, wires
+from tests.studies.kills import ends, measuring, panel_server, records, wires
 from tests.studies.kills.held_trials import hold
 from tests.studies.kills.report import ENERGISED, TRIALS, good, summary, table
 from tests.studies.kills.trial import Trial
@@ -43,7 +43,7 @@ def held(plans: Callable[..., Iterator[object]]) -> Work:
     return work
 
 
-WORKS: dict[str, Work] = {"ends": held(ends.plans), "wires": held(wires.plans), "measuring": measuring.trials}
+WORKS: dict[str, Work] = {"ends": held(ends.plans), "wires": held(wires.plans), "measuring": measuring.trials, "records": records.trials, "panel": panel_server.trials}
 
 
 def study(

@@ -54,8 +54,8 @@ def hold(bench: Bench, plan: Plan, draw: random.Random, kept: Path | None = None
     while True:
         trial = Trial(plan.kind, plan.case, promised=plan.promised, refused=tuple(refused))
         folder = bench.place(f"{plan.kind} {plan.case}")
-        station, proxy = bench.station(folder, plan.transport)
         bench.everything_off()
+        station, proxy = bench.station(folder, plan.transport)
         victim = Victim(bench, folder, station, *plan.busy)
         try:
             victim.energise()
