@@ -20,6 +20,7 @@ from bench.safety.state_folder import VARIABLE
 from tests.studies.held import QUIET
 from tests.studies.kills import ends, measuring, panel_server, records, wires
 from tests.studies.kills.held_trials import hold
+from tests.studies.kills.quick import bursts
 from tests.studies.kills.report import ENERGISED, TRIALS, good, summary, table
 from tests.studies.kills.trial import Trial
 from tests.studies.kills.victim import Bench
@@ -43,7 +44,13 @@ def held(plans: Callable[..., Iterator[object]]) -> Work:
     return work
 
 
-WORKS: dict[str, Work] = {"ends": held(ends.plans), "wires": held(wires.plans), "measuring": measuring.trials, "records": records.trials, "panel": panel_server.trials}
+WORKS: dict[str, Work] = {
+    "ends": held(ends.plans),
+    "wires": held(wires.plans),
+    "measuring": measuring.trials,
+    "records": records.trials,
+    "panel": panel_server.trials,
+}
 
 
 def study(
@@ -87,7 +94,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=520)
     parser.add_argument("--kind", choices=SHARES, action="append", help="these only, all trials being of them")
-    parser.add_argument("--quick", type=int, default=10_000, help="quick doubles, triples and fours beside the trials")
+    parser.add_argument(
+        "--quick", type=int, default=10_000, help="bursts of two to four signals at the stop logic alone"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--keep", type=Path, help="folder for the records of trials that broke a promise")
@@ -96,13 +105,18 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     kinds = given.kind or list(SHARES)
     whole = sum(SHARES[kind] for kind in kinds)
-    counts = {kind: round(given.trials * SHARES[kind] / whole) for kind in kinds if kind in WORKS}
+    counts = {kind: round(given.trials * SHARES[kind] / whole) for kind in kinds}
 
     def tell(trial: Trial) -> None:
         if given.log:
             with given.log.open("a", encoding="utf-8") as log:
                 log.write(json.dumps(asdict(trial)) + "\n")
 
+    quick = bursts(given.quick, f"{given.seed}-quick")
+    print(
+        f"The stop logic alone: {quick.bursts} bursts of two to four signals, {quick.hangs} hung, the slowest took {quick.longest:.2f} s."
+    )
+    print("\n".join(quick.found), flush=True)
     found = study(counts, given.seed, given.workers, tell, given.keep)
     print(table(found))
     print()
@@ -111,7 +125,7 @@ def main() -> None:
         if not trial.good:
             print(f"\n{trial}")
     enough = given.kind or (len(found) >= TRIALS and sum(trial.energised for trial in found) >= ENERGISED)
-    sys.exit(0 if good(found) and enough else 1)
+    sys.exit(0 if good(found) and enough and not quick.hangs and not quick.found else 1)
 
 
 if __name__ == "__main__":

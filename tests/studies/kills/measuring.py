@@ -1,4 +1,4 @@
-"""Trials with a whole `motorbench run` that measures: ended at a random moment, gone on with, its figures held against an undisturbed one's."""
+"""Trials with a whole `motorbench run` that measures: ended at some moment, gone on with, and held against an undisturbed one."""
 
 import json
 import os

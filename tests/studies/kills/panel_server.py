@@ -26,7 +26,11 @@ from tests.studies.kills.victim import judge_verification, wait_until_let_go
 _BEGIN = 90.0
 #: A run does not notice its panel's end; it is looked for so long (s) whether it does something all the same.
 _UNDISTURBED = 1.0
-_NAMES = {"server killed, then aborted at a new one": "abort", "server killed, run told to stop": "signal", "server and run told to stop": "stop"}
+_NAMES = {
+    "server killed, then aborted at a new one": "abort",
+    "server killed, run told to stop": "signal",
+    "server and run told to stop": "stop",
+}
 
 
 class Server:

@@ -142,10 +142,10 @@ class _Pair:
     def close(self) -> None:
         self.over = True
         self._pause.set()
+        with suppress(OSError):
+            self._far.shutdown(socket.SHUT_RDWR)
         for end in (self._near, self._far):
             with suppress(OSError):
-                if end is self._far:
-                    end.shutdown(socket.SHUT_RDWR)
                 end.close()
 
     def _to(self) -> None:
