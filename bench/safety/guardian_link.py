@@ -26,6 +26,8 @@ _SILENCE = 2.0
 _YIELD = 0.5
 #: A run whose call to an energised source was not answered in time has met its driver's error after this further time (s).
 _NOTICE = 0.5
+#: A run that was interrupted so long (s) ago, and has neither begun its shutdown nor its guardian's trust any more, is ended as it is.
+_FUTILE = 60.0
 _MUTE = text("the guardian, which does not answer")
 
 
@@ -105,7 +107,7 @@ class GuardianLink:
         self._ended: Text | str = ""
         self._sent = self._echo = 0
         self._echoed = monotonic()
-        self._down = False
+        self._down = self._taken = False
         self._yielding: float | None = None
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "bench.guardian"],
@@ -215,6 +217,7 @@ class GuardianLink:
         if "alarm" in message:
             self._end(message["alarm"])
         elif "took" in message and not self._leaving:
+            self._taken = True
             self._forbid(text("the guardian, which took the way down: {cause}", cause=message["took"]))
             self._send({"awake": True})
             self._yielding = self._yielding or monotonic() + _YIELD
@@ -235,10 +238,19 @@ class GuardianLink:
             if now - begun > _SILENCE:
                 # This process was asleep: the guardian gets its time to say what happened.
                 self._echoed = now
+            if self._taken and not self._down and self._interrupts.delays().get("started_after", 0.0) > _FUTILE:
+                self._give_up()
             if self._yielding is not None and now >= self._yielding:
                 self._end("")
             if self._ready and not self._ended and now - self._echoed > _SILENCE:
                 self._end(_MUTE)
+
+    def _give_up(self) -> None:
+        """End a process that does not begin its shutdown although it was interrupted again and again; the guardian has switched off."""
+        words = f"motorbench: the run did not begin its shutdown within {_FUTILE:g} s and is ended; its guardian has switched off\n"
+        with suppress(OSError):
+            os.write(2, words.encode())
+        os._exit(1)
 
     def _report_unanswered(self) -> None:
         """Tell the guardian of an energised source that does not answer, once a call, and end a run that does not notice."""
