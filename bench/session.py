@@ -217,6 +217,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         if previous:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
+        about["guardian"] = guard.about()
         interlocks.watch(journal, interrupts)
         runner.run(
             plan,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.commands.output import console_on, print_json
+from bench.safety.guardian_scope import guardian_scope
 
 _LIBRARIES = (
     "motorbench", "numpy", "scipy", "GTC", "pydantic", "PyVISA", "PyVISA-py", "pyserial", "pymodbus", "python-can",
@@ -16,7 +17,7 @@ _LIBRARIES = (
 
 
 def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
-    """Report versions of libraries, the VISA backends found, serial and CAN devices, and permissions.
+    """Report versions of libraries, the VISA backends found, serial and CAN devices, permissions, and where a guardian would live.
 
     Parameters
     ----------
@@ -33,6 +34,7 @@ def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
         "visa_backends": _backends(),
         "serial_ports": _serial_ports(),
         "can_interfaces": _can_interfaces(),
+        "guardian": guardian_scope().about(),
     }
     found["problems"] = _problems(found, runs)
     if json:
@@ -104,6 +106,7 @@ def _print(found: dict[str, Any]) -> None:
         for name, told in found[key].items():
             console.print(f"  {name}  {told}", markup=False)
     console.print(f"CAN interfaces: {', '.join(found['can_interfaces']) or 'none'}", markup=False)
+    console.print(f"Guardian: {found['guardian']['said']}", markup=False)
     for problem in found["problems"]:
         console.print(f"✗ {problem}", markup=False)
     if not found["problems"]:

@@ -11,6 +11,7 @@ from time import monotonic
 from typing import IO, Any, Protocol
 
 from bench.guardian.charge import BEATS, Charge, decode, encode
+from bench.safety.guardian_scope import Scope
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
 from procedures.text import Text, text
@@ -36,6 +37,9 @@ class Guard(Protocol):
     def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
         """Be told that the run is over and everything off; return what is not well. May be called twice."""
 
+    def about(self) -> Mapping[str, Any] | None:
+        """Return what a run's record says of its guardian at the beginning, None where it has none."""
+
 
 class Unguarded:
     """Stands for a guardian where none is needed: nothing outlives the run's process, or a person does everything."""
@@ -50,6 +54,10 @@ class Unguarded:
         """Have nothing to say."""
         return ()
 
+    def about(self) -> Mapping[str, Any] | None:
+        """Return None: there is no guardian."""
+        return None
+
 
 class GuardianLink:
     """Starts a guardian; nothing is energised before it is ready, nor after it has died or taken the way down.
@@ -58,8 +66,9 @@ class GuardianLink:
     """
 
     def __init__(
-        self, charge: Charge, life: SignsOfLife, interrupts: Interrupts, lifelines: Sequence[int] = ()
+        self, charge: Charge, life: SignsOfLife, interrupts: Interrupts, scope: Scope, lifelines: Sequence[int] = ()
     ) -> None:
+        self._scope = scope
         self._charge = charge
         self._life = life
         self._interrupts = interrupts
@@ -72,10 +81,10 @@ class GuardianLink:
         self._down = False
         self._yielding: float | None = None
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "bench.guardian"],
+            [*scope.prefix, sys.executable, "-P", "-m", "bench.guardian"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+            env={**os.environ, **scope.environment, "PYTHONPATH": str(Path(__file__).parents[2])},
             # Ctrl-C at the terminal is the run's to take, not the guardian's.
             start_new_session=True,
             pass_fds=lifelines,
@@ -124,6 +133,10 @@ class GuardianLink:
                 thread.join()
             self._stdout.close()
         return ()
+
+    def about(self) -> Mapping[str, Any] | None:
+        """Return what a run's record says of its guardian."""
+        return self._scope.about()
 
     def _permit(self) -> None:
         """Return once the guardian is known to watch; raises Interrupted where it does not."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from bench.guardian.charge import Charge
 from bench.guardian.hands import needs_guardian
 from bench.safety.guardian_link import Guard, GuardianLink, Unguarded
+from bench.safety.guardian_scope import guardian_scope
 from bench.safety.interrupts import Interrupts
 from bench.safety.life import SignsOfLife, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
 from bench.surroundings import Place
@@ -50,7 +51,7 @@ def guarded(
         prompts=watched_prompts(where.prompts, life),
         sharing=WatchedSharing(where.sharing, life),
     )
-    guard = GuardianLink(charge, life, interrupts, lifelines)
+    guard = GuardianLink(charge, life, interrupts, guardian_scope(), lifelines)
     try:
         yield watched, guard
     finally:
