@@ -80,7 +80,7 @@ class GuardianLink:
         self._echoed = monotonic()
         self._down = False
         self._yielding: float | None = None
-        self._process = subprocess.Popen(
+        self._process = subprocess.Popen(  # noqa: S603  our own interpreter, by systemd-run's own path
             [*scope.prefix, sys.executable, "-P", "-m", "bench.guardian"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""Where a guardian lives: in a systemd scope of its own, where one can be had, so that the end of the run's control group is not its end."""
+"""Where a guardian lives: in a systemd scope of its own where one can be had, so that it outlives the run's control group."""
 
 import os
 import shutil
@@ -83,7 +83,7 @@ def _managers(environment: Mapping[str, str], booted: Path) -> Iterator[tuple[st
 def _refusal(prefix: Sequence[str], environment: Mapping[str, str], ours: str) -> str:
     """Return why a scope cannot be had by this command, nothing where a process that is started by it gets one."""
     try:
-        tried = subprocess.run(
+        tried = subprocess.run(  # noqa: S603  systemd-run by its own path
             [*prefix, "cat", str(_GROUPS)],
             env=dict(environment),
             stdin=subprocess.DEVNULL,

@@ -34,6 +34,7 @@ from drivers.interfaces.supply import OutputMode, Regulated, Supply
 from drivers.interfaces.switch_matrix import SwitchMatrix
 from drivers.interfaces.tachometer import Tachometer
 from drivers.interfaces.voltmeter import Voltmeter
+from drivers.interfaces.watchdog import Watchdog, Watching, WhenSilent
 
 __all__ = [
     "Accuracy",
@@ -76,5 +77,8 @@ __all__ = [
     "Trigger",
     "Voltmeter",
     "Wanted",
+    "Watchdog",
+    "Watching",
     "Waveform",
+    "WhenSilent",
 ]
