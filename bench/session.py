@@ -31,6 +31,8 @@ from bench.safety.guarding import guarded
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
+from bench.safety.watchdog_relays import relays_ready
+from bench.safety.way_down_items import Do
 from bench.software import software
 from bench.surroundings import Place, place
 from bench.virtual_station import VIRTUAL
@@ -165,6 +167,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             view = view_of(previous.events)
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
         interlocks = leaving.enter_context(interlocks_ready(where.station.interlocks, where.station.source))
+        relays = leaving.enter_context(relays_ready(where.station.watchdog_relays, used, where.station.source))
         folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
         where, guard = leaving.enter_context(
@@ -179,6 +182,8 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         )
         reserve = Reserve(folder.reserve) if how.reserve else None
         journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
+        braked = {item.role for item in where.station.way_down.items if item.do is Do.BRAKE}
+        guard = relays.beside(guard, braked, journal, interrupts)
         journal.listen(view.apply)
         journal.listen(guard.hear)
         journal.listen(interrupts.hear)

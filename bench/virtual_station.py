@@ -15,12 +15,15 @@ Address = str | Mapping[str, str | int]
 
 
 def describe(
-    addresses: Mapping[str, Address], control: str = "", interlocks: Mapping[str, Mapping[str, Any]] | None = None
+    addresses: Mapping[str, Address],
+    control: str = "",
+    interlocks: Mapping[str, Mapping[str, Any]] | None = None,
+    watchdog_relays: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """Return what the station file of a virtual bench at these addresses (by role) would hold.
 
     `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
-    safety contacts are read.
+    safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
     voltage, current = {"kind": "V", "attenuation": 10.0}, {"kind": "A", "attenuation": 10.0}
     options: dict[str, dict[str, Any]] = {
@@ -64,6 +67,11 @@ def describe(
     if interlocks:
         # One computer plays bench and station: its being busy is no open contact.
         made["interlocks"] = {name: {**where, "timeout": 3.0} for name, where in interlocks.items()}
+    if watchdog_relays:
+        made["watchdog_relays"] = {
+            name: {"driver": "beckhoff-bk9000", **where, "watchdog_time": 3.0, "timeout": 1.0}
+            for name, where in watchdog_relays.items()
+        }
     return made
 
 

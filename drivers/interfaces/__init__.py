@@ -35,6 +35,7 @@ from drivers.interfaces.switch_matrix import SwitchMatrix
 from drivers.interfaces.tachometer import Tachometer
 from drivers.interfaces.voltmeter import Voltmeter
 from drivers.interfaces.watchdog import Watchdog, Watching, WhenSilent
+from drivers.interfaces.watchdog_relay import WatchdogRelay
 
 __all__ = [
     "Accuracy",
@@ -78,6 +79,7 @@ __all__ = [
     "Voltmeter",
     "Wanted",
     "Watchdog",
+    "WatchdogRelay",
     "Watching",
     "Waveform",
     "WhenSilent",

@@ -20,6 +20,20 @@ class ModbusInterlockOptions:
     timeout: float = 0.25
 
 
+@dataclass(frozen=True)
+class BeckhoffRelayOptions:
+    """A relay on a Beckhoff Bus Coupler: `output` is its number among the coupler's digital outputs, from 0, of `unit`.
+
+    The coupler takes all its outputs off once it has not been written to for `watchdog_time` (s); a request that is not
+    answered within `timeout` (s) has failed.
+    """
+
+    output: int = 0
+    unit: int = 1
+    watchdog_time: float = 1.0
+    timeout: float = 0.25
+
+
 def communication_watchdog(time: float) -> Watchdog | None:
     """Return the watchdog of a C2000 by its communication time-out (s), None where that is 0."""
     return Watchdog(time, WhenSilent.COAST, "09-02, 09-03") if time else None

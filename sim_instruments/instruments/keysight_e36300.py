@@ -203,6 +203,7 @@ class KeysightE36313A(ScpiInstrument):
             return False
         told = bool(getattr(self._outputs[channel], name))
         if name == "on" and channel == self._wired:
+            told = told and not self._world.supply.inhibited
             return self._world.supply.sticky.shown(told, self._world.supply.is_on)
         return told
 
@@ -226,6 +227,9 @@ class KeysightE36313A(ScpiInstrument):
             supply.set_over_current(
                 output.over_current, output.over_current_delay, from_change=output.over_current_start == "SCH"
             )
+            if supply.inhibited:
+                # As a latched inhibit does: the output must be switched on anew.
+                output.on = False
             if output.on != supply.is_on or output.on != supply.sticky.wanted:
                 supply.switch(output.on)
 
