@@ -10,6 +10,7 @@ from bench.record.recording import Recording, WaveformSink
 from bench.safety.limited import PolePairs
 from bench.safety.limiting import limited
 from bench.safety.limits import Observer, limits_of, nobody
+from bench.safety.watchdogs import watchdog_of
 from drivers.can_bus.buses import CanBuses
 from drivers.in_process import InProcess
 from drivers.interfaces import Clock, Instrument, InstrumentError, Traffic
@@ -133,7 +134,9 @@ class StationInstruments:
                 remedy="See the station file",
             ) from error
         try:
-            self._recorder.event("instrument_opened", **said, identity=instrument.identity)
+            self._recorder.event(
+                "instrument_opened", **said, identity=instrument.identity, watchdog=watchdog_of(instrument)
+            )
         except BaseException:
             # Nobody knows of it yet, so nobody else would close it.
             instrument.close()

@@ -32,6 +32,7 @@ from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
 from bench.safety.watchdog_relays import relays_ready
+from bench.safety.watchdogs import planned_watchdogs
 from bench.safety.way_down_items import Do
 from bench.software import software
 from bench.surroundings import Place, place
@@ -223,6 +224,8 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
         about["guardian"] = guard.about()
+        if where.station.source != VIRTUAL:
+            about["watchdogs"] = [one.as_dict() for one in planned_watchdogs(where.station, used)]
         interlocks.watch(journal, interrupts)
         runner.run(
             plan,

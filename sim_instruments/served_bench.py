@@ -155,7 +155,7 @@ class ServedBench:
         }
 
     async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
-        supply = self.bench.world.supply
+        supply = self.bench.supply
         supply.inhibit(True)
         coupler = Bk9000(lambda closed: supply.inhibit(not closed))
         self._open.callback(coupler.close)

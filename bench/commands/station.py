@@ -14,6 +14,8 @@ from bench.language import language_of, translator
 from bench.record.unrecorded import Unrecorded
 from bench.safety.interlocks import Interlocks, closed
 from bench.safety.latch import Latch
+from bench.safety.watchdog_relays import open_relay
+from bench.safety.watchdogs import armed_watchdogs
 from drivers.interfaces import InstrumentError
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role
@@ -33,7 +35,9 @@ class _Nobody:
 
 
 def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
-    """Open every instrument of a station file, say who answers and whose calibration is overdue; nothing is energised.
+    """Open every instrument of a station file, say who answers, whose calibration is overdue and which watchdogs are armed.
+
+    Nothing is energised.
 
     Parameters
     ----------
@@ -55,24 +59,33 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
         read, plate, SystemClock(), nowhere, nowhere, system_visa(read.visa_library), prompts.get
     )
     contacts = _look_at_contacts(read)
+    relays = _look_at_relays(read)
     try:
         found = {role.value: _look(instruments, entry) for role, entry in read.entries.items()}
+        errors = {role: str(found[role.value]["error"]) for role in read.entries if found[role.value]["error"]}
+        watchdogs = armed_watchdogs(read, instruments.opened(), errors)
     finally:
         closing = instruments.close()
-    good = not closing and all(told["error"] is None for told in (*found.values(), *contacts.values()))
+    looked_at = (*found.values(), *contacts.values(), *relays.values())
+    good = not closing and all(told["error"] is None for told in looked_at)
     if json:
         print_json(
             {
                 "station": read.name,
                 "instruments": found,
                 "interlocks": contacts,
+                "watchdog_relays": relays,
+                "watchdogs": [one.as_dict() for one in watchdogs],
                 "closing": list(closing),
                 "overdue": overdue,
                 "good": good,
             }
         )
     else:
-        _print(read.name, found, contacts, overdue + list(closing))
+        _print(read.name, found, contacts, relays, overdue + list(closing))
+        for one in watchdogs:
+            mark = "!" if one.missing else "✓"
+            console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
     return 0 if good else 1
 
 
@@ -138,7 +151,29 @@ def _look_at_contacts(station: Station) -> dict[str, dict[str, Any]]:
     return told
 
 
-def _print(name: str, found: dict[str, dict[str, Any]], contacts: dict[str, dict[str, Any]], faults: list[str]) -> None:
+def _look_at_relays(station: Station) -> dict[str, dict[str, Any]]:
+    told: dict[str, dict[str, Any]] = {}
+    for entry in station.watchdog_relays:
+        about: dict[str, Any] = {"address": entry.address, "picked_up": None, "error": None}
+        told[entry.name] = about
+        try:
+            relay = open_relay(entry)
+            try:
+                about["picked_up"] = relay.picked_up()
+            finally:
+                relay.close()
+        except InstrumentError as error:
+            about["error"] = str(error)
+    return told
+
+
+def _print(
+    name: str,
+    found: dict[str, dict[str, Any]],
+    contacts: dict[str, dict[str, Any]],
+    relays: dict[str, dict[str, Any]],
+    faults: list[str],
+) -> None:
     console = console_on(sys.stdout)
     console.print(name, style="bold", markup=False)
     if not found:
@@ -150,6 +185,11 @@ def _print(name: str, found: dict[str, dict[str, Any]], contacts: dict[str, dict
     for contact, told in contacts.items():
         mark, words = ("✓", "closed") if told["error"] is None else ("✗", told["error"])
         console.print(f"  {mark} {contact:<18}{'interlock':<24}{told['address']}", markup=False)
+        console.print(f"      {words}", markup=False)
+    for relay, told in relays.items():
+        state = "picked up" if told["picked_up"] else "dropped out"
+        mark, words = ("✓", state) if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {relay:<18}{'watchdog relay':<24}{told['address']}", markup=False)
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)

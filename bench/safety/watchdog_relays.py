@@ -130,7 +130,7 @@ class RelayedGuard:
         self._guard.hear(kind, data)
         if kind in ("energising", "commanding"):
             for relay in self._relays:
-                if data.get("instrument") in relay.roles:
+                if data.get("instrument") in {role.value for role in relay.roles}:
                     relay.pick_up(self._recorder, self._interrupts)
 
     def going_down(self) -> None:

@@ -6,7 +6,7 @@ digital outputs are coils from 0. The watchdog begins with the first telegram th
 
 from contextlib import suppress
 
-from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog, WhenSilent
+from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog
 from drivers.limits import check_setpoint
 from drivers.modbus.line import ModbusLine, open_line
 from drivers.modbus.options import BeckhoffRelayOptions
@@ -44,7 +44,7 @@ class BeckhoffRelay:
     @property
     def watchdog(self) -> Watchdog:
         """The coupler's watchdog."""
-        return Watchdog(self._options.watchdog_time, WhenSilent.CONTACT_OPENS, "0x1120, 0x1122")
+        return self._options.watchdog
 
     def picked_up(self) -> bool:
         """Return whether the output is on; a coupler whose watchdog has run out has none on."""

@@ -33,6 +33,11 @@ class BeckhoffRelayOptions:
     watchdog_time: float = 1.0
     timeout: float = 0.25
 
+    @property
+    def watchdog(self) -> Watchdog:
+        """The coupler's watchdog, as it is armed before the relay picks up."""
+        return Watchdog(self.watchdog_time, WhenSilent.CONTACT_OPENS, "0x1120, 0x1122")
+
 
 def communication_watchdog(time: float) -> Watchdog | None:
     """Return the watchdog of a C2000 by its communication time-out (s), None where that is 0."""

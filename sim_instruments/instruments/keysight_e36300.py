@@ -108,6 +108,14 @@ class KeysightE36313A(ScpiInstrument):
             supply.set_over_current(False)
         self._apply()
 
+    def inhibit(self, inhibited: bool) -> None:
+        """Take all outputs off by the inhibit input, latched: allowed again, they stay off until they are switched on anew."""
+        with self._world.lock:
+            if inhibited:
+                for output in self._outputs.values():
+                    output.on = False
+            self._world.supply.inhibit(inhibited)
+
     def _add_commands(self) -> None:
         add = self.tree.add
         level = "[:LEVel][:IMMediate][:AMPLitude]"
@@ -227,9 +235,6 @@ class KeysightE36313A(ScpiInstrument):
             supply.set_over_current(
                 output.over_current, output.over_current_delay, from_change=output.over_current_start == "SCH"
             )
-            if supply.inhibited:
-                # As a latched inhibit does: the output must be switched on anew.
-                output.on = False
             if output.on != supply.is_on or output.on != supply.sticky.wanted:
                 supply.switch(output.on)
 

@@ -133,7 +133,7 @@ def test_an_output_that_does_not_follow(server: TcpServer, coupler: Coupler) -> 
     with pytest.raises(ReportedError, match="output 0 stays off"):
         relay.pick_up()
     coupler.coils[0] = True
-    with pytest.raises(ReportedError, match="output 0 stays on.*Press the emergency stop"):
+    with pytest.raises(ReportedError, match=r"output 0 stays on.*Press the emergency stop"):
         relay.drop_out()
     relay.close()
 
