@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 from bench.files.station import Entry, Station
 from bench.record.errors import RecordError
 from bench.record.recording import Recording, WaveformSink
+from bench.safety.calls import CallWatches
 from bench.safety.limited import PolePairs
 from bench.safety.limiting import limited
 from bench.safety.limits import Observer, limits_of, nobody
 from bench.safety.watchdogs import watchdog_of
 from drivers.can_bus.buses import CanBuses
 from drivers.in_process import InProcess
-from drivers.interfaces import Clock, Instrument, InstrumentError, Traffic
+from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
 from drivers.manual.prompt import Prompt
 from drivers.registry import Surroundings
 from procedures.bench import Recorder, Role
@@ -32,7 +33,7 @@ class StationInstruments:
     `visa` makes the VISA resource manager when the first VISA instrument is opened; `in_process` opens the addresses that
     a bench in this process has. With `trace`, every exchange of the drivers is an event too. Nobody gets an instrument
     without the motor's and the station's limits in front of it; `pole_pairs` gives what is known of them, `observe` hears
-    every set point.
+    every set point, `calls` watches over each exchange.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class StationInstruments:
         trace: bool = False,
         pole_pairs: PolePairs | None = None,
         observe: Observer = nobody,
+        calls: CallWatches | None = None,
     ) -> None:
         self._station = station
         self._nameplate = nameplate
@@ -60,6 +62,7 @@ class StationInstruments:
         self._trace = trace
         self._pole_pairs = pole_pairs or (lambda: nameplate.pole_pairs)
         self._observe = observe
+        self._calls = calls
         self._visa: ResourceManager | None = None
         self._in_process = in_process
         self._can_buses = CanBuses(in_process)
@@ -119,6 +122,7 @@ class StationInstruments:
             self._manager,
             self._prompts(entry.role),
             self._traffic(entry.role) if self._trace else None,
+            self._calls.of(entry.role) if self._calls else UNWATCHED,
             self._can_buses,
             self._in_process,
         )

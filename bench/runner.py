@@ -77,30 +77,17 @@ class Runner:
         `unsafe_before` says that an earlier session may have left something on: it is switched off before all else.
         """
         started, bench_started = monotonic(), self.clock.now()
+        self.journal.listen(self.interrupts.hear)
         status, causes = "completed", list[str]()
         with self.interrupts.raising():
             try:
-                self.journal.event(begin, **about)
-                self.interrupts.raise_if_requested()
-                bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
-                for notice in warnings:
-                    self._tell("", notice)
-                left = [planned for planned in plan if planned.name in repeat or planned.name not in self.view.finished]
-                if unsafe_before:
-                    self._secure(left)
-                for planned in left:
-                    if not self._shares(planned):
-                        self._foresee(bench, planned)
-                for planned in left:
-                    attempt = self._procedure(bench, planned)
-                    while (follows := after(attempt)) is Next.AGAIN:
-                        attempt = self._procedure(bench, planned)
-                    if attempt.error is not None:
-                        status = "failed"
-                        causes.append(f"{planned.name}: {attempt.cause}")
-                    if follows is Next.STOP:
-                        break
-                self._check_consistency()
+                try:
+                    status = self._measure(
+                        plan, begin, about, after, repeat, warnings, causes, unsafe_before=unsafe_before
+                    )
+                finally:
+                    # From here on no request to stop is raised any more.
+                    self.interrupts.shutdown_begins()
             except (Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
                 causes.append(_interruption(stop, self.translate))
@@ -108,13 +95,51 @@ class Runner:
                 status = "failed"
                 causes.append(message(error, self.translate))
             finally:
-                with self.interrupts.held_back():
-                    unsafe = self._down(causes)
-                    causes += unsafe
-                    if unsafe and status == "completed":
-                        status = "failed"
-                    self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
+                unsafe = self._down(causes)
+                causes += unsafe
+                if unsafe and status == "completed":
+                    status = "failed"
+                self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
         return self.view
+
+    def _measure(
+        self,
+        plan: Sequence[Planned],
+        begin: str,
+        about: Mapping[str, Any],
+        after: After,
+        repeat: Collection[str],
+        warnings: Sequence[Notice],
+        causes: list[str],
+        *,
+        unsafe_before: bool,
+    ) -> str:
+        """Do what is planned; return the status, and put into `causes` why a procedure failed."""
+        status = "completed"
+        self.journal.event(begin, **about)
+        self.interrupts.check()
+        bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
+        for notice in warnings:
+            self._tell("", notice)
+        left = [planned for planned in plan if planned.name in repeat or planned.name not in self.view.finished]
+        if unsafe_before:
+            self._secure(left)
+        for planned in left:
+            if not self._shares(planned):
+                self._foresee(bench, planned)
+        for planned in left:
+            attempt = self._procedure(bench, planned)
+            while (follows := after(attempt)) is Next.AGAIN:
+                attempt = self._procedure(bench, planned)
+            if attempt.error is not None:
+                status = "failed"
+                causes.append(f"{planned.name}: {attempt.cause}")
+            if follows is Next.STOP:
+                break
+        self._check_consistency()
+        # One that was swallowed is no reason to call the run complete.
+        self.interrupts.check()
+        return status
 
     def _secure(self, left: Sequence[Planned]) -> None:
         """Bring what is still needed to its harmless state; hands must not touch what was left on."""
@@ -145,6 +170,7 @@ class Runner:
 
     def _procedure(self, bench: Bench, planned: Planned) -> Attempt:
         """Make one attempt."""
+        self.interrupts.check()
         procedure = planned.procedure(bench, self.nameplate, planned.settings, self.view.parameters().parameters)
         values = procedure.step_values()
         self.journal.event(

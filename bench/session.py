@@ -27,6 +27,7 @@ from bench.record.unrecorded import Unrecorded
 from bench.record.waveforms import WaveformFolder
 from bench.resume import begun, check_identities, check_unchanged, left_unsafe
 from bench.runner import Runner
+from bench.safety.calls import CallWatches
 from bench.safety.guarding import guarded
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
@@ -171,12 +172,18 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         relays = leaving.enter_context(relays_ready(where.station.watchdog_relays, used, where.station.source))
         folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         where.announce(folder.path)
+        calls = CallWatches(
+            interrupts,
+            {role: entry.reply_time for role, entry in where.station.entries.items()},
+            interruptible=where.in_process is None,
+        )
         where, guard = leaving.enter_context(
             guarded(
                 where,
                 used - where.sharing.roles,
                 folder.path,
                 interrupts,
+                calls,
                 wanted=wishes.guardian,
                 lifelines=how.lifelines,
             )
@@ -186,8 +193,8 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         braked = {item.role for item in where.station.way_down.items if item.do is Do.BRAKE}
         guard = relays.beside(guard, braked, journal, interrupts)
         journal.listen(view.apply)
+        journal.listen(calls.hear)
         journal.listen(guard.hear)
-        journal.listen(interrupts.hear)
         journal.listen(where.operator_hears)
         where.listen_to_faults(recording(journal))
         journal.listen(StepTeller(where.step_started).hear)
@@ -204,6 +211,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             in_process=where.in_process,
             trace=wishes.trace,
             pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
+            calls=calls,
         )
         where.equip(instruments.available())
         runner = Runner(

@@ -148,7 +148,7 @@ def place_at(
     if answers is not None:
         yield _replayed(read, answers)
         return
-    by_hand = _by_hand(read, motor, console, language)
+    by_hand = _by_hand(read, motor, console, language, interrupts)
     yield with_fixture(by_hand, lambda: read.fixture.winding_temperature) if operator == "fixture" else by_hand
 
 
@@ -196,7 +196,7 @@ def _at_panel(station: Station, seed: int, interrupts: Interrupts, faults: "Sequ
         with _served(station, seed, faults) as made, _watched(made, "panel", interrupts) as watched:
             yield watched
         return
-    with closing(DistantOperator(interrupts.request)) as person:
+    with closing(DistantOperator(interrupts)) as person:
         yield Place(
             station,
             SystemClock(),
@@ -217,15 +217,15 @@ def _watched(made: Place, operator: str, interrupts: Interrupts) -> Iterator[Pla
         return
     from bench.operators.distant import DistantOperator
 
-    with closing(DistantOperator(interrupts.request, made.operator)) as person:
+    with closing(DistantOperator(interrupts, made.operator)) as person:
         yield replace(made, operator=person, announce=person.line.announce)
 
 
-def _by_hand(station: Station, motor: MotorFile, console: "Console", language: str) -> Place:
+def _by_hand(station: Station, motor: MotorFile, console: "Console", language: str, interrupts: Interrupts) -> Place:
     from bench.operators.terminal import TerminalOperator, TerminalPrompt
 
     templates = catalogue(language)
-    person = TerminalOperator(console, translator(language), motor.nameplate.wire_colours)
+    person = TerminalOperator(console, translator(language), motor.nameplate.wire_colours, interrupts=interrupts)
     return Place(
         station,
         SystemClock(),

@@ -8,7 +8,9 @@ from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.options import Cia402Options, Cia402RotorActuatorOptions, Cia402SixStepOptions
 from drivers.in_process import InProcess
 from drivers.interfaces import (
+    UNWATCHED,
     BldcDrive,
+    Calls,
     Clock,
     Dynamometer,
     Instrument,
@@ -60,6 +62,8 @@ if TYPE_CHECKING:
     from drivers.can_bus.opening import Opener
 
 MANUAL = "manual"
+#: How long (s) an energised instrument may take to answer unless its driver or the station says otherwise.
+REPLY_TIME = 0.7
 OptionsT = TypeVar("OptionsT")
 InstrumentT = TypeVar("InstrumentT")
 
@@ -68,16 +72,17 @@ InstrumentT = TypeVar("InstrumentT")
 class Surroundings:
     """What drivers are handed: the bench's clock, and for those that need it a VISA manager or a way to the person.
 
-    `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA. Instruments on
-    one CAN bus that are handed the same `can_buses` share the connection to it. `in_process` opens the addresses of
-    instruments that this process itself plays. With `guarding`, a second process holds the connection for the way down
-    only: nothing that the first one could notice is asked when it is opened.
+    `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA. `calls` watches over each
+    exchange. Instruments on one CAN bus that are handed the same `can_buses` share the connection to it. `in_process` opens
+    the addresses of instruments that this process itself plays. With `guarding`, a second process holds the connection for
+    the way down only: nothing that the first one could notice is asked when it is opened.
     """
 
     clock: Clock
     visa: "Callable[[], ResourceManager] | None" = None
     prompt: Prompt | None = None
     traffic: Traffic | None = None
+    calls: Calls = UNWATCHED
     can_buses: CanBuses = field(default_factory=CanBuses)
     in_process: InProcess | None = None
     guarding: bool = False
@@ -101,13 +106,16 @@ _Opened = Callable[[str, Any, Surroundings, str], InstrumentT]
 
 @dataclass(frozen=True)
 class Driver:
-    """One driver in one role: its options' class, and how it is opened."""
+    """One driver in one role: its options' class, how it is opened, and how long (s) its instrument may take to answer while it is
+    energised.
+    """
 
     name: str
     role: Role
     options: type[Any]
     needs_address: bool
     opener: _Opened[Instrument]
+    reply_time: float = REPLY_TIME
 
     def open(self, address: str, options: object, surroundings: Surroundings, *, name: str = "") -> Instrument:
         """Open the instrument at an address; `name` stands for it in messages, its role when empty.
@@ -135,21 +143,32 @@ def find(name: str, role: Role) -> Driver:
 def _open_e4980a(address: str, options: E4980AOptions, given: Surroundings, name: str) -> LcrMeter:
     from drivers.visa.keysight_e4980a import open_keysight_e4980a
 
-    return open_keysight_e4980a(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+    return open_keysight_e4980a(
+        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, calls=given.calls
+    )
 
 
 def _open_e36300(address: str, options: E36300Options, given: Surroundings, name: str) -> Supply:
     from drivers.visa.keysight_e36300 import open_keysight_e36300
 
     return open_keysight_e36300(
-        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, guarding=given.guarding
+        address,
+        given.manager(),
+        given.clock,
+        options,
+        name=name,
+        traffic=given.traffic,
+        calls=given.calls,
+        guarding=given.guarding,
     )
 
 
 def _open_infiniivision(address: str, options: InfiniiVisionOptions, given: Surroundings, name: str) -> Oscilloscope:
     from drivers.visa.keysight_infiniivision import open_keysight_infiniivision
 
-    return open_keysight_infiniivision(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+    return open_keysight_infiniivision(
+        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, calls=given.calls
+    )
 
 
 def _open_delta_dyn200(address: str, options: DeltaDyn200Options, given: Surroundings, name: str) -> Dynamometer:
@@ -161,6 +180,7 @@ def _open_delta_dyn200(address: str, options: DeltaDyn200Options, given: Surroun
         options,
         name=name,
         traffic=given.traffic,
+        calls=given.calls,
         in_process=given.in_process,
         guarding=given.guarding,
     )
@@ -170,7 +190,7 @@ def _open_lutron(address: str, options: LutronTachometerOptions, given: Surround
     from drivers.serial_line.lutron_tachometer import open_lutron_tachometer
 
     return open_lutron_tachometer(
-        address, given.clock, options, name=name, traffic=given.traffic, in_process=given.in_process
+        address, given.clock, options, name=name, traffic=given.traffic, calls=given.calls, in_process=given.in_process
     )
 
 
@@ -183,6 +203,7 @@ def _on_can(
         options,
         name=name,
         traffic=given.traffic,
+        calls=given.calls,
         buses=given.can_buses,
         guarding=given.guarding,
     )
@@ -203,14 +224,23 @@ def _open_six_step(address: str, options: Cia402SixStepOptions, given: Surroundi
 def _open_34461a(address: str, options: Keysight34461AOptions, given: Surroundings, name: str) -> Voltmeter:
     from drivers.visa.keysight_34461a import open_keysight_34461a
 
-    return open_keysight_34461a(address, given.manager(), given.clock, options, name=name, traffic=given.traffic)
+    return open_keysight_34461a(
+        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, calls=given.calls
+    )
 
 
 def _open_34970a(address: str, options: Keysight34970AOptions, given: Surroundings, name: str) -> SwitchMatrix:
     from drivers.visa.keysight_34970a import open_keysight_34970a
 
     return open_keysight_34970a(
-        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, guarding=given.guarding
+        address,
+        given.manager(),
+        given.clock,
+        options,
+        name=name,
+        traffic=given.traffic,
+        calls=given.calls,
+        guarding=given.guarding,
     )
 
 
@@ -226,7 +256,14 @@ def _open_gpt9800(address: str, options: Gpt9800Options, given: Surroundings, na
     from drivers.visa.gwinstek_gpt9800 import open_gwinstek_gpt9800
 
     return open_gwinstek_gpt9800(
-        address, given.manager(), given.clock, options, name=name, traffic=given.traffic, guarding=given.guarding
+        address,
+        given.manager(),
+        given.clock,
+        options,
+        name=name,
+        traffic=given.traffic,
+        calls=given.calls,
+        guarding=given.guarding,
     )
 
 

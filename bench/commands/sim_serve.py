@@ -83,10 +83,12 @@ def serve(
     logging.getLogger().addHandler(logging.NullHandler())
     try:
         more = {"six_step": read.six_step, "fixture": fixture, "watchdog_relay": watchdog_relay}
-        with Interrupts().raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
+        interrupts = Interrupts()
+        with interrupts.raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
             inject(given, bench.bench.injector.add)
             _tell(bench, told, station_file, json, seed)
-            threading.Event().wait()
+            with interrupts.waiting():
+                threading.Event().wait()
     except Interrupted:
         # That is how serving ends.
         return

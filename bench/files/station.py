@@ -25,7 +25,7 @@ from procedures.result import Notice
 from procedures.text import text
 
 #: Keys of an instrument's table that are not its driver's.
-_COMMON = ("driver", "address", "name")
+_COMMON = ("driver", "address", "name", "reply_time")
 
 
 class _Station(Section):
@@ -43,6 +43,7 @@ class _Instrument(Section):
     driver: str = Field(description="the driver's name, text in quotes")
     address: str = ""
     name: str = ""
+    reply_time: float | None = Field(default=None, ge=0.1, le=10.0, json_schema_extra={"unit": "s"})
 
 
 class GuardianSection(Section):
@@ -70,7 +71,10 @@ class _File(Section):
 
 @dataclass(frozen=True)
 class Entry:
-    """One instrument of a station: `name` stands for it in messages, `limits` are the station's, by key (SI units)."""
+    """One instrument of a station: `name` stands for it in messages, `limits` are the station's, by key (SI units).
+
+    While it is energised it has `reply_time` (s) for an answer.
+    """
 
     role: Role
     driver: registry.Driver
@@ -79,6 +83,7 @@ class Entry:
     name: str
     calibration: Calibration | None = None
     limits: Mapping[str, float] = field(default_factory=dict)
+    reply_time: float = registry.REPLY_TIME
 
 
 @dataclass(frozen=True)
@@ -201,4 +206,5 @@ def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
             )
         )
     options = read_options(driver.options, given, source, prefix)
-    return Entry(role, driver, common.address, options, common.name or role.value, calibrated, limits)
+    name, reply_time = common.name or role.value, common.reply_time or driver.reply_time
+    return Entry(role, driver, common.address, options, name, calibrated, limits, reply_time)

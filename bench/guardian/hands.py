@@ -24,8 +24,8 @@ _ALSO = (Role.LCR_METER, Role.SWITCH_MATRIX)
 _SHARED_CAN = ("socketcan", "udp_multicast")
 #: How long (s) the list waits for an instrument before it goes on with the others.
 _PATIENCE = 0.2
-#: How long (s) it waits for one that does not answer before it leaves it to itself.
-_LONGEST = 3.0
+#: How long (s) it waits for one that does not answer before it leaves it to itself; a run that is helped misses its answers meanwhile.
+_LONGEST, _LONGEST_HELPING = 3.0, 0.8
 
 
 class GuardedInstruments:
@@ -70,18 +70,28 @@ class GuardedInstruments:
         """Return the roles whose connection stands."""
         return [role.value for role, deferred in self._guarded.items() if deferred.is_open]
 
-    def walk(self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False) -> list[Outcome]:
-        """Do these items, each whatever becomes of the others; with `hurry`, those that measure look once."""
+    def walk(
+        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    ) -> list[Outcome]:
+        """Do these items, each whatever becomes of the others; with `hurry`, those that measure look once.
+
+        With `helping`, the run does the same, and nobody waits long.
+        """
         hurrying = threading.Event()
         if hurry:
             hurrying.set()
         instruments = {role: cast("Instrument", deferred) for role, deferred in self._guarded.items()}
         return WayDown(items).walk(
-            instruments, recorder, self._clock, hurry=hurrying, patience=_PATIENCE, longest=_LONGEST
+            instruments,
+            recorder,
+            self._clock,
+            hurry=hurrying,
+            patience=_PATIENCE,
+            longest=_LONGEST_HELPING if helping else _LONGEST,
         )
 
     def _open(self, entry: Entry) -> Instrument:
-        given = Surroundings(self._clock, self._manager, None, None, self._can_buses, guarding=True)
+        given = Surroundings(self._clock, self._manager, can_buses=self._can_buses, guarding=True)
         return entry.driver.open(entry.address, entry.options, given, name=entry.name)
 
     def _manager(self) -> "ResourceManager":

@@ -14,6 +14,8 @@ from procedures.bench import Recorder, Role
 
 #: A run that is ending a block after an error, or was told of an open interlock, may take so long (s) itself.
 _GRACE = 0.4
+#: A run that was told to stop must have begun its shutdown within this time (s).
+_BEGIN = 0.5
 #: A run that has woken up must be on its way down within this time (s).
 _WAKE = 5.0
 #: What was switched off is switched off again every so often (s), as long as the run might still wake up.
@@ -31,7 +33,9 @@ class Hands(Protocol):
     def items(self) -> tuple[Item, ...]:
         """What is on the way down."""
 
-    def walk(self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False) -> list[Outcome]:
+    def walk(
+        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    ) -> list[Outcome]:
         """Do these items."""
 
 
@@ -54,6 +58,7 @@ class Watch:
         self._unread: list[dict[str, Any]] = []
         self._gone = self._done = False
         self._ending: float | None = None
+        self._stopped: tuple[str, float] | None = None
         self._cause = ""
         self._helping = self._alarmed = False
         self._busy: set[Role] = set()
@@ -81,15 +86,16 @@ class Watch:
         last = monotonic()
         while True:
             due = last + self._heartbeat
-            planned = due if self._ending is None else min(due, self._ending)
+            planned = min(due, self._ending or due, self._stopped[1] if self._stopped else due)
             messages = self._hear(planned)
             woke = monotonic()
             if any("beat" in message for message in messages):
                 last = woke
             elif woke - planned > _LATE:
                 last = max(last, woke - self._heartbeat + _LATE)
-            for message in messages:
+            for number, message in enumerate(messages):
                 if cause := self._take(message):
+                    self._unread = messages[number + 1 :]
                     return cause
             if self._done:
                 return ""
@@ -97,6 +103,9 @@ class Watch:
                 return "the run's process has died"
             if woke >= last + self._heartbeat:
                 return f"no heartbeat for {self._heartbeat:g} s"
+            if self._stopped and monotonic() >= self._stopped[1]:
+                by, self._stopped, self._ending = self._stopped[0], None, None
+                return f"the run has not begun its shutdown {_BEGIN:g} s after it was requested by {by}"
             if self._ending is not None and monotonic() >= self._ending:
                 self._ending, self._helping = None, not self._cause
                 return self._cause or f"what was energised is not off {_GRACE:g} s after an error"
@@ -112,8 +121,13 @@ class Watch:
         elif "ended" in message:
             # An alarm is only answered by the whole way down.
             self._ending = self._ending if self._alarmed else None
+        elif "stop" in message:
+            self._stopped = (str(message["stop"]), monotonic() + _BEGIN)
+        elif "unanswered" in message:
+            self._helping = True
+            return str(message["unanswered"])
         elif "down" in message:
-            self._ending = None
+            self._ending = self._stopped = None
         elif "done" in message:
             self._done = True
             if message.get("journal") is False:
@@ -127,7 +141,7 @@ class Watch:
         if not helped:
             self._say({"took": cause})
         complain(f"takes the way down: {cause}")
-        outcomes = self._hands.walk(self._commands(), self._record)
+        outcomes = self._hands.walk(self._commands(), self._record, helping=helped)
         failed = failures(outcomes)
         self._busy = {outcome.item.role for outcome in outcomes if outcome.pending}
         self._record.event("walked", seconds=monotonic() - begun, failed=failed)

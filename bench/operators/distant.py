@@ -10,24 +10,25 @@ from typing import Any
 from bench.errors import said_by
 from bench.operators.line import OperatorLine
 from bench.record.stored_result import store_text
-from bench.safety.interrupts import Interrupted
+from bench.safety.interrupts import Interrupted, Interrupts
 from procedures.actions import Action, EnterReading, MarkRestPositions, Mend
 from procedures.bench import Operator
 from procedures.text import Text, text
 
-#: Waiting is cut into slices (s), so that signals are heard.
-_SLICE = 0.2
+#: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
+_SLICE = 0.05
 
 
 class DistantOperator:
     """Asks whoever listens on the run's line, and waits.
 
-    `hands` perform what a person confirms where the bench is a virtual one, and read what is to be read. `stop` ends the
-    run. Where nobody has watched for `patience` (s), the run ends too: nothing stays energised before an empty chair.
+    `hands` perform what a person confirms where the bench is a virtual one, and read what is to be read. An abort is a request to
+    stop made of `interrupts`. Where nobody has watched for `patience` (s), the run ends too: nothing stays energised before
+    an empty chair.
     """
 
-    def __init__(self, stop: Callable[[Text], None], hands: Operator | None = None, *, patience: float = 60.0) -> None:
-        self._stop = stop
+    def __init__(self, interrupts: Interrupts, hands: Operator | None = None, *, patience: float = 60.0) -> None:
+        self._interrupts = interrupts
         self._hands = hands
         self._patience = patience
         self._condition = threading.Condition()
@@ -116,6 +117,7 @@ class DistantOperator:
                 while not self._given:
                     if self._closed.is_set():
                         raise Interrupted(text("the panel's line, which was taken down"))
+                    self._interrupts.check()
                     self._condition.wait(_SLICE)
                 return self._given[0]
         finally:
@@ -126,7 +128,7 @@ class DistantOperator:
     def _hear(self, message: Mapping[str, Any]) -> Text | None:
         self._watched = monotonic()
         if "abort" in message:
-            self._stop(text("{person} at the panel", person=message["abort"] or text("a person")))
+            self._interrupts.request(text("{person} at the panel", person=message["abort"] or text("a person")))
             return None
         if "answer" not in message:
             return None if message.get("watching") else text("there are answer, abort and watching")
@@ -147,7 +149,7 @@ class DistantOperator:
         while not self._closed.wait(min(1.0, self._patience / 4.0)):
             alone = monotonic() - self._watched
             if alone > self._patience:
-                self._stop(text("an empty chair: no panel has watched for {time:.0f} s", time=alone))
+                self._interrupts.request(text("an empty chair: no panel has watched for {time:.0f} s", time=alone))
                 return
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from bench.phrasebook import translate_said
-from bench.safety.interrupts import Interrupted
+from bench.safety.interrupts import Interrupted, Interrupts
 from procedures.actions import Action, EnterReading, MarkRestPositions, Mend
 from procedures.text import Text, Translate, text
 
@@ -22,6 +22,7 @@ class TerminalOperator:
     """Prints each action in the reader's language and waits; readings are asked again until they make sense.
 
     `ask` shows a question and returns the line typed (default: the terminal). `colours` are the motor's wires.
+    A question ends when a stop is requested of `interrupts`.
     """
 
     def __init__(
@@ -30,11 +31,14 @@ class TerminalOperator:
         translate: Translate,
         colours: Mapping[str, str],
         ask: Callable[[str], str] | None = None,
+        *,
+        interrupts: Interrupts | None = None,
     ) -> None:
         self._console = console
         self._translate = translate
         self._colours = colours
         self._ask = ask or self._typed
+        self._interrupts = interrupts or Interrupts()
 
     def perform(self, action: Action) -> object:
         """Say what to do and wait until it is done; return the reading typed, or the angles in rad."""
@@ -102,7 +106,8 @@ class TerminalOperator:
     def _typed(self, question: str) -> str:
         # The question goes where the console writes: with --json the standard output carries the result alone.
         self._console.print(_plain(question), end="")
-        line = sys.stdin.readline()
+        with self._interrupts.waiting():
+            line = sys.stdin.readline()
         if not line:
             raise EOFError
         return line

@@ -1,9 +1,13 @@
 """Who may open the panel from a network: people with hashed passwords, in a file that a command makes."""
 
 import asyncio
+import math
 import os
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,13 +17,17 @@ from bench.errors import InputError, UsageError
 from bench.files.toml_file import Section, read, validate
 from bench.files.toml_text import toml_text
 from bench.panel.sessions import Right
+from bench.panel.throttle import LoginThrottle, network_of
 from procedures.text import text
 
 _NAME = re.compile(r"[\w.-]{1,64}")
 #: A password that is tried by hand is not found out; one by a program should not be either.
 _SHORTEST = 10
-#: What a wrong password costs (s).
-_PENALTY = 1.0
+#: Passwords that are computed at the same time, each in 64 MiB of memory; all others wait in turn.
+_AT_ONCE = 2
+#: Tries at one account from one address that may be under way, and tries in all.
+_OF_ONE = 2
+_OF_ALL = 64
 
 
 class _Person(Section):
@@ -39,13 +47,23 @@ class Person:
     hashed: str
 
 
+class TooManyTriesError(Exception):
+    """A try at logging in that was not looked at; `wait` is the time (s) after which the next one will be."""
+
+    def __init__(self, wait: float) -> None:
+        self.wait = max(1, math.ceil(wait))
+        super().__init__(f"too many tries; the next one in {self.wait} s")
+
+
 class Access:
     """The people of a file. Raises InputError for a file that is not right."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, throttle: LoginThrottle | None = None) -> None:
         self.path = path
         self._people = load_people(path)
-        self._waiting = asyncio.Lock()
+        self._throttle = throttle or LoginThrottle()
+        self._under_way: Counter[tuple[str, str]] = Counter()
+        self._computing = ThreadPoolExecutor(_AT_ONCE, thread_name_prefix="password")
         if not self._people:
             raise InputError(
                 text(
@@ -54,22 +72,52 @@ class Access:
                 )
             )
 
-    async def check(self, name: str, password: str) -> Person | None:
-        """Return the person if name and password are right; guessing is slow, one guess at a time."""
-        from argon2 import PasswordHasher
-        from argon2.exceptions import InvalidHashError, VerificationError
+    async def check(self, name: str, password: str, address: str) -> Person | None:
+        """Return the person if name and password are right; `address` is where they come from.
 
-        async with self._waiting:
+        Raises TooManyTriesError where this address has guessed wrong too often, or too much is under way.
+        """
+        # What nobody can be called needs no entry of its own.
+        name = name if _NAME.fullmatch(name) else ""
+        wait = self._throttle.wait(name, address)
+        if wait > 0.0:
+            raise TooManyTriesError(wait)
+        slowness = self._throttle.slowness(name, address)
+        with self._counted(name, "" if slowness else network_of(address)):
+            await asyncio.sleep(slowness)
             person = self._people.get(name)
             # An unknown name takes as long as a wrong password.
             hashed = person.hashed if person else next(iter(self._people.values())).hashed
-            try:
-                await asyncio.to_thread(PasswordHasher().verify, hashed, password)
-            except (VerificationError, InvalidHashError):
-                person = None
-            if person is None:
-                await asyncio.sleep(_PENALTY)
-            return person
+            loop = asyncio.get_running_loop()
+            right = await loop.run_in_executor(self._computing, _is_right, hashed, password)
+        if person is None or not right:
+            self._throttle.failed(name, address)
+            return None
+        self._throttle.succeeded(name, address)
+        return person
+
+    @contextmanager
+    def _counted(self, name: str, network: str) -> Iterator[None]:
+        key = (name, network)
+        if self._under_way[key] >= _OF_ONE or self._under_way.total() >= _OF_ALL:
+            raise TooManyTriesError(1.0)
+        self._under_way[key] += 1
+        try:
+            yield
+        finally:
+            self._under_way[key] -= 1
+            if not self._under_way[key]:
+                del self._under_way[key]
+
+
+def _is_right(hashed: str, password: str) -> bool:
+    from argon2 import PasswordHasher
+    from argon2.exceptions import InvalidHashError, VerificationError
+
+    try:
+        return PasswordHasher().verify(hashed, password)
+    except (VerificationError, InvalidHashError):
+        return False
 
 
 def load_people(path: Path) -> Mapping[str, Person]:

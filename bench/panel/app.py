@@ -1,16 +1,17 @@
 """The web application: sessions by cookie, pages by path, the panel's state behind them."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
-from nicegui import app, ui
-from starlette.middleware.base import BaseHTTPMiddleware
+from nicegui import app, core, ui
+from nicegui.client import templates
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
 
 from bench.errors import InputError
 from bench.panel.access import Access
+from bench.panel.content_policy import mark_scripts
+from bench.panel.gate import Gate
+from bench.panel.hosts import AllowedHosts
 from bench.panel.line_records import Choice, serial_numbers
 from bench.panel.pages.frame import frame
 from bench.panel.pages.history import compare_page, history_page
@@ -21,33 +22,22 @@ from bench.panel.pages.run import run_page
 from bench.panel.pages.start import start_page
 from bench.panel.pages.statistics import statistics_page
 from bench.panel.panel import Panel
-from bench.panel.sessions import Right, Session, Sessions
+from bench.panel.sessions import Session
+from bench.panel.socket_guard import SocketGuard
 from procedures.text import text
 
 #: Longest wait (s) for the words of procedures; a page that takes longer than 3 s is none.
 _WORDS = 2.0
-_OPEN = ("/login", "/_nicegui")
 
 
-def build(panel: Panel, access: Access | None) -> None:
+def build(panel: Panel, hosts: AllowedHosts, access: Access | None) -> None:
     """Register the pages; with `access`, everything but the login asks who is there."""
-
-    class Knowing(BaseHTTPMiddleware):
-        async def dispatch(self, request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
-            session = panel.sessions.find(request.cookies.get(Sessions.COOKIE))
-            fresh = session is None and access is None
-            if fresh:
-                language = "zh" if request.cookies.get("motorbench_language") == "zh" else "en"
-                session = panel.sessions.open(Right.ENGINEER, language=language)
-            if session is None and not request.url.path.startswith(_OPEN):
-                return RedirectResponse("/login", status_code=303)
-            request.state.session = session
-            response = await call_next(request)
-            if fresh and session is not None:
-                response.set_cookie(Sessions.COOKIE, session.token, httponly=True, samesite="strict")
-            return response
-
-    app.add_middleware(Knowing)
+    guard = SocketGuard(core.sio, panel.sessions, panel.control)
+    guard.install()
+    mark_scripts(templates.env)
+    app.add_middleware(Gate, hosts=hosts, sessions=panel.sessions, login=access is not None)
+    app.on_startup(guard.open)
+    app.on_shutdown(guard.close)
     app.on_startup(panel.open)
     app.on_shutdown(panel.close)
 

@@ -24,12 +24,20 @@ class Panel:
     `plans` that of the end of line's plans, `records` where its records are kept.
     """
 
-    def __init__(self, runs: Path, station: str, motors: Path, plans: Path | None = None, records: str = "") -> None:
+    def __init__(
+        self,
+        runs: Path,
+        station: str,
+        motors: Path,
+        plans: Path | None = None,
+        records: str = "",
+        sessions: Sessions | None = None,
+    ) -> None:
         self.runs = runs
         self.station = station
         self.motors = motors
         self.control = Control()
-        self.sessions = Sessions()
+        self.sessions = sessions or Sessions()
         self.launcher = Launcher(runs)
         self.offer = Offer()
         self.archive = Archive(runs)

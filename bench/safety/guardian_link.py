@@ -11,6 +11,7 @@ from time import monotonic
 from typing import IO, Any, Protocol
 
 from bench.guardian.charge import BEATS, Charge, decode, encode
+from bench.safety.calls import CallWatches
 from bench.safety.guardian_scope import Scope
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
@@ -22,6 +23,8 @@ _START, _LEAVE = 30.0, 5.0
 _SILENCE = 2.0
 #: A guardian that took the way down has let go of the instruments within this time (s) of hearing that the run is awake.
 _YIELD = 0.5
+#: A run whose call to an energised source was not answered in time has met its driver's error after this further time (s).
+_NOTICE = 0.5
 _MUTE = text("the guardian, which does not answer")
 
 
@@ -66,12 +69,23 @@ class GuardianLink:
     """
 
     def __init__(
-        self, charge: Charge, life: SignsOfLife, interrupts: Interrupts, scope: Scope, lifelines: Sequence[int] = ()
+        self,
+        charge: Charge,
+        life: SignsOfLife,
+        interrupts: Interrupts,
+        calls: CallWatches,
+        scope: Scope,
+        lifelines: Sequence[int] = (),
     ) -> None:
         self._scope = scope
         self._charge = charge
         self._life = life
         self._interrupts = interrupts
+        self._calls = calls
+        #: What the guardian was told of as unanswered: the role, since when, and the words for it.
+        self._unanswered: tuple[str, float, Text] | None = None
+        #: Instruments whose error the run has met, so that it ends by itself.
+        self._failing: set[str] = set()
         self._lock = threading.Lock()
         self._news = threading.Condition()
         self._ready = self._leaving = False
@@ -93,6 +107,7 @@ class GuardianLink:
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._beat)]
         for thread in self._threads:
             thread.start()
+        interrupts.listen(self._stop_requested)
 
     @property
     def pid(self) -> int:
@@ -105,9 +120,17 @@ class GuardianLink:
         if kind in ("energising", "commanding"):
             self._permit()
         elif kind == "de_energising":
+            self._failing.add(data["instrument"])
             self._send({"ending": True})
         elif kind == "de_energised":
             self._send({"ended": True})
+        elif kind == "instrument_error":
+            self._failing.add(data["instrument"])
+        elif kind in ("reading", "setting"):
+            self._failing.discard(data["instrument"])
+            if self._unanswered and self._unanswered[0] == data["instrument"] and not self._down:
+                # It answers again, but was switched off meanwhile: what is measured from here on is not what it seems.
+                self._interrupts.request(self._unanswered[2])
 
     def going_down(self) -> None:
         """Tell it that the run walks the way down itself."""
@@ -182,7 +205,9 @@ class GuardianLink:
         while not self._leaving:
             begun = monotonic()
             self._send_beat()
-            pause.wait(interval)
+            pause.wait(interval / 2.0)
+            self._report_unanswered()
+            pause.wait(interval / 2.0)
             now = monotonic()
             if now - begun > _SILENCE:
                 # This process was asleep: the guardian gets its time to say what happened.
@@ -191,6 +216,26 @@ class GuardianLink:
                 self._end("")
             if self._ready and not self._ended and now - self._echoed > _SILENCE:
                 self._end(_MUTE)
+
+    def _report_unanswered(self) -> None:
+        """Tell the guardian of an energised source that does not answer, once a call, and end a run that does not notice."""
+        watch = self._calls.unanswered()
+        if watch is None or self._down:
+            return
+        role, since = watch.role.value, watch.since
+        if not self._unanswered or self._unanswered[:2] != (role, since):
+            words = text(
+                "the {instrument}, which is energised and has not answered for {time:g} s",
+                instrument=role,
+                time=watch.reply_time,
+            )
+            self._unanswered = (role, since, words)
+            self._send({"unanswered": str(words)})
+        elif role not in self._failing and monotonic() - since > watch.reply_time + _NOTICE:
+            self._interrupts.request(self._unanswered[2])
+
+    def _stop_requested(self, by: Text | str) -> None:
+        self._send({"stop": str(by)})
 
     def _forbid(self, why: Text | str) -> None:
         """Have nothing energised any more."""

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from bench.guardian.charge import Charge
 from bench.guardian.hands import needs_guardian
+from bench.safety.calls import CallWatches
 from bench.safety.guardian_link import Guard, GuardianLink, Unguarded
 from bench.safety.guardian_scope import guardian_scope
 from bench.safety.interrupts import Interrupts
-from bench.safety.life import SignsOfLife, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
+from bench.safety.life import SignsOfLife, Waits, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
 from bench.surroundings import Place
 from bench.virtual_station import VIRTUAL
 from procedures.bench import Role
@@ -22,20 +23,30 @@ def guarded(
     roles: Collection[Role],
     folder: Path,
     interrupts: Interrupts,
+    calls: CallWatches,
     *,
     wanted: bool = True,
     lifelines: Sequence[int] = (),
 ) -> Iterator[tuple[Place, Guard]]:
     """Have a guardian for the length of the block where the roles of a run can feed energy that would outlive its process.
 
-    Gives the surroundings, in which waiting is no sign of death, and the guardian. The virtual bench in process ends
+    Gives the surroundings, in which every wait looks at requests to stop and is no sign of death, and the guardian, which
+    is told of calls that nobody answers. The virtual bench in process ends
     with the process, and what a person sets is the person's to switch off. `lifelines` are file descriptors that it keeps open.
     """
     station = where.station
-    if not wanted or station.source == VIRTUAL or not needs_guardian(station, roles):
-        yield where, Unguarded()
-        return
     life = SignsOfLife()
+    waits = Waits(interrupts, life, interruptible=where.in_process is None)
+    watched = replace(
+        where,
+        clock=WatchedClock(where.clock, waits),
+        operator=WatchedOperator(where.operator, waits),
+        prompts=watched_prompts(where.prompts, waits),
+        sharing=WatchedSharing(where.sharing, waits),
+    )
+    if not wanted or station.source == VIRTUAL or not needs_guardian(station, roles):
+        yield watched, Unguarded()
+        return
     charge = Charge(
         str(Path(station.source).resolve()),
         station.content,
@@ -44,14 +55,7 @@ def guarded(
         station.guardian.heartbeat,
         station.guardian.stalled,
     )
-    watched = replace(
-        where,
-        clock=WatchedClock(where.clock, life),
-        operator=WatchedOperator(where.operator, life),
-        prompts=watched_prompts(where.prompts, life),
-        sharing=WatchedSharing(where.sharing, life),
-    )
-    guard = GuardianLink(charge, life, interrupts, guardian_scope(), lifelines)
+    guard = GuardianLink(charge, life, interrupts, calls, guardian_scope(), lifelines)
     try:
         yield watched, guard
     finally:

@@ -1,17 +1,31 @@
-"""Ctrl-C, the signals that end a program and other parties' wish to stop, as one exception that takes the way down."""
+"""Ctrl-C, the signals that end a program and other parties' requests to stop, as one flag and one exception."""
 
+import os
+import select
 import signal
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from time import monotonic
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import Any
 
-from bench.safety.nudge import NUDGE, Nudge
+from bench.record.journal import CLOSING
 from procedures.text import Text, text
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: What wakes the main thread out of a system call; its handler raises.
+NUDGE = signal.SIGUSR1
+#: How often (s) the main thread is nudged until the shutdown has begun.
+_INTERVAL = 0.01
+#: A request that has stood for so long (s) breaks off what an energised block does at its end.
+_LATE = 0.4
+#: One that has stood for so long (s), and again after each such time, is raised wherever the main thread is.
+_OVERDUE = 1.0
+
+#: What the run's thread is doing: computing or speaking to somebody who must not be interrupted, waiting, or switching off.
+_BUSY, _WAITING, _SWITCHING_OFF = 0, 1, 2
+_NOTHING = nullcontext()
 
 
 class Interrupted(BaseException):
@@ -22,104 +36,231 @@ class Interrupted(BaseException):
         super().__init__(str(self.text))
 
 
-class Interrupts:
-    """One run's way to be stopped: by signals, and by whoever it was handed to (a panel, an interlock, a guardian)."""
+class Flag:
+    """A plain flag: unlike an Event it has no lock that a signal handler could find taken."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._nudge = Nudge()
+        self._up = False
+
+    def set(self) -> None:
+        """Raise it."""
+        self._up = True
+
+    def is_set(self) -> bool:
+        """Say whether it is up."""
+        return self._up
+
+
+class Interrupts:
+    """One run's way to be stopped: by signals, and by whoever it was handed to (a panel, an interlock, a guardian).
+
+    A request is a flag that stays up. Every command to an instrument and every wait of the run's thread looks at it, by `check`
+    or `waiting`, until `shutdown_begins`. Signal handlers only set attributes; a thread behind the wake-up descriptor tells
+    the `listen`ers, counts the signals and nudges the main thread out of what it waits in.
+    """
+
+    def __init__(self) -> None:
         self._wish: Text | str = ""
-        self._signals = self._thread = 0
-        self._named = ""
-        #: Set by the second Ctrl-C or signal: still the way down, but no waiting on it.
-        self.hurry = threading.Event()
+        self._signal = 0
         self._seen: float | None = None
         self._raised: float | None = None
+        self._begun = False
+        self._thread = 0
+        self._doing = _BUSY
+        self._switching_off = 0
+        self._late = self._overdue = False
+        self._interruption = Interrupted("")
+        self._listeners: list[Callable[[Text | str], None]] = []
+        self._waker = -1
+        # Taken by no handler.
+        self._closing = threading.Lock()
+        #: Up from the second Ctrl-C or signal on: still the whole shutdown, but no waiting on it.
+        self.hurry = Flag()
+
+    # requests ---------------------------------------------------------------------------------------------------
+
+    def listen(self, listener: Callable[[Text | str], None]) -> None:
+        """Have `listener(by)` called, on a thread of its own, at the first request within `raising`."""
+        self._listeners.append(listener)
 
     def request(self, by: Text | str) -> None:
-        """Have the run interrupted in its main thread, from any thread; the first wish counts.
-
-        Outside the block of `raising` it is remembered for `raise_if_requested`.
-        """
-        with self._lock:
-            if self._wish:
-                return
+        """Have the run stopped, from any thread; the first request counts. Before `raising` it is remembered."""
+        if not self._wish:
             self._seen = self._seen or monotonic()
             self._wish = by
-        self._nudge.give()
+        with self._closing, suppress(OSError):
+            if self._waker >= 0:
+                os.write(self._waker, b"\0")
 
-    def raise_if_requested(self) -> None:
-        """Raise Interrupted where somebody wished for it and no signal could say so."""
-        if self._wish:
-            raise Interrupted(self._wish)
-
-    @contextmanager
-    def raising(self) -> Iterator[None]:
-        """Within the block, the first Ctrl-C, SIGTERM, SIGHUP or `request` raises Interrupted in the main thread.
-
-        Those that follow interrupt nothing: what the first one set going is the way down, and it is walked to its end.
-        """
-        self._thread = threading.get_ident()
-        if threading.current_thread() is not threading.main_thread():
-            # Only the main thread receives signals, and only it may say what they do; others hear by their events.
-            yield
-            return
-
-        def interrupt(number: int, _frame: FrameType | None) -> None:
-            self._count(number)
-            if self._nudge.heard.is_set() or (number == NUDGE and not (self._wish or self._signals)):
-                return
-            self._nudge.heard.set()
-            self._raised = monotonic()
-            self._seen = self._seen or self._raised
-            raise Interrupted(self._wish or self._named)
-
-        with _handled(interrupt), self._nudge.active():
-            yield
-
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
-        """Take an event of the run's journal: a run in another thread than the main one is interrupted by its next."""
-        mine = threading.get_ident() == self._thread and threading.current_thread() is not threading.main_thread()
-        if mine and self._wish and not self._nudge.heard.is_set():
-            self._nudge.heard.set()
-            self._raised = monotonic()
-            raise Interrupted(self._wish)
-
-    @contextmanager
-    def held_back(self) -> Iterator[None]:
-        """Within the block those signals interrupt nothing: the way down is walked to its end."""
-        self._nudge.heard.set()
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-
-        def count(number: int, _frame: FrameType | None) -> None:
-            self._count(number)
-
-        with _handled(count):
-            yield
+    @property
+    def requested_by(self) -> Text | str:
+        """Who wants the run to stop, the first one; empty where nobody does."""
+        if self._wish or not self._signal:
+            return self._wish
+        return "Ctrl-C" if self._signal == signal.SIGINT else signal.Signals(self._signal).name
 
     def delays(self) -> dict[str, float]:
-        """Return how long (s) after the cause was seen the run was interrupted, and how long after it this was asked."""
+        """Return how long (s) after the request was seen the run was interrupted, and how long after it this was asked."""
         if self._seen is None:
             return {}
         now = monotonic()
         return {"interrupted_after": (self._raised or now) - self._seen, "started_after": now - self._seen}
 
-    def _count(self, number: int) -> None:
-        if number == NUDGE:
+    # the run's thread -------------------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Raise Interrupted in the run's thread where a stop is requested and the shutdown has not begun."""
+        if (
+            (self._wish or self._signal)
+            and not (self._begun or self._switching_off)
+            and self._thread == threading.get_ident()
+        ):
+            self._raised = self._raised or monotonic()
+            raise Interrupted(self.requested_by)
+
+    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+        """Take an event of the run's journal, and look; what tells how something ends is let pass."""
+        if kind not in CLOSING:
+            self.check()
+
+    def waiting(self, *, interruptible: bool = True) -> AbstractContextManager[None]:
+        """Within the block the run waits for something outside; a request is raised before it.
+
+        It is raised in the middle of an `interruptible` one too, which then must bear an exception at any of its steps.
+        """
+        self.check()
+        if self._thread != threading.get_ident():
+            return _NOTHING
+        if not interruptible:
+            return _Doing(self, _BUSY)
+        return _Doing(self, _SWITCHING_OFF if self._switching_off else _WAITING)
+
+    @contextmanager
+    def switching_off(self) -> Iterator[None]:
+        """Within the block the run's thread ends an energised state, which a request does not refuse."""
+        if self._thread != threading.get_ident():
+            yield
             return
-        self._signals += 1
-        self._named = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
-        if self._signals > 1:
-            self.hurry.set()
+        self._switching_off += 1
+        self._doing = _BUSY
+        try:
+            yield
+        finally:
+            self._switching_off -= 1
+
+    @property
+    def is_switching_off(self) -> bool:
+        """Whether the run's thread ends an energised state."""
+        return self._switching_off > 0
+
+    def in_own_thread(self) -> bool:
+        """Tell whether the caller is the thread that entered `raising`."""
+        return self._thread == threading.get_ident()
+
+    def shutdown_begins(self) -> None:
+        """From now on nothing is raised any more: the shutdown is done to its end."""
+        self._begun = True
+
+    @contextmanager
+    def raising(self) -> Iterator[None]:
+        """Within the block Ctrl-C, SIGTERM, SIGHUP and `request` raise Interrupted in the thread that entered it.
+
+        Signals reach the main thread only; in another one, requests are raised by `check` and `waiting`.
+        """
+        self._thread = threading.get_ident()
+        main = threading.current_thread() is threading.main_thread()
+        waking, self._waker = os.pipe()
+        for end in (waking, self._waker):
+            os.set_blocking(end, False)
+        thread = threading.Thread(
+            target=self._wake, args=(waking, self._thread if main else 0), name="stop requests", daemon=True
+        )
+        with self._handled() if main else _NOTHING:
+            before = signal.set_wakeup_fd(self._waker, warn_on_full_buffer=False) if main else -1
+            thread.start()
+            if self.requested_by:
+                os.write(self._waker, b"\0")
+            try:
+                yield
+            finally:
+                if main:
+                    signal.set_wakeup_fd(before)
+                with self._closing:
+                    waker, self._waker = self._waker, -1
+                    os.close(waker)
+                # Until its end it may nudge, for which there must be a handler.
+                thread.join()
+                os.close(waking)
+
+    @contextmanager
+    def _handled(self) -> Iterator[None]:
+        before = {number: signal.signal(number, self._signalled) for number in _SIGNALS}
+        before[NUDGE] = signal.signal(NUDGE, self._nudged)
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    # handlers: attributes only, for they run between any two steps of the main thread, and within each other --------
+
+    def _signalled(self, number: int, _frame: FrameType | None) -> None:
+        self._signal = self._signal or number
+
+    def _nudged(self, _number: int, _frame: FrameType | None) -> None:
+        if self._begun or not (self._wish or self._signal):
+            return
+        if self._overdue or self._doing == _WAITING or (self._late and self._doing == _SWITCHING_OFF):
+            self._overdue = False
+            raise self._interruption
+
+    # the thread behind the wake-up descriptor -----------------------------------------------------------------------
+
+    def _wake(self, waking: int, main: int) -> None:
+        signals, told, due, overdue = 0, False, 0.0, 0.0
+        while True:
+            nudging = told and main and not self._begun
+            ready, _, _ = select.select([waking], [], [], max(0.0, due - monotonic()) if nudging else None)
+            if ready:
+                arrived = os.read(waking, 4096)
+                if not arrived:
+                    return
+                signals += sum(number in _SIGNALS for number in arrived)
+                if signals and not self._signal:
+                    self._signal = next(number for number in arrived if number in _SIGNALS)
+                if signals > 1:
+                    self.hurry.set()
+            if self.requested_by and not told:
+                told = True
+                self._seen = self._seen or monotonic()
+                for listener in self._listeners:
+                    listener(self.requested_by)
+                overdue = monotonic() + _OVERDUE
+            now = monotonic()
+            if told and main and not self._begun and now >= due:
+                self._late = now - (self._seen or now) >= _LATE
+                if now >= overdue:
+                    # What is swallowed is raised again.
+                    self._overdue, overdue = True, now + _OVERDUE
+                if self._doing != _BUSY or self._overdue:
+                    self._raised = self._raised or now
+                self._interruption = Interrupted(self.requested_by)
+                signal.pthread_kill(main, NUDGE)
+                due = now + _INTERVAL
 
 
-@contextmanager
-def _handled(handler: "signal._HANDLER") -> Iterator[None]:
-    before = {number: signal.signal(number, handler) for number in (*_SIGNALS, NUDGE)}
-    try:
-        yield
-    finally:
-        for number, handler_before in before.items():
-            signal.signal(number, handler_before)
+class _Doing:
+    """What the run's thread does within a block."""
+
+    def __init__(self, interrupts: Interrupts, doing: int) -> None:
+        self._interrupts = interrupts
+        self._doing = doing
+
+    def __enter__(self) -> None:
+        self._before = self._interrupts._doing
+        self._interrupts._doing = self._doing
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._interrupts._doing = self._before

@@ -8,8 +8,9 @@ from functools import partial
 from time import monotonic
 from typing import Any
 
+from bench.safety.interrupts import Flag
 from bench.safety.lanes import Call, Lane
-from bench.safety.way_down_items import Item, Measured, NotReachedError, default_items, perform
+from bench.safety.way_down_items import Hurry, Item, Measured, NotReachedError, default_items, perform
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Recorder, Role
 
@@ -51,7 +52,7 @@ class WayDown:
         recorder: Recorder,
         clock: Clock,
         *,
-        hurry: threading.Event | None = None,
+        hurry: Hurry | None = None,
         patience: float = PATIENCE,
         longest: float = LONGEST,
     ) -> list[Outcome]:
@@ -60,7 +61,7 @@ class WayDown:
         One that does not answer within `patience` (s) is left to itself while the next begin, and given up `longest` (s)
         after the last. Once `hurry` is set, measurements are not repeated and nobody waits for a person.
         """
-        return _Walk(self, instruments, recorder, clock, hurry or threading.Event(), patience, longest).walk()
+        return _Walk(self, instruments, recorder, clock, hurry or Flag(), patience, longest).walk()
 
 
 class _Walk:
@@ -70,7 +71,7 @@ class _Walk:
         instruments: Mapping[Role, Instrument],
         recorder: Recorder,
         clock: Clock,
-        hurry: threading.Event,
+        hurry: Hurry,
         patience: float,
         longest: float,
     ) -> None:
@@ -110,12 +111,17 @@ class _Walk:
             call: Call[Any] = Call(partial(perform, item, self._instruments[item.role], self._clock, self))
             self._calls.append(call)
             self._lane(item.role).submit(call)
-            if self._wait(item, call, item.within + self._longest if item.measures else self._patience):
+            if any(item.role is waiting.role for waiting, _ in late):
+                late.append((item, call))
+            elif self._wait(item, call, item.within + self._longest if item.measures else self._patience):
                 outcomes.append(self._outcome(item, call))
             else:
                 late.append((item, call))
+        until = monotonic() + self._longest
         for item, call in late:
-            self._wait(item, call, math.inf if item.role in self._by_hand else self._longest)
+            # What measures goes by the bench's time.
+            left = self._longest if item.measures else max(0.0, until - monotonic())
+            self._wait(item, call, math.inf if item.role in self._by_hand else left)
             outcomes.append(self._outcome(item, call))
         return outcomes
 

@@ -79,7 +79,7 @@ class Cia402Inverter:
         highest = self._options.maximum_frequency
         check_setpoint(self._name, "frequency", frequency, "Hz", -highest, highest, "the station")
         check_setpoint(self._name, "current", current, "A", 0.0, self._options.maximum_current, "the station")
-        with always(self._node.disable):
+        with always(self._node.disable, self._node.objects.calls):
             self._node.select(PROFILE_VELOCITY)
             self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
             amplitude = round(current / self._options.current_scale / CURRENT_STEP)
@@ -97,7 +97,7 @@ class Cia402Inverter:
         ReportedError for a fault, an SDO abort, or a drive that does not switch off.
         """
         self._check_current(current)
-        with always(self._node.disable):
+        with always(self._node.disable, self._node.objects.calls):
             self._node.select(PROFILE_TORQUE)
             self._objects.write(TARGET_TORQUE, 0, 0, 2, signed=True)
             self._power.enable()

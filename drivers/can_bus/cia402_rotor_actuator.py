@@ -114,7 +114,7 @@ class Cia402RotorActuator:
 
     def stop(self) -> None:
         """End turning and let the shaft go; returns when the drive stands."""
-        with always(self._release_hold):
+        with always(self._release_hold, self._objects.calls):
             self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
             self._await(
                 lambda: abs(self._speed()) <= STANDING,
@@ -129,7 +129,7 @@ class Cia402RotorActuator:
         """
         farthest = (_WRAP / 2 - 1) / self._increments * 2.0 * math.pi
         check_setpoint(self._name, "angle", angle, "rad", -farthest, farthest, "0x607A")
-        with always(self._release_hold):
+        with always(self._release_hold, self._objects.calls):
             self._take_hold(PROFILE_POSITION, None)
             target = _wrapped(self._position() + self._as_counts(angle))
             self._objects.write(PROFILE_SPEED, 0, self._as_counts(self._options.maximum_speed), 4)
@@ -189,16 +189,17 @@ class Cia402RotorActuator:
 
     def _release_hold(self) -> None:
         """Open the clutch while the drive still holds the shaft, so that it is let go of where it is; then no torque."""
-        with always(self._node.disable):
+        with always(self._node.disable, self._objects.calls):
             self._switch(0, CLUTCH)
 
     def _let_go(self) -> None:
-        with always(lambda: self._switch(0, CLUTCH)):
+        with always(lambda: self._switch(0, CLUTCH), self._objects.calls):
             self._node.disable()
 
     def _let_go_after(self, error: BaseException) -> None:
         try:
-            self._let_go()
+            with self._objects.calls.making_safe():
+                self._let_go()
         except InstrumentError as failure:
             error.add_note(f"On the way down: {failure}")
 

@@ -62,7 +62,7 @@ class Cia402SixStep:
         Raises ReportedError for a fault, an SDO abort, or a bridge that does not switch off, MeasurementError where
         the drive does not reach operation.
         """
-        with always(self._node.disable):
+        with always(self._node.disable, self._node.objects.calls):
             try:
                 self._node.select(BLOCK_COMMUTATION)
                 self._node.power.enable()

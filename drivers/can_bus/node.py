@@ -7,7 +7,7 @@ from drivers.can_bus.options import NodeOptions
 from drivers.can_bus.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.can_bus.watchdog import HeartbeatWatchdog
 from drivers.identification import check_serial_number
-from drivers.interfaces import Clock, CommunicationError, Identity, IdentityError, Traffic, Watchdog
+from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Identity, IdentityError, Traffic, Watchdog
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
@@ -49,10 +49,11 @@ class Cia402Node:
         *,
         name: str,
         traffic: Traffic | None = None,
+        calls: Calls = UNWATCHED,
         connection: Connection | None = None,
         guarding: bool = False,
     ) -> None:
-        self.objects = NodeObjects(client, name, traffic=traffic)
+        self.objects = NodeObjects(client, name, traffic=traffic, calls=calls)
         self.power = PowerStateMachine(
             self.objects, clock, timeout=options.transition_timeout, poll_interval=options.poll_interval
         )

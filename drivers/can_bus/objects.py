@@ -6,7 +6,7 @@ from typing import Protocol
 from can import CanError
 from canopen.sdo.exceptions import SdoAbortedError, SdoError
 
-from drivers.interfaces import CommunicationError, ReportedError, Traffic
+from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
 
 #: SDO aborts by which a node says that it has no such object or subindex.
 ABSENT = (0x06020000, 0x06090011)
@@ -28,10 +28,13 @@ class SdoClient(Protocol):
 class NodeObjects:
     """The objects of one node, as numbers of a stated size (bytes, little endian)."""
 
-    def __init__(self, client: SdoClient, name: str, *, traffic: Traffic | None = None) -> None:
+    def __init__(
+        self, client: SdoClient, name: str, *, traffic: Traffic | None = None, calls: Calls = UNWATCHED
+    ) -> None:
         self.name = name
         self._client = client
         self._traffic = traffic
+        self.calls = calls
 
     def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
         """Return a number of `size` bytes.
@@ -61,7 +64,8 @@ class NodeObjects:
         command = f"read {_pretty(index, subindex)}"
         self.trace("write", command)
         try:
-            raw = self._client.upload(index, subindex)
+            with self.calls.exchange():
+                raw = self._client.upload(index, subindex)
         except LINE_ERRORS as error:
             raise self._failure(error, command) from error
         if self._traffic is not None:
@@ -81,7 +85,8 @@ class NodeObjects:
         command = f"write {value} to {_pretty(index, subindex)}"
         self.trace("write", command)
         try:
-            self._client.download(index, subindex, data)
+            with self.calls.exchange():
+                self._client.download(index, subindex, data)
         except LINE_ERRORS as error:
             raise self._failure(error, command) from error
         self.trace("read", "done")

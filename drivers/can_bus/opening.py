@@ -5,7 +5,7 @@ from typing import Any, Protocol, TypeVar
 
 from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.node import Cia402Node
-from drivers.interfaces import Clock, Traffic
+from drivers.interfaces import UNWATCHED, Calls, Clock, Traffic
 
 OptionsT_contra = TypeVar("OptionsT_contra", contravariant=True)
 DriverT_co = TypeVar("DriverT_co", covariant=True)
@@ -27,6 +27,7 @@ class Opener(Protocol[OptionsT_contra, DriverT_co]):
         *,
         name: str = ...,
         traffic: Traffic | None = None,
+        calls: Calls = UNWATCHED,
         buses: CanBuses | None = None,
         guarding: bool = False,
     ) -> DriverT_co:
@@ -43,13 +44,21 @@ def opener(make: Callable[..., DriverT], role: str) -> Opener[Any, DriverT]:
         *,
         name: str = role,
         traffic: Traffic | None = None,
+        calls: Calls = UNWATCHED,
         buses: CanBuses | None = None,
         guarding: bool = False,
     ) -> DriverT:
         place = (buses or CanBuses()).node(address, name)
         try:
             node = Cia402Node(
-                place.client, clock, options, name=name, traffic=traffic, connection=place, guarding=guarding
+                place.client,
+                clock,
+                options,
+                name=name,
+                traffic=traffic,
+                calls=calls,
+                connection=place,
+                guarding=guarding,
             )
             return make(node, clock, options, name=name)
         except BaseException:

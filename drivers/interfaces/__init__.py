@@ -1,6 +1,7 @@
 """What a procedure may know of an instrument: one interface a kind, in IVI's class terms."""
 
 from drivers.interfaces.bldc_drive import BldcDrive
+from drivers.interfaces.calls import UNWATCHED, Calls
 from drivers.interfaces.clock import Clock
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
@@ -38,9 +39,11 @@ from drivers.interfaces.watchdog import Watchdog, Watching, WhenSilent
 from drivers.interfaces.watchdog_relay import WatchdogRelay
 
 __all__ = [
+    "UNWATCHED",
     "Accuracy",
     "Aperture",
     "BldcDrive",
+    "Calls",
     "ChannelSettings",
     "Clock",
     "CommunicationError",

@@ -7,7 +7,9 @@ from functools import cached_property
 
 from drivers.in_process import InProcess
 from drivers.interfaces import (
+    UNWATCHED,
     Accuracy,
+    Calls,
     Clock,
     CommunicationError,
     DynamometerReading,
@@ -128,7 +130,7 @@ class DeltaDyn200:
         """
         self._check_speed(speed)
         self._prepare(ControlMode.SPEED)
-        with self._watchdog.fed(), always(self._drive.disable):
+        with self._watchdog.fed(), always(self._drive.disable, self._line.calls):
             self._drive.command_speed(speed)
             self._drive.run()
             self._settle(speed)
@@ -157,7 +159,7 @@ class DeltaDyn200:
             self._name, "torque", torque, "N·m", -self._maximum_torque, self._maximum_torque, self._torque_owner
         )
         self._prepare(ControlMode.TORQUE)
-        with self._watchdog.fed(), always(self._end_torque):
+        with self._watchdog.fed(), always(self._end_torque, self._line.calls):
             # In torque control the frequency command limits the speed (parameter 11-36).
             self._drive.command_speed(highest)
             self._drive.command_torque(torque)
@@ -190,7 +192,7 @@ class DeltaDyn200:
 
         Raises MeasurementError where it does not come to rest, ReportedError where the drive does not switch off.
         """
-        with always(self._drive.disable):
+        with always(self._drive.disable, self._line.calls):
             if self._transducer.read().speed <= REST_SPEED:
                 return
             self._drive.set_stop_method(COAST_TO_STOP)
@@ -234,7 +236,7 @@ class DeltaDyn200:
         self._drive.set_mode(mode)
 
     def _coast(self) -> None:
-        with always(self._drive.disable):
+        with always(self._drive.disable, self._line.calls):
             self._drive.set_stop_method(COAST_TO_STOP)
 
     def _end_torque(self) -> None:
@@ -277,6 +279,7 @@ def open_delta_dyn200(
     *,
     name: str = "dynamometer",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
     in_process: InProcess | None = None,
     guarding: bool = False,
 ) -> DeltaDyn200:
@@ -284,7 +287,7 @@ def open_delta_dyn200(
 
     Raises CommunicationError where a unit does not answer, ReportedError where the drive is in fault.
     """
-    line = open_line(address, name, traffic=traffic, in_process=in_process)
+    line = open_line(address, name, traffic=traffic, calls=calls, in_process=in_process)
     try:
         return DeltaDyn200(line, clock, options, name=name, guarding=guarding)
     except BaseException:

@@ -2,7 +2,8 @@
 
 import struct
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Protocol
 from urllib.parse import parse_qs, urlsplit
 
@@ -10,9 +11,10 @@ from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.client.base import ModbusBaseSyncClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
+from pymodbus.transport import CommParams
 
 from drivers.in_process import InProcess, is_in_process, open_stream
-from drivers.interfaces import CommunicationError, ReportedError, Traffic
+from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
 from drivers.modbus.stream_client import ModbusStreamClient
 
 #: Modbus Application Protocol V1.1b3, section 7.
@@ -36,6 +38,10 @@ LINE_ERRORS = (ModbusException, OSError, ValueError, IndexError, struct.error)
 
 class ModbusClient(Protocol):
     """The part of a synchronous pymodbus client that a line uses."""
+
+    @property
+    def comm_params(self) -> CommParams:
+        """Its time-out (s) for a reply, among others."""
 
     def read_holding_registers(self, address: int, *, count: int = 1, device_id: int = 1) -> ModbusPDU:
         """Read registers (function 3)."""
@@ -65,10 +71,13 @@ class ModbusLine:
     A read without an answer is repeated once; a write never is.
     """
 
-    def __init__(self, client: ModbusClient, name: str, *, traffic: Traffic | None = None) -> None:
+    def __init__(
+        self, client: ModbusClient, name: str, *, traffic: Traffic | None = None, calls: Calls = UNWATCHED
+    ) -> None:
         self.name = name
         self._client = client
         self._traffic = traffic
+        self.calls = calls
         # A drive's watchdog is fed beside whatever else is asked.
         self._lock = threading.RLock()
 
@@ -79,9 +88,10 @@ class ModbusLine:
         """
         command = f"read {count} × {address:04X}H of unit {unit} ({what})"
         self._trace("write", command)
-        with self._lock:
+        with self._lock, self.calls.exchange():
             try:
-                reply = self._client.read_holding_registers(address, count=count, device_id=unit)
+                with self._limited():
+                    reply = self._client.read_holding_registers(address, count=count, device_id=unit)
             except LINE_ERRORS:
                 reply = self._repeat(command, unit, address, count)
         self._check(reply, command, unit, address)
@@ -97,7 +107,7 @@ class ModbusLine:
         command = f"write {value:04X} to {address:04X}H of unit {unit} ({what})"
         self._trace("write", command)
         try:
-            with self._lock:
+            with self._lock, self.calls.exchange(), self._limited():
                 reply = self._client.write_register(address, value, device_id=unit)
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
@@ -110,7 +120,7 @@ class ModbusLine:
         command = f"write {said} to {address:04X}H of unit {unit} ({what})"
         self._trace("write", command)
         try:
-            with self._lock:
+            with self._lock, self.calls.exchange(), self._limited():
                 reply = self._client.write_registers(address, list(values), device_id=unit)
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
@@ -122,7 +132,7 @@ class ModbusLine:
         command = f"read coil {number} of unit {unit} ({what})"
         self._trace("write", command)
         try:
-            with self._lock:
+            with self._lock, self.calls.exchange(), self._limited():
                 reply = self._client.read_coils(number, count=1, device_id=unit)
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
@@ -137,7 +147,7 @@ class ModbusLine:
         command = f"write {int(value)} to coil {number} of unit {unit} ({what})"
         self._trace("write", command)
         try:
-            with self._lock:
+            with self._lock, self.calls.exchange(), self._limited():
                 reply = self._client.write_coil(number, value, device_id=unit)
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
@@ -159,9 +169,24 @@ class ModbusLine:
 
     def _repeat(self, command: str, unit: int, address: int, count: int) -> ModbusPDU:
         try:
-            return self._client.read_holding_registers(address, count=count, device_id=unit)
+            with self._limited():
+                return self._client.read_holding_registers(address, count=count, device_id=unit)
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
+
+    @contextmanager
+    def _limited(self) -> Iterator[None]:
+        """Wait no longer within the block than an energised source may be silent."""
+        patience, parameters = self.calls.patience, self._client.comm_params
+        usual = parameters.timeout_connect
+        if patience is None or patience >= (usual or 0.0):
+            yield
+            return
+        parameters.timeout_connect = patience
+        try:
+            yield
+        finally:
+            parameters.timeout_connect = usual
 
     def _silence(self, command: str, error: Exception) -> CommunicationError:
         return CommunicationError(
@@ -201,6 +226,7 @@ def open_line(
     *,
     timeout: float = 1.0,
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
     in_process: InProcess | None = None,
 ) -> ModbusLine:
     """Open `tcp://host:port` or `rtu:///dev/ttyUSB0?baudrate=9600&parity=N&stopbits=1`; `timeout` is in s.
@@ -221,7 +247,7 @@ def open_line(
         if is_in_process(address):
             remedy = "Nothing in this process answers there; only the virtual bench has such addresses, while it runs"
         raise CommunicationError(name, f"cannot be opened at {address}", remedy=remedy)
-    return ModbusLine(client, name, traffic=traffic)
+    return ModbusLine(client, name, traffic=traffic, calls=calls)
 
 
 def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:

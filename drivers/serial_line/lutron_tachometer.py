@@ -7,7 +7,17 @@ from typing import Protocol
 import serial
 
 from drivers.in_process import InProcess, is_in_process, open_stream
-from drivers.interfaces import Accuracy, Clock, CommunicationError, Identity, MeasurementError, Reading, Traffic
+from drivers.interfaces import (
+    UNWATCHED,
+    Accuracy,
+    Calls,
+    Clock,
+    CommunicationError,
+    Identity,
+    MeasurementError,
+    Reading,
+    Traffic,
+)
 from drivers.serial_line.lutron_frame import END, LENGTH, START, Frame, parse_frame
 from drivers.serial_line.options import LutronTachometerOptions
 from drivers.serial_line.stream_port import StreamPort
@@ -46,12 +56,14 @@ class LutronTachometer:
         *,
         name: str = "tachometer",
         traffic: Traffic | None = None,
+        calls: Calls = UNWATCHED,
     ) -> None:
         self._port = port
         self._clock = clock
         self._options = options
         self._name = name
         self._traffic = traffic
+        self._calls = calls
 
     @property
     def identity(self) -> Identity:
@@ -87,11 +99,11 @@ class LutronTachometer:
         try:
             self._port.reset_input_buffer()
             self._clock.sleep(self._options.update_period * (1 + PERIOD_MARGIN))
-            raw = self._port.read_until(END, LONGEST_WAIT)
+            raw = self._read()
             if len(raw) < LENGTH and raw.endswith(END) and not raw.startswith(START):
                 # The buffer was emptied in the middle of a frame: this is its tail.
                 self._clock.sleep(self._options.update_period * (1 + PERIOD_MARGIN))
-                raw = self._port.read_until(END, LONGEST_WAIT)
+                raw = self._read()
         except OSError as error:
             raise CommunicationError(self._name, f"the port fails ({error})", remedy="Check the cable") from error
         if self._traffic is not None:
@@ -102,6 +114,10 @@ class LutronTachometer:
             return parse_frame(raw)
         except ValueError as error:
             raise CommunicationError(self._name, f"a frame that is none: {error} in {raw!r}") from error
+
+    def _read(self) -> bytes:
+        with self._calls.exchange():
+            return self._port.read_until(END, LONGEST_WAIT)
 
     def _accuracy(self, frame: Frame) -> Accuracy:
         stated = self._options.accuracy or Accuracy(offset=ACCURACY_RPM * RPM, source=SOURCE)
@@ -116,6 +132,7 @@ def open_lutron_tachometer(
     *,
     name: str = "tachometer",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
     in_process: InProcess | None = None,
 ) -> LutronTachometer:
     """Open the tachometer on a serial device or pyserial URL (`/dev/ttyUSB0`, `socket://host:port`).
@@ -133,4 +150,4 @@ def open_lutron_tachometer(
         raise CommunicationError(
             name, f"cannot be opened at {address} ({error})", remedy="Check the address and the cable"
         ) from error
-    return LutronTachometer(port, clock, options, name=name, traffic=traffic)
+    return LutronTachometer(port, clock, options, name=name, traffic=traffic, calls=calls)

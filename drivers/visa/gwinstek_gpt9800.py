@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from drivers.identification import check_serial_number
 from drivers.interfaces import (
+    UNWATCHED,
+    Calls,
     Clock,
     CommunicationError,
     Identity,
@@ -140,7 +142,7 @@ class GwInstekGpt9800:
         between the model's steps of 50 V, MeasurementError where the test did not reach its voltage or was broken off.
         """
         self._check(voltage, duration)
-        with always(self.make_safe):
+        with always(self.make_safe, self._session.calls):
             self._prepare(voltage, duration)
             self._session.send(START)
             report = self._await_end(duration)
@@ -298,11 +300,12 @@ def open_gwinstek_gpt9800(
     *,
     name: str = "insulation_tester",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
     guarding: bool = False,
 ) -> GwInstekGpt9800:
     """Open a GPT-9803 or GPT-9804 at a VISA address.
 
     Raises CommunicationError where nothing answers, IdentityError where something else does.
     """
-    session = open_session(address, manager, name, traffic=traffic, baud_rate=options.baud_rate)
+    session = open_session(address, manager, name, traffic=traffic, calls=calls, baud_rate=options.baud_rate)
     return open_driver(session, lambda session: GwInstekGpt9800(session, clock, options, name=name, guarding=guarding))

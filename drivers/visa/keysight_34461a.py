@@ -3,7 +3,9 @@
 from typing import TYPE_CHECKING
 
 from drivers.interfaces import (
+    UNWATCHED,
     Accuracy,
+    Calls,
     Clock,
     Identity,
     IdentityError,
@@ -130,10 +132,11 @@ def open_keysight_34461a(
     *,
     name: str = "voltmeter",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
 ) -> Keysight34461A:
     """Open a 34461A at a VISA address.
 
     Raises CommunicationError where nothing answers, IdentityError where something else does.
     """
-    session = open_session(address, manager, name, traffic=traffic)
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
     return open_driver(session, lambda session: Keysight34461A(session, clock, options, name=name))

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 from drivers.crosspoints import conflict
 from drivers.interfaces import (
+    UNWATCHED,
+    Calls,
     Clock,
     CrosspointError,
     Identity,
@@ -202,11 +204,12 @@ def open_keysight_34970a(
     *,
     name: str = "switch_matrix",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
     guarding: bool = False,
 ) -> Keysight34970A:
     """Open a 34970A, 34972A or 34980A at a VISA address.
 
     Raises CommunicationError where nothing answers, IdentityError where something else does.
     """
-    session = open_session(address, manager, name, traffic=traffic)
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
     return open_driver(session, lambda session: Keysight34970A(session, clock, options, name=name, guarding=guarding))

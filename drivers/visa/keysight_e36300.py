@@ -5,7 +5,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from drivers.interfaces import (
+    UNWATCHED,
     Accuracy,
+    Calls,
     Clock,
     CommunicationError,
     Identity,
@@ -137,7 +139,7 @@ class KeysightE36300:
         self._check_levels(voltage, current_limit)
         self._protection.refuse_latched()
         self.configure(voltage, current_limit, regulated)
-        with always(self._end):
+        with always(self._end, self._session.calls):
             self._channel.write("OUTP", "ON")
             if not self._channel.flag("OUTP"):
                 on = self._channel.command("OUTP", "ON")
@@ -237,11 +239,12 @@ def open_keysight_e36300(
     *,
     name: str = "supply",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
     guarding: bool = False,
 ) -> KeysightE36300:
     """Open one output of an E36300 series supply at a VISA address.
 
     Raises CommunicationError where nothing answers, IdentityError where something else does.
     """
-    session = open_session(address, manager, name, traffic=traffic)
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
     return open_driver(session, lambda session: KeysightE36300(session, clock, options, name=name, guarding=guarding))

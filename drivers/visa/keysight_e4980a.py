@@ -4,8 +4,10 @@ import math
 from typing import TYPE_CHECKING
 
 from drivers.interfaces import (
+    UNWATCHED,
     Accuracy,
     Aperture,
+    Calls,
     Clock,
     Identity,
     ImpedanceReading,
@@ -254,10 +256,11 @@ def open_keysight_e4980a(
     *,
     name: str = "lcr_meter",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
 ) -> KeysightE4980A:
     """Open an E4980A or E4980AL at a VISA address.
 
     Raises CommunicationError where nothing answers, IdentityError where something else does.
     """
-    session = open_session(address, manager, name, traffic=traffic)
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
     return open_driver(session, lambda session: KeysightE4980A(session, clock, options, name=name))

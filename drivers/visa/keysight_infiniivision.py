@@ -5,7 +5,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from drivers.interfaces import (
+    UNWATCHED,
     Accuracy,
+    Calls,
     ChannelSettings,
     Clock,
     CommunicationError,
@@ -316,10 +318,11 @@ def open_keysight_infiniivision(
     *,
     name: str = "oscilloscope",
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
 ) -> KeysightInfiniiVision:
     """Open an InfiniiVision at a VISA address.
 
     Raises CommunicationError where nothing answers, IdentityError where something else does.
     """
-    session = open_session(address, manager, name, traffic=traffic)
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
     return open_driver(session, lambda session: KeysightInfiniiVision(session, clock, options, name=name))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from drivers.identification import check_serial_number
-from drivers.interfaces import CommunicationError, Identity, IdentityError, Traffic
+from drivers.interfaces import UNWATCHED, Calls, CommunicationError, Identity, IdentityError, Traffic
 from drivers.visa.session import RESOURCE_ERRORS, ScpiSession, VisaResource
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ def open_session(
     *,
     timeout: float = 10.0,
     traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
     baud_rate: int | None = None,
 ) -> ScpiSession:
     """Open a VISA address with a resource manager; raises CommunicationError where nothing is there.
@@ -43,7 +44,7 @@ def open_session(
         cast("SerialInstrument", resource).baud_rate = baud_rate
     resource.read_termination = "\n" if socket or serial else None
     # PyVISA-py reads a raw socket until nothing comes, which never ends on one that the instrument has closed.
-    return ScpiSession(resource, name, timeout=timeout, traffic=traffic, clearable=not socket)
+    return ScpiSession(resource, name, timeout=timeout, traffic=traffic, calls=calls, clearable=not socket)
 
 
 def open_driver(session: ScpiSession, make: Callable[[ScpiSession], T]) -> T:

@@ -6,16 +6,17 @@ read when the query fails, and drivers look once more at the end of a configurat
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Protocol, TypeVar
 
 from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
-from drivers.interfaces import CommunicationError, ReportedError, Traffic
+from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
 from drivers.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
 
 T = TypeVar("T")
+_UNLIMITED = nullcontext()
 
 ERROR_QUERY = "SYST:ERR?"
 IDENTITY_QUERY = "*IDN?"
@@ -88,12 +89,14 @@ class ScpiSession:
         *,
         timeout: float = 10.0,
         traffic: Traffic | None = None,
+        calls: Calls = UNWATCHED,
         clearable: bool = True,
     ) -> None:
         self.name = name
         self._resource = resource
         self._timeout = timeout
         self._traffic = traffic
+        self.calls = calls
         self._clearable = clearable
         self._identity_line: str | None = None
         self._in_step = True
@@ -116,8 +119,9 @@ class ScpiSession:
 
         Raises CommunicationError where it could not be sent.
         """
-        self._catch_up()
-        self._transmit(command)
+        with self.calls.exchange(interruptible=True):
+            self._catch_up()
+            self._transmit(command)
 
     def complete(self, command: str, *, timeout: float | None = None) -> None:
         """Send a command that takes its time, never twice, and wait until the instrument says it is done (*OPC?).
@@ -149,11 +153,12 @@ class ScpiSession:
         A query that may be repeated is sent a second time when the first gets no reply; `timeout` (s) replaces the
         session's for this exchange. Raises CommunicationError, or ReportedError where the error queue tells why.
         """
-        self._catch_up()
-        if timeout is not None:
-            with _Timeout(self._resource, timeout):
-                return self._exchange(command, repeatable=repeatable)
-        return self._exchange(command, repeatable=repeatable)
+        with self.calls.exchange(interruptible=True):
+            self._catch_up()
+            if timeout is not None:
+                with _Timeout(self._resource, timeout):
+                    return self._exchange(command, repeatable=repeatable)
+            return self._exchange(command, repeatable=repeatable)
 
     def query_number(self, command: str, *, timeout: float | None = None) -> float:
         """Return the single number a query is answered with; raises CommunicationError where it is none."""
@@ -168,9 +173,10 @@ class ScpiSession:
 
         Raises CommunicationError where the header is malformed or the block ends early.
         """
-        self._catch_up()
-        with _Timeout(self._resource, self._timeout if timeout is None else timeout):
-            return self._block(command)
+        with self.calls.exchange(interruptible=True):
+            self._catch_up()
+            with _Timeout(self._resource, self._timeout if timeout is None else timeout):
+                return self._block(command)
 
     def identity_line(self) -> str:
         """Return the reply to *IDN?, which also serves to find one's place again after a time-out."""
@@ -242,11 +248,17 @@ class ScpiSession:
         except ValueError as error:
             raise CommunicationError(self.name, f"unusable reply '{text}' ({error})", command=command) from error
 
+    def _limited(self) -> AbstractContextManager[None]:
+        """Wait no longer within the block than an energised source may be silent."""
+        patience = self.calls.patience
+        return _UNLIMITED if patience is None else _Timeout(self._resource, patience, shorter=True)
+
     def _transmit(self, command: str) -> None:
         if self._traffic is not None:
             self._traffic("write", command)
         try:
-            self._resource.write(command)
+            with self._limited():
+                self._resource.write(command)
         except RESOURCE_ERRORS as error:
             self._in_step = False
             raise CommunicationError(
@@ -255,7 +267,8 @@ class ScpiSession:
 
     def _receive(self, command: str) -> str:
         try:
-            raw = self._resource.read_raw()
+            with self._limited():
+                raw = self._resource.read_raw()
         except RESOURCE_ERRORS as error:
             raise _NoReplyError(self.name, f"no reply ({_finding(error)})", command=command) from error
         if not raw.endswith(b"\n"):
@@ -404,14 +417,17 @@ class _NoReplyError(CommunicationError):
 
 
 class _Timeout:
-    """Another time-out (s) for the length of a block; does nothing where it is the same."""
+    """Another time-out (s) for the length of a block, or the present one if that is `shorter`; does nothing where it is the same."""
 
-    def __init__(self, resource: VisaResource, seconds: float) -> None:
+    def __init__(self, resource: VisaResource, seconds: float, *, shorter: bool = False) -> None:
         self._resource = resource
         self._milliseconds = seconds * 1e3
+        self._shorter = shorter
 
     def __enter__(self) -> None:
         self._before = self._resource.timeout
+        if self._shorter:
+            self._milliseconds = min(self._milliseconds, self._before)
         if self._before != self._milliseconds:
             self._resource.timeout = self._milliseconds
 

@@ -21,7 +21,7 @@ def hold_driver(station: str, role: str, streams: Sequence[DupFd]) -> None:
         os.dup2(stream.detach(), number)
     sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
     entry = load_station(Path(station)).entries[Role(role)]
-    given = Surroundings(SystemClock(), _no_visa, None, None, CanBuses())
+    given = Surroundings(SystemClock(), _no_visa, can_buses=CanBuses())
     instrument: Any = entry.driver.open(entry.address, entry.options, given)
     with ExitStack() as on:
         on.enter_context(_energised(instrument, entry.role))

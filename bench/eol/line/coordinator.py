@@ -54,7 +54,7 @@ _SILENT, _HURRY = 10.0, 15.0
 _LONGEST_LOOK = 1.0
 #: How often and for how long (s) a record that the database does not take is tried again.
 _TRY, _TRIES = 1.0, 30.0
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_SIGNALS: dict[int, str] = {signal.SIGINT: "Ctrl-C", signal.SIGTERM: "SIGTERM", signal.SIGHUP: "SIGHUP"}
 
 
 class Saves(Protocol):
@@ -446,15 +446,20 @@ class Coordinator:
             yield
             return
 
-        def stop(number: int, _frame: FrameType | None) -> None:
-            self.stop("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
-
-        before = {number: signal.signal(number, stop) for number in _SIGNALS}
+        # The byte that makes the loop look up is written by the interpreter.
+        before_fd = signal.set_wakeup_fd(self._wake[1], warn_on_full_buffer=False)
+        before = {number: signal.signal(number, self._signalled) for number in _SIGNALS}
         try:
             yield
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
+            signal.set_wakeup_fd(before_fd)
+
+    def _signalled(self, number: int, _frame: FrameType | None) -> None:
+        # Attributes only: a handler runs between any two steps of this thread, and within another handler.
+        self._stopped = self._stopped or _SIGNALS[number]
+        self._stops += 1
 
     def _close(self) -> None:
         for seat in list(self._seats.values()):

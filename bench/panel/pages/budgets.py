@@ -4,7 +4,7 @@ from nicegui import ui
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
-from bench.panel.pages.tables import html_table
+from bench.panel.pages.parts import named, table
 from procedures.result import Parameter
 from procedures.text import text
 from reports.names import parameter_name, phrase
@@ -18,21 +18,21 @@ def budgets_part(run: LiveRun, reader: Reader) -> None:
     with_budget = [p for p in found.parameters.values() if p.budget]
     if not with_budget:
         return
-    with ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Uncertainty budgets"))}"'):
+    with named(ui.element("section").classes("mb-card mb-4"), say(text("Uncertainty budgets"))):
         ui.label(say(text("Uncertainty budgets"))).classes("text-lg font-semibold")
         for parameter in with_budget:
             title = f"{say(parameter_name(parameter.name))} ({parameter.procedure}): {say(phrase(parameter.estimator))}"
             with ui.expansion(title).classes("w-full text-base"):
-                ui.html(_table(parameter, reader), sanitize=False)
+                _table(parameter, reader)
 
 
-def _table(parameter: Parameter, reader: Reader) -> str:
+def _table(parameter: Parameter, reader: Reader) -> None:
     told = budget_table(parameter)
     if told is None:
-        return ""
+        return
     lines = [[_said(cell, reader) for cell in row.cells] for row in told.rows]
     numeric = frozenset(number for number, column in enumerate(told.columns) if column.right)
-    return html_table([_said(column.title, reader) for column in told.columns], lines, numeric=numeric)
+    table([_said(column.title, reader) for column in told.columns], lines, numeric=numeric)
 
 
 def _said(cell: Cell, reader: Reader) -> str:

@@ -4,6 +4,7 @@ import asyncio
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
+from urllib.parse import quote
 
 from nicegui import ui
 
@@ -12,7 +13,7 @@ from bench.panel.live_run import LiveRun
 from bench.panel.pages.budgets import budgets_part
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.history import STATUS
-from bench.panel.pages.tables import html_table
+from bench.panel.pages.parts import named, table
 from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -42,14 +43,12 @@ class _Ended:
         if view.cause:
             ui.label(view.cause).classes("text-base whitespace-pre-line").style("color:#7a130d")
         self._actions()
-        with ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Parameters"))}"'):
+        with named(ui.element("section").classes("mb-card mb-4"), say(text("Parameters"))):
             self._parameters()
         self._warnings()
         budgets_part(self._run, self._reader)
         WaveformsPart(self._panel, self._run, self._reader).build()
-        self._signatures = (
-            ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Signatures"))}"')
-        )
+        self._signatures = named(ui.element("section").classes("mb-card mb-4"), say(text("Signatures")))
         self._sign_part()
 
     def _actions(self) -> None:
@@ -69,7 +68,7 @@ class _Ended:
             target = ui.select(targets, label=say(text("Export for"))).props("outlined dense").classes("w-48")
             ui.button(say(text("Export")), on_click=lambda: self._export(target.value)).props("outline")
             ui.button(say(text("Report")), on_click=self._report).props("outline")
-            against = f"/compare/{self._run.name}/type"
+            against = f"/compare/{quote(self._run.name, safe='')}/type"
             ui.button(say(text("Compare with the type")), on_click=lambda: ui.navigate.to(against)).props("outline")
 
     def _parameters(self) -> None:
@@ -84,7 +83,7 @@ class _Ended:
             ui.label(say(text("No parameter was measured.")))
             return
         numeric = frozenset({1, 3, 4, 5, 6} if view.truth else {1, 3, 4, 5})
-        ui.html(html_table([*map(say, head), "§"], lines, numeric=numeric), sanitize=False)
+        table([*map(say, head), "§"], lines, numeric=numeric)
         legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.")
         ui.label(say(legend)).classes("text-sm mt-2")
 
@@ -92,7 +91,7 @@ class _Ended:
         say, warnings = self._reader.say, self._run.view.run.warnings()
         if not warnings:
             return
-        with ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Warnings"))}"'):
+        with named(ui.element("section").classes("mb-card mb-4"), say(text("Warnings"))):
             ui.label(say(text("Warnings"))).classes("text-lg font-semibold")
             for procedure, notice in warnings:
                 origin = f" ({procedure})" if procedure else ""
@@ -148,7 +147,7 @@ class _Ended:
             self._complain(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)
-        ui.run_javascript(f"location.href='/runs/{again.name}'")
+        ui.navigate.to(f"/runs/{quote(again.name, safe='')}")
 
     async def _export(self, target: str | None) -> None:
         if not target:

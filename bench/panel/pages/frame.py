@@ -9,6 +9,8 @@ from nicegui import ui
 
 from bench.errors import message
 from bench.language import translator
+from bench.panel.gate import LOGIN
+from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from procedures.text import Text, Translate, text
@@ -39,6 +41,8 @@ _STYLE = """
   .mb-skip { position: absolute; left: -999px; } .mb-skip:focus { left: 8px; top: 8px; z-index: 9999; background:#fff; padding:.5rem; }
 </style>
 """
+_CHOOSE_ENGLISH = "document.cookie='motorbench_language=en;path=/;SameSite=Strict';location.reload()"
+_CHOOSE_CHINESE = "document.cookie='motorbench_language=zh;path=/;SameSite=Strict';location.reload()"
 _PAGES = (
     ("/", text("Measure")),
     ("/line", text("Line")),
@@ -78,15 +82,17 @@ def frame(panel: Panel, session: Session, heading: Text) -> Iterator[Reader]:
     say = reader.say
     ui.add_head_html(_STYLE)
     ui.page_title(f"motorbench – {say(heading)}")
-    ui.html(f'<a class="mb-skip" href="#main">{say(text("Skip to the content"))}</a>', sanitize=False)
+    ui.link(say(text("Skip to the content")), "#main").classes("mb-skip")
     with ui.header(elevated=False).classes("items-center gap-4 px-4 py-2").style("background:#17202a;color:#fff"):
-        with ui.element("nav").classes("flex items-center gap-4").props(f'aria-label="{say(text("Pages"))}"'):
+        with named(ui.element("nav").classes("flex items-center gap-4"), say(text("Pages"))):
             ui.label("motorbench").classes("text-lg font-bold")
             for target, words in _PAGES:
                 ui.link(say(words), target).classes("text-white no-underline hover:underline text-base")
         ui.space()
         _who(panel, reader)
         _language(reader)
+        if session.logged_in:
+            _log_out(panel, reader)
     with ui.element("div").props("id=main").classes("w-full max-w-[1500px] mx-auto p-4"):
         yield reader
 
@@ -111,6 +117,14 @@ def _who(panel: Panel, reader: Reader) -> None:
     ui.timer(0.5, show)
 
 
+def _log_out(panel: Panel, reader: Reader) -> None:
+    def leave() -> None:
+        ui.navigate.to(LOGIN)
+        panel.sessions.end(reader.session.token)
+
+    ui.button(reader.say(text("Log out")), on_click=leave).props("flat dense color=white no-caps")
+
+
 def _language(reader: Reader) -> None:
     for code, name in (("en", "English"), ("zh", "中文")):
         if code == reader.session.language:
@@ -118,8 +132,6 @@ def _language(reader: Reader) -> None:
 
         def change(chosen: str = code) -> None:
             reader.session.language = chosen
-            ui.run_javascript(
-                f"document.cookie='motorbench_language={chosen};path=/;SameSite=Strict';location.reload()"
-            )
+            ui.run_javascript(_CHOOSE_CHINESE if chosen == "zh" else _CHOOSE_ENGLISH)
 
-        ui.button(name, on_click=change).props(f"flat dense color=white no-caps lang={'zh' if code == 'zh' else 'en'}")
+        ui.button(name, on_click=change).props("flat dense color=white no-caps").props["lang"] = code

@@ -4,13 +4,14 @@ import math
 import tomllib
 from collections.abc import Mapping
 from typing import Any
+from urllib.parse import quote
 
 from nicegui import run as background
 from nicegui import ui
 
 from bench.panel.archive import Archived, Figure
 from bench.panel.pages.frame import Reader, frame
-from bench.panel.pages.tables import html_table
+from bench.panel.pages.parts import named, table
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from procedures.text import Text, text
@@ -93,9 +94,9 @@ class _History:
                 box = ui.checkbox(
                     value=run.name in self._chosen, on_change=lambda event: self._choose(run.name, on=event.value)
                 )
-                box.props(f'dense aria-label="{self._reader.say(text("Choose {name}", name=run.name))}"')
+                named(box.props("dense"), self._reader.say(text("Choose {name}", name=run.name)))
             with ui.element("td"):
-                ui.link(run.name, f"/runs/{run.name}")
+                ui.link(run.name, f"/runs/{quote(run.name, safe='')}")
             status = self._reader.say(STATUS.get(run.status, Text("{status}", {"status": run.status})))
             for words in (run.motor, run.serial_number, run.person, status):
                 with ui.element("td"):
@@ -111,7 +112,7 @@ class _History:
         if len(self._chosen) != 2:
             ui.notify(self._reader.say(text("Choose two runs.")), type="warning")
             return
-        ui.navigate.to(f"/compare/{self._chosen[0]}/{self._chosen[1]}")
+        ui.navigate.to("/".join(("/compare", *(quote(name, safe="") for name in self._chosen))))
 
 
 def compare_page(panel: Panel, session: Session, first: str, second: str) -> None:
@@ -137,13 +138,13 @@ def compare_page(panel: Panel, session: Session, first: str, second: str) -> Non
             if not compared:
                 ui.label(say(text("They have no parameter in common.")))
                 return
-            ui.html(_compared_table(compared, names, reader), sanitize=False)
+            _compared_table(compared, names, reader)
             ui.label(
                 say(text("E_n: difference over its expanded uncertainty (k = 2); above 1 the two disagree."))
             ).classes("text-sm mt-2")
 
 
-def _compared_table(compared: list[Compared], names: list[str], reader: Reader) -> str:
+def _compared_table(compared: list[Compared], names: list[str], reader: Reader) -> None:
     say = reader.say
     head = [say(text("Parameter")), *names, say(text("Unit")), say(text("Difference, %")), "E_n", ""]
     lines = []
@@ -162,7 +163,7 @@ def _compared_table(compared: list[Compared], names: list[str], reader: Reader) 
                 say(text("disagree")) if found.disagree else "",
             ]
         )
-    return html_table(head, lines, numeric=frozenset({1, 2, 4, 5}))
+    table(head, lines, numeric=frozenset({1, 2, 4, 5}))
 
 
 def _type_figures(panel: Panel, run: str, figures: Mapping[str, Figure]) -> dict[str, Figure]:

@@ -10,7 +10,9 @@ from nicegui import events, ui
 
 from bench.errors import InputError
 from bench.panel.launch import BatchOrder
+from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.record.stored_result import restore_text
@@ -35,6 +37,12 @@ _STYLE = """
 """
 #: The field is emptied where it is filled: a scanner is at the next number before the server has heard of this one.
 _TAKE = "(e) => { const given = e.target.value; e.target.value = ''; e.target.dispatchEvent(new Event('input')); emit(given); }"
+_RETURN = (
+    "document.addEventListener('keydown', e => {"
+    "const field = document.querySelector('.mb-scan input');"
+    "if (field && field.offsetParent && e.key.length === 1 && !e.ctrlKey && document.activeElement.tagName !== 'INPUT')"
+    "field.focus();});"
+)
 #: What a tile says in large type: a mark beside the colour, for those who do not tell the colours apart.
 _VERDICTS: Mapping[str, tuple[str, Text]] = {
     "pass": ("✓", text("PASS")),
@@ -72,21 +80,14 @@ class _LinePage:
                 self._end = ui.button(say(text("Finish the batch")), on_click=self._finish).props("outline no-caps")
                 self._end.classes("text-lg")
                 self._abort = ui.button(say(text("ABORT")), on_click=self._stop, color=None)
-                self._abort.classes("mb-abort text-xl px-8").props(
-                    f'aria-label="{say(text("Abort the batch: everything off"))}"'
-                )
+                named(self._abort.classes("mb-abort text-xl px-8"), say(text("Abort the batch: everything off")))
                 ui.tooltip(say(text("Every socket takes its way down. Key: Ctrl+Esc. Finish: Ctrl+End")))
             self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
             self._counters = ui.row().classes("w-full gap-8 items-baseline")
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md:grid-cols-2 xl:grid-cols-4 w-full")
-        ui.keyboard(on_key=self._key, repeating=False, ignore=[])
+        offer_abort(self._aborted, self._abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
         # A scanner types wherever the cursor is: it comes back to the field by itself.
-        ui.add_body_html(
-            "<script>document.addEventListener('keydown', e => {"
-            "const field = document.querySelector('.mb-scan input');"
-            "if (field && field.offsetParent && e.key.length === 1 && !e.ctrlKey && document.activeElement.tagName !== 'INPUT')"
-            "field.focus();});</script>"
-        )
+        ui.run_javascript(_RETURN)
         self.look()
 
     def look(self) -> None:
@@ -137,7 +138,8 @@ class _LinePage:
             ).classes("text-base")
 
     def _count(self, what: Text, number: str) -> None:
-        with ui.element("div").props(f'data-count="{what.template}"'):
+        with ui.element("div") as box:
+            box.props["data-count"] = what.template
             ui.label(self._reader.say(what)).classes("text-sm")
             ui.label(number).classes("mb-count")
 
@@ -184,8 +186,11 @@ class _LinePage:
         if self._leads():
             await self._panel.line.say({"finish": self._person()})
 
+    async def _aborted(self) -> Text | None:
+        return await self._panel.line.say({"stop": self._person()})
+
     async def _stop(self) -> None:
-        fault = await self._panel.line.say({"stop": self._person()})
+        fault = await self._aborted()
         if fault:
             self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
@@ -224,6 +229,9 @@ class _LinePage:
 
     async def _begin(self) -> None:
         say = self._reader.say
+        # A hidden button is still one that a program can press.
+        if not self._session.may_lead:
+            return
         if not self._plan.value:
             self._fault.set_text(say(text("Choose a plan.")))
             return
@@ -262,7 +270,7 @@ class _Tile:
             self._verdict = ui.label().classes("verdict")
             self._serial = ui.label().classes("text-2xl font-semibold break-all")
             self._detail = ui.label().classes("text-base whitespace-pre-line")
-        self._box.props(f'aria-label="{say(text("Socket {name}", name=name))}" aria-live=polite')
+        named(self._box, say(text("Socket {name}", name=name))).props("aria-live=polite")
 
     def show(self, socket: Mapping[str, Any]) -> None:
         """Show a socket as the batch tells it."""
@@ -290,7 +298,7 @@ class _Tile:
             )
 
     def _set(self, state: str, verdict: str, serial: str) -> None:
-        self._box.props(f"data-state={state}")
+        self._box.props["data-state"] = state
         self._verdict.set_text(verdict)
         self._serial.set_text(serial)
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 from annotated_types import Ge, Gt, Le, Lt
 from nicegui import ui
@@ -73,7 +74,7 @@ class _MotorForm:
             return ui.select(options, label=label).props("outlined dense")
         made = ui.input(label).props("outlined dense")
         if name not in _TEXTS:
-            made.props(f'inputmode=decimal hint="{_range(field)}"')
+            made.props("inputmode=decimal").props["hint"] = _range(field)
         return made
 
     def _save(self) -> None:
@@ -82,7 +83,7 @@ class _MotorForm:
         except InputError as error:
             self._fault.set_text(self._reader.fault(error))
             return
-        ui.navigate.to(f"/?motor={path.stem}")
+        ui.navigate.to(f"/?{urlencode({'motor': path.stem})}")
 
     def _given(self) -> dict[str, Any]:
         given: dict[str, Any] = {}

@@ -9,6 +9,7 @@ from bench.language import catalogue
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.frame import Reader
+from bench.panel.pages.parts import drawing, named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.phrasebook import translate_said
@@ -32,15 +33,11 @@ class QuestionCard:
         self._drawn = ""
         self._input: ui.input | None = None
         say = reader.say
-        with (
-            ui.element("section")
-            .classes("mb-card shrink-0 overflow-hidden")
-            .props(f'aria-label="{say(text("The present step"))}"')
-        ):
+        with named(ui.element("section").classes("mb-card shrink-0 overflow-hidden"), say(text("The present step"))):
             self._place = ui.label().classes("text-base").style("color:#44505c")
             self._step = ui.label().classes("text-2xl font-semibold leading-snug mb-3")
             self._task = ui.element("div").classes("w-full").props("aria-live=polite")
-            self._picture = ui.html("", sanitize=False).classes("w-full max-w-3xl mt-3")
+            self._picture = ui.element("div").classes("w-full max-w-3xl mt-3")
 
     def show(self) -> None:
         """Show the present step and question."""
@@ -62,6 +59,8 @@ class QuestionCard:
             self._run.running,
             self._panel.control.holds(self._session.token),
             view.layout.shaft_turned,
+            # The journal may come after the question: then its words are shown as soon as they are there.
+            view.action,
         )
         if asked != self._asked:
             self._asked = asked
@@ -89,7 +88,10 @@ class QuestionCard:
             drawn = draw_connections(view.layout, nameplate_of(view.run.start), self._reader.translate)
         if drawn != self._drawn:
             self._drawn = drawn
-            self._picture.set_content(drawn)
+            self._picture.clear()
+            if drawn:
+                with self._picture:
+                    drawing(drawn)
 
     def _ask(self, question: Any) -> None:
         say = self._reader.say
@@ -136,7 +138,7 @@ class QuestionCard:
             said = translate_said(question["sentence"], catalogue(self._reader.session.language))
             return [f"{say(role_name(question['instrument']))}: {said}"]
         action = self._run.view.action
-        if action is not None:
+        if action is not None and type(action).__name__ == question["action"]:
             return [say(line) for line in action.lines(nameplate_of(self._run.view.run.start).wire_colours)]
         return [say(restore_text(line)) for line in question["lines"]]
 

@@ -8,6 +8,7 @@ from nicegui import ui
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
+from bench.panel.pages.parts import named
 from bench.panel.plots import axes, line, thinned
 from procedures.text import text
 from reports.figures import decimals_for, figure, scale_of
@@ -26,7 +27,7 @@ class ReadingCard:
         self._plotted = 0.0
         self._dirty = False
         say = reader.say
-        with ui.element("section").classes("mb-card").props(f'aria-label="{say(text("Live reading"))}"'):
+        with named(ui.element("section").classes("mb-card"), say(text("Live reading"))):
             self._what = ui.label(say(text("No reading yet"))).classes("text-base").style("color:#44505c")
             self._value = ui.label("–").classes("text-5xl font-bold mb-number").props("data-reading")
             self._chart = ui.echart(axes("", say(text("bench time / s")), "")).classes("w-full h-64")

@@ -6,13 +6,15 @@ from nicegui import events, ui
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.ended import ended_part
+from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.parts import named
 from bench.panel.pages.question import QuestionCard
 from bench.panel.pages.reading import ReadingCard
 from bench.panel.pages.steps import ProgressCard
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from procedures.text import text
+from procedures.text import Text, text
 from reports.names import role_name
 
 #: How often (s) a page looks whether its run has changed.
@@ -46,7 +48,7 @@ class _RunPage:
             with bar.style("background: var(--paper)"):
                 self._state = ui.label().classes("grow text-xl rounded-lg px-4 py-3").props("role=status")
                 abort = ui.button(say(text("ABORT")), on_click=self._abort, color=None).classes("mb-abort text-xl px-8")
-                abort.props(f'aria-label="{say(text("Abort the run: everything off"))}" accesskey=x')
+                named(abort, say(text("Abort the run: everything off"))).props("accesskey=x")
                 ui.tooltip(say(text("Everything off, in the station's order. Key: Ctrl+Esc")))
             with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-3"):
                 with ui.element("div").classes("lg:col-span-2 flex flex-col flex-nowrap gap-4 min-w-0"):
@@ -55,7 +57,7 @@ class _RunPage:
                     self._reading = ReadingCard(self._run, self._reader)
                     self._progress = ProgressCard(self._panel, self._run, self._reader)
         self._end = ui.element("div").classes("w-full")
-        ui.keyboard(on_key=self._key, repeating=False, ignore=[])
+        offer_abort(self._aborted, abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
         self.look()
 
     def look(self) -> None:
@@ -107,8 +109,11 @@ class _RunPage:
         self._emergency.set_text("\n".join(lines))
         self._emergency.set_visibility(bool(lines))
 
+    async def _aborted(self) -> Text | None:
+        return await self._run.line.abort(self._session.person or self._reader.say(text("this browser")))
+
     async def _abort(self) -> None:
-        fault = await self._run.line.abort(self._session.person or self._reader.say(text("this browser")))
+        fault = await self._aborted()
         if fault:
             ui.notify(self._reader.say(fault), type="negative")
 

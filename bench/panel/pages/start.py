@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from nicegui import ui
 
@@ -95,7 +96,8 @@ class _StartPage:
             with ui.element("section").classes("mb-card mb-4 flex items-center gap-4 mb-state-off"):
                 ui.label(self._reader.say(text("A run is going on: {name}", name=run.name))).classes("text-lg")
                 ui.button(
-                    self._reader.say(text("Show it")), on_click=lambda name=run.name: ui.navigate.to(f"/runs/{name}")
+                    self._reader.say(text("Show it")),
+                    on_click=lambda name=run.name: ui.navigate.to(f"/runs/{quote(name, safe='')}"),
                 )
 
     async def _fill(self) -> None:
@@ -258,4 +260,4 @@ class _StartPage:
             self._complain(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)
-        ui.navigate.to(f"/runs/{run.name}")
+        ui.navigate.to(f"/runs/{quote(run.name, safe='')}")

@@ -24,7 +24,7 @@ from bench.eol.statistics_words import (
 from bench.eol.verdict import Verdict
 from bench.panel.line_records import ALL, Choice, Found, read_statistics, serial_numbers
 from bench.panel.pages.frame import Reader, frame
-from bench.panel.pages.tables import html_table
+from bench.panel.pages.parts import named, table
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot, pareto_plot, rule_words
@@ -59,15 +59,15 @@ class _Statistics:
 
     def build(self) -> None:
         say = self._reader.say
-        with ui.element("section").classes("mb-card w-full mb-4").props(f'aria-label="{say(text("What is shown"))}"'):
+        with named(ui.element("section").classes("mb-card w-full mb-4"), say(text("What is shown"))):
             with ui.row().classes("w-full items-center gap-4"):
                 self._model = self._select(text("Motor type"), "model", batch=None, parameter="")
                 self._batch = self._select(text("Batch"), "batch")
                 self._parameter = self._select(text("Parameter"), "parameter")
-                named = ui.input(say(text("Golden motors (serial numbers)")), value=", ".join(self._choice.golden))
-                named.props("outlined dense").classes("w-72")
+                golden = ui.input(say(text("Golden motors (serial numbers)")), value=", ".join(self._choice.golden))
+                golden.props("outlined dense").classes("w-72")
                 for event in ("keydown.enter", "blur"):
-                    named.on(event, lambda: self._change(golden=serial_numbers(str(named.value or ""))))
+                    golden.on(event, lambda: self._change(golden=serial_numbers(str(golden.value or ""))))
                 ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
             self._status = ui.label().props("role=status").classes("text-base mt-2")
         self._fault = ui.label().props("role=alert").classes("text-xl whitespace-pre-line").style("color:#7a130d")
@@ -153,7 +153,8 @@ class _Statistics:
                 ("first_pass", text("First pass"), yields.first_pass),
                 ("final", text("Final"), yields.final),
             ):
-                with ui.element("div").props(f"data-yield={key}"):
+                with ui.element("div") as box:
+                    box.props["data-yield"] = key
                     ui.label(say(words)).classes("text-base")
                     ui.label(f"{percentage(share.share)} %").classes("mb-yield")
                     ui.label(say(text("95 % interval: {interval} %", interval=interval(share)))).classes("text-base")
@@ -288,17 +289,18 @@ class _Statistics:
 
     def _card(self, title: Text, part: str) -> ui.element:
         words = self._reader.say(title)
-        card = ui.element("section").classes("mb-card w-full").props(f'data-part={part} aria-label="{words}"')
+        card = named(ui.element("section").classes("mb-card w-full"), words)
+        card.props["data-part"] = part
         with card:
             ui.label(words).classes("text-lg font-semibold mb-2").props("role=heading aria-level=2")
         return card
 
     def _plot(self, options: dict[str, Any]) -> None:
         words = options["aria"]["label"]["description"]
-        ui.echart(options).classes("w-full h-80").props(f'role=img aria-label="{words}"')
+        named(ui.echart(options).classes("w-full h-80").props("role=img"), words)
 
     def _table(self, head: Sequence[Text], rows: Sequence[Sequence[str]], *, numeric: set[int]) -> None:
-        ui.html(html_table([self._reader.say(t) for t in head], rows, numeric=frozenset(numeric)), sanitize=False)
+        table([self._reader.say(t) for t in head], rows, numeric=frozenset(numeric))
 
 
 def _beside() -> ui.element:

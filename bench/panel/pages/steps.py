@@ -4,6 +4,7 @@ from nicegui import ui
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
+from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from procedures.text import text
 
@@ -16,7 +17,7 @@ class ProgressCard:
         self._run = run
         self._reader = reader
         self._shown: object = None
-        with ui.element("section").classes("mb-card").props(f'aria-label="{reader.say(text("Progress"))}"'):
+        with named(ui.element("section").classes("mb-card"), reader.say(text("Progress"))):
             self._list = ui.element("ol").classes("list-none p-0 m-0")
             self._warnings = ui.element("div").props("role=log").classes("mt-3")
 

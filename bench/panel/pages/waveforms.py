@@ -7,6 +7,7 @@ from nicegui import run as background
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
+from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.plots import waveform_plot
 from bench.record.waveforms import StoredWaveform, read_waveform
@@ -31,7 +32,7 @@ class WaveformsPart:
         }
         if not records:
             return
-        with ui.element("section").classes("mb-card mb-4").props(f'aria-label="{say(text("Waveforms"))}"'):
+        with named(ui.element("section").classes("mb-card mb-4"), say(text("Waveforms"))):
             ui.label(say(text("Waveforms"))).classes("text-lg font-semibold")
             ui.select(records, label=say(text("Record")), on_change=self._choose).props("outlined dense").classes(
                 "w-96"

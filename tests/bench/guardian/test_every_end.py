@@ -113,7 +113,7 @@ def test_an_instrument_that_is_lost(hold: Callable[..., Any], served: Any) -> No
         told = run.ended()
     finally:
         served.mend()
-    assert told["status"] == "failed"
+    assert told["status"] == "failed", told
     assert "no usable reply" in told["cause"]
     assert "inverter could not be made safe (disable)" in told["cause"]
     truth = served.world.truth()

@@ -32,7 +32,9 @@ class Hands:
     def __init__(self) -> None:
         self.done: list[Do] = []
 
-    def walk(self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False) -> list[Outcome]:
+    def walk(
+        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    ) -> list[Outcome]:
         self.done += [one.do for one in items]
         return [Outcome(one, found=Measured(0.1, "V") if one.measures else None) for one in items]
 
@@ -171,6 +173,38 @@ def test_an_alarm_is_the_runs_own_business_unless_it_does_nothing(watched: type[
         assert one.await_said("took") == "the door, which is open"
         os.close(one.outgoing)
         one.ended()
+
+
+@pytest.mark.parametrize("begins", [True, False])
+def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
+    watched: type[Watched], begins: bool
+) -> None:
+    one = watched()
+    one.tell(stop="Ctrl-C")
+    # Neither signs of life nor the end of a single block are the shutdown.
+    one.tell(beat=1, age=0.0)
+    one.tell(ended=True)
+    if begins:
+        one.tell(down=True)
+        one.tell(done=True, journal=True)
+        assert one.ended() == []
+    else:
+        took = "the run has not begun its shutdown 0.5 s after it was requested by Ctrl-C"
+        assert one.await_said("took") == took
+        os.close(one.outgoing)
+        assert one.ended() == [took]
+
+
+def test_a_source_that_does_not_answer_is_switched_off_at_once_and_the_run_goes_on(watched: type[Watched]) -> None:
+    one = watched()
+    one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s")
+    while not one.hands.done:
+        one.thread.join(0.01)
+    assert one.hands.done == [Do.OUTPUT_OFF]
+    one.tell(down=True)
+    one.tell(done=True, journal=True)
+    assert one.ended() == ["the supply, which is energised and has not answered for 0.7 s"]
+    assert not any("took" in message for message in one.said)
 
 
 def test_the_record_has_its_room_beforehand_and_is_read_while_it_grows(tmp_path: Path) -> None:

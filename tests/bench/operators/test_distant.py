@@ -18,9 +18,9 @@ from bench.errors import message
 from bench.language import translator
 from bench.operators.distant import DistantOperator, DistantPrompt
 from bench.operators.line import FILE
-from bench.safety.interrupts import Interrupted
+from bench.safety.interrupts import Interrupted, Interrupts
 from procedures.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
-from procedures.text import Text, text
+from procedures.text import text
 
 #: Whatever is waited for comes within this time (s), however busy the machine.
 PATIENCE = 60.0
@@ -71,13 +71,13 @@ class Panel:
 
 
 @pytest.fixture
-def stops() -> list[Text]:
-    return []
+def interrupts() -> Interrupts:
+    return Interrupts()
 
 
 @pytest.fixture
-def operator(tmp_path: Path, stops: list[Text]) -> Iterator[DistantOperator]:
-    with closing(DistantOperator(stops.append)) as made:
+def operator(tmp_path: Path, interrupts: Interrupts) -> Iterator[DistantOperator]:
+    with closing(DistantOperator(interrupts)) as made:
         made.line.announce(tmp_path)
         yield made
 
@@ -168,7 +168,7 @@ def test_virtual_hands_do_what_is_confirmed_and_read_what_is_proposed(tmp_path: 
             done.append(action)
             return 24.5 if isinstance(action, EnterReading) else None
 
-    with closing(DistantOperator(lambda _: None, Hands())) as operator:
+    with closing(DistantOperator(Interrupts(), Hands())) as operator:
         operator.line.announce(tmp_path)
         thread, given = asked(lambda: (operator.perform(LockRotor()), operator.perform(READING)))
         with Panel(tmp_path) as panel:
@@ -198,22 +198,21 @@ def test_only_its_owner_may_read_where_the_line_is(operator: DistantOperator, tm
     assert not (tmp_path / FILE).exists()
 
 
-def test_abort_says_who(operator: DistantOperator, tmp_path: Path, stops: list[Text]) -> None:
+def test_abort_says_who(operator: DistantOperator, tmp_path: Path, interrupts: Interrupts) -> None:
     with Panel(tmp_path) as panel:
         panel.send({"abort": "J. Doe"})
         while "heard" not in (panel.read() or {"heard": None}):
             pass
-    assert [str(stop) for stop in stops] == ["J. Doe at the panel"]
-    assert message(Interrupted(stops[0]), translator("zh")) == "被中断：操作面板前的 J. Doe"
+    assert str(interrupts.requested_by) == "J. Doe at the panel"
+    assert message(Interrupted(interrupts.requested_by), translator("zh")) == "被中断：操作面板前的 J. Doe"
 
 
-def test_an_empty_chair_ends_the_run(stops: list[Text]) -> None:
-    with closing(DistantOperator(stops.append, patience=0.05)):
+def test_an_empty_chair_ends_the_run(interrupts: Interrupts) -> None:
+    with closing(DistantOperator(interrupts, patience=0.05)):
         deadline = time.monotonic() + PATIENCE
-        while not stops and time.monotonic() < deadline:
+        while not interrupts.requested_by and time.monotonic() < deadline:
             threading.Event().wait(0.01)
-    assert stops
-    assert "no panel has watched" in str(stops[0])
+    assert "no panel has watched" in str(interrupts.requested_by)
 
 
 def start(runs: Path, *procedures: str) -> "subprocess.Popen[str]":

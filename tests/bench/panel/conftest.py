@@ -1,6 +1,7 @@
 import os
 import shutil
 import socket
+import ssl
 import subprocess
 import sys
 import threading
@@ -38,12 +39,19 @@ class Server:
         deadline = time.monotonic() + 30
         while time.monotonic() < deadline:
             try:
-                urllib.request.urlopen(self.url, timeout=5).close()  # noqa: S310  our own server
+                self._ask()
             except urllib.error.URLError:
                 threading.Event().wait(0.05)
             else:
                 return
         raise AssertionError("the server did not start")
+
+    def _ask(self) -> None:
+        tls = "--certificate" in self.options
+        url = self.url.replace("http:", "https:") if tls else self.url
+        # The tests of TLS look at the certificate themselves.
+        context = ssl._create_unverified_context() if tls else None  # noqa: S323
+        urllib.request.urlopen(url, timeout=5, context=context).close()  # noqa: S310  our own server
 
     def stop(self) -> str:
         assert self._process is not None

@@ -4,8 +4,12 @@ from pathlib import Path
 import pytest
 
 from bench.errors import InputError, UsageError
-from bench.panel.access import Access, add_person
+from bench.panel.access import Access, TooManyTriesError, add_person
 from bench.panel.sessions import Right
+from bench.panel.throttle import LoginThrottle
+
+HERE = "192.0.2.1"
+THERE = "198.51.100.7"
 
 
 @pytest.fixture
@@ -19,7 +23,7 @@ def people(tmp_path: Path) -> Path:
 def test_who_has_name_and_password_is_let_in_with_the_role(people: Path) -> None:
     async def ask() -> list[object]:
         access = Access(people)
-        found = [await access.check("anna", "correct horse"), await access.check("bo", "battery staple")]
+        found = [await access.check("anna", "correct horse", HERE), await access.check("bo", "battery staple", HERE)]
         return [person and person.role for person in found]
 
     assert asyncio.run(ask()) == [Right.OPERATOR, Right.VIEWER]
@@ -27,7 +31,7 @@ def test_who_has_name_and_password_is_let_in_with_the_role(people: Path) -> None
 
 @pytest.mark.parametrize(("name", "password"), [("anna", "battery staple"), ("nobody", "correct horse"), ("", "")])
 def test_anything_else_is_not(people: Path, name: str, password: str) -> None:
-    assert asyncio.run(Access(people).check(name, password)) is None
+    assert asyncio.run(Access(people).check(name, password, HERE)) is None
 
 
 def test_no_password_stands_in_the_file_and_only_its_owner_reads_it(people: Path) -> None:
@@ -40,8 +44,8 @@ def test_no_password_stands_in_the_file_and_only_its_owner_reads_it(people: Path
 def test_a_new_password_takes_the_old_ones_place(people: Path) -> None:
     add_person(people, "anna", "engineer", "another one!")
     access = Access(people)
-    assert asyncio.run(access.check("anna", "correct horse")) is None
-    changed = asyncio.run(Access(people).check("anna", "another one!"))
+    assert asyncio.run(access.check("anna", "correct horse", HERE)) is None
+    changed = asyncio.run(Access(people).check("anna", "another one!", HERE))
     assert changed is not None
     assert changed.role is Right.ENGINEER
 
@@ -68,3 +72,38 @@ def test_a_file_that_is_not_right(tmp_path: Path) -> None:
     path.write_text("")
     with pytest.raises(InputError, match="nobody may log in"):
         Access(path)
+
+
+async def guess(access: Access, name: str, count: int, address: str = HERE) -> list[object]:
+    """Try wrong passwords, all at once."""
+    tries = (access.check(name, f"wrong {number}", address) for number in range(count))
+    return list(await asyncio.gather(*tries, return_exceptions=True))
+
+
+def test_who_guesses_delays_nobody_else(people: Path) -> None:
+    async def attack() -> None:
+        # The clock stands: whoever is let in did not wait.
+        access = Access(people, LoginThrottle(lambda: 0.0))
+        found = [answer for _ in range(5) for answer in await guess(access, "anna", 5)]
+        assert not [answer for answer in found if answer is not None and not isinstance(answer, TooManyTriesError)]
+        assert sum(answer is None for answer in found) <= 6
+        with pytest.raises(TooManyTriesError):
+            await access.check("anna", "correct horse", HERE)
+        assert await access.check("bo", "battery staple", HERE) is not None
+        assert await access.check("anna", "correct horse", THERE) is not None
+
+    asyncio.run(attack())
+
+
+def test_a_thousand_tries_at_once_are_not_computed_at_once(people: Path) -> None:
+    async def attack() -> tuple[int, bool]:
+        access = Access(people, LoginThrottle(lambda: 0.0))
+        others = [
+            access.check(f"nobody-{number}", "wrong", f"10.0.{number // 250}.{number % 250}") for number in range(1000)
+        ]
+        found = await asyncio.gather(*others, return_exceptions=True)
+        return sum(answer is None for answer in found), await access.check("bo", "battery staple", HERE) is not None
+
+    computed, let_in = asyncio.run(attack())
+    assert computed <= 64
+    assert let_in

@@ -10,6 +10,7 @@ import pytest
 
 from bench.guardian.charge import Charge
 from bench.guardian.record import read_guardian
+from bench.safety.calls import CallWatches
 from bench.safety.guardian_link import GuardianLink, Unguarded
 from bench.safety.guardian_scope import Scope, guardian_scope
 from bench.safety.interrupts import Interrupts
@@ -103,7 +104,8 @@ def test_a_guardian_started_by_systemd_run_hears_and_answers(
     folder.mkdir()
     charge = Charge("bench.toml", station_of_a_bench, ("supply",), str(folder), 0.6, 60.0)
     lifeline, kept = os.pipe()
-    link = GuardianLink(charge, SignsOfLife(), Interrupts(), scope, (kept,))
+    interrupts = Interrupts()
+    link = GuardianLink(charge, SignsOfLife(), interrupts, CallWatches(interrupts, {}), scope, (kept,))
     os.close(kept)
     try:
         link.hear("energising", {"instrument": "supply"})

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Error, Page, expect, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, expect, sync_playwright
 
 from bench.operators.line import FILE
 from bench.panel.launch import LINE
@@ -113,10 +113,24 @@ def pages() -> list[Page]:
     return []
 
 
+@pytest.fixture(scope="package")
+def refused() -> list[str]:
+    """Return what the pages' content policy refused so far, as the browser says it."""
+    return []
+
+
 @pytest.fixture
-def new_page(browser: Browser, pages: list[Page]) -> Iterator[Callable[[], Page]]:
-    """Each page is a browser of its own: no cookie is shared, and none is there from the test before."""
+def new_page(browser: Browser, pages: list[Page], refused: list[str]) -> Iterator[Callable[[], Page]]:
+    """Each page is a browser of its own: no cookie is shared, and none is there from the test before.
+
+    No page of ours may run into its own content policy.
+    """
     used = 0
+    refused.clear()
+
+    def note(message: ConsoleMessage) -> None:
+        if "Content Security Policy" in message.text:
+            refused.append(message.text)
 
     def make() -> Page:
         nonlocal used
@@ -124,13 +138,16 @@ def new_page(browser: Browser, pages: list[Page]) -> Iterator[Callable[[], Page]
             context = browser.new_context(viewport={"width": 1400, "height": 900})
             context.set_default_timeout(20_000)
             context.add_init_script(STILL)
-            pages.append(context.new_page())
+            page = context.new_page()
+            page.on("console", note)
+            pages.append(page)
         used += 1
         return pages[used - 1]
 
     yield make
     for page in pages[:used]:
         _leave(page)
+    assert not refused
 
 
 def _leave(page: Page) -> None:

@@ -1,0 +1,67 @@
+"""What a page turns into when its session ends: it says that it knows nothing any more, and still aborts."""
+
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Any
+
+from nicegui import Client, events, ui
+
+from bench.panel.gate import LOGIN
+from bench.panel.pages.frame import Reader
+from bench.panel.sessions import Session
+from procedures.text import Text, text
+
+_KEY = "motorbench_abort"
+
+
+@dataclass(frozen=True)
+class Abort:
+    """How the run or batch of a page is aborted: what that returns is why it was refused, or None.
+
+    `buttons` are the elements by which it is asked for.
+    """
+
+    call: Callable[[], Awaitable[Text | None]]
+    buttons: frozenset[int]
+
+
+def offer_abort(call: Callable[[], Awaitable[Text | None]], *buttons: ui.element) -> None:
+    """Note how this page aborts: whatever becomes of its session, that stays possible."""
+    ui.context.client.storage[_KEY] = Abort(call, frozenset(button.id for button in buttons))
+
+
+def abort_of(client: Client) -> Abort | None:
+    """Return how a page aborts, where there is something to abort."""
+    found: Abort | None = client.storage.get(_KEY)
+    return found
+
+
+def show_ended(client: Client, session: Session) -> None:
+    """Have a page show that its session has ended; of all that it could do, only the abort is left."""
+    say, abort = Reader(session).say, abort_of(client)
+    for part in list(client.layout.default_slot.children):
+        if part is not client.page_container:
+            part.delete()
+    client.content.clear()
+    with client.content, ui.element("main").classes("max-w-3xl mx-auto mt-16 p-4 flex flex-col gap-4"):
+        words = text(
+            "UNKNOWN: your session has ended, and this page knows nothing any more. Log in again to see what goes on."
+        )
+        ui.label(say(words)).classes("mb-emergency").props("role=alert")
+        ui.link(say(text("Log in again")), LOGIN).classes("text-xl")
+        if abort is None:
+            return
+        outcome = ui.label().classes("text-xl").props("role=status")
+
+        async def stop() -> None:
+            refused = await abort.call()
+            outcome.set_text(say(refused or text("The abort was passed on. Look at the bench: is everything off?")))
+
+        async def key(event: events.KeyEventArguments) -> None:
+            pressed: Any = event.key
+            if event.action.keydown and event.modifiers.ctrl and pressed.escape:
+                await stop()
+
+        button = ui.button(say(text("ABORT")), on_click=stop, color=None).classes("mb-abort text-2xl px-10 py-4")
+        keyboard = ui.keyboard(on_key=key, repeating=False, ignore=[])
+        offer_abort(abort.call, button, keyboard)
