@@ -32,6 +32,9 @@ from bench.safety.guarding import guarded
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
+from bench.safety.watchdog_relays import relays_ready
+from bench.safety.watchdogs import planned_watchdogs
+from bench.safety.way_down_items import Do
 from bench.software import software
 from bench.surroundings import Place, place
 from bench.virtual_station import VIRTUAL
@@ -167,6 +170,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             view = view_of(previous.events)
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
         interlocks = leaving.enter_context(interlocks_ready(where.station, where.owner.state))
+        relays = leaving.enter_context(relays_ready(where.station.watchdog_relays, used, where.station.source))
         folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         if how.folder is None:
             where.owner.work_in(folder.path)
@@ -189,6 +193,8 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         )
         reserve = Reserve(folder.reserve) if how.reserve else None
         journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
+        braked = {item.role for item in where.station.way_down.items if item.do is Do.BRAKE}
+        guard = relays.beside(guard, braked, journal, interrupts)
         journal.listen(view.apply)
         journal.listen(calls.hear)
         guard.record_in(journal)
@@ -231,6 +237,8 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
         about["guardian"] = guard.about()
+        if where.station.source != VIRTUAL:
+            about["watchdogs"] = [one.as_dict() for one in planned_watchdogs(where.station, used)]
         interlocks.watch(journal, interrupts)
         runner.run(
             plan,

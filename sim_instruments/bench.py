@@ -180,6 +180,7 @@ class VirtualBench:
         """The dynamometer's line: the drive is unit 1, the transducer unit 2."""
         generator = self._generator("dynamometer")
         drive = DeltaDrive(self.world, pole_pairs=self._pole_pairs, rated_torque=self._rated_torque)
+        self._open.callback(drive.close)
         transducer = Dyn200(self.world, generator, self.errors.dynamometer, rated_torque=self._rated_torque)
         return ModbusLine((drive, transducer), self.clock, generator)
 

@@ -19,6 +19,7 @@ from sim_instruments.endpoints.modbus_server import ModbusTcpServer
 from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.endpoints.scpi_socket import ScpiSocket
 from sim_instruments.endpoints.tcp_service import Serve, TcpService
+from sim_instruments.instruments.bk9000 import Bk9000
 from sim_instruments.paced_clock import PacedClock
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
@@ -37,8 +38,9 @@ class ServedBench:
     """Serves a bench until it is closed; a context manager.
 
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
-    excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path; what else it takes
-    are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had.
+    excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path. With
+    `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
+    What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had.
     """
 
     def __init__(
@@ -49,6 +51,7 @@ class ServedBench:
         host: str = LOOPBACK,
         seed: int = 0,
         pages: Mapping[str, Any] | None = None,
+        watchdog_relay: bool = False,
         **bench: Any,
     ) -> None:
         self.clock = PacedClock(speedup)
@@ -67,6 +70,7 @@ class ServedBench:
             #: Emergency stop and door.
             self.contacts = SafetyContacts()
             self._inputs = loop.run(self._serve_contacts(loop))
+            self._relays = loop.run(self._serve_relay(loop)) if watchdog_relay else {}
             routes = control_routes(self.bench, self.clock, self._addresses, pages or {}, self.contacts)
             control = loop.run(self._listen(loop, JsonService(routes).serve, LOOPBACK))
             #: Where the control endpoint is.
@@ -87,6 +91,10 @@ class ServedBench:
     def interlocks(self) -> dict[str, dict[str, Any]]:
         """Return by name where each safety contact is read, a closed one being 1."""
         return {name: dict(where) for name, where in self._inputs.items()}
+
+    def watchdog_relays(self) -> dict[str, dict[str, Any]]:
+        """Return by name where each relay with a watchdog is reached, and the roles that it takes the energy from."""
+        return {name: dict(where) for name, where in self._relays.items()}
 
     def close(self) -> None:
         """Hang up on everybody and close all endpoints; again is allowed."""
@@ -145,6 +153,15 @@ class ServedBench:
             "emergency_stop": {"address": f"tcp://{self.host}:{tcp.port}", "number": 0, "unit": 1},
             "door": {"address": f"can://{interface}/{channel}", "frame": FRAME, "byte": 0, "bit": 1},
         }
+
+    async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+        supply = self.bench.supply
+        supply.inhibit(True)
+        coupler = Bk9000(lambda closed: supply.inhibit(not closed))
+        self._open.callback(coupler.close)
+        line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
+        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        return {"supply_enable": {"address": f"tcp://{self.host}:{tcp.port}", "output": 0, "roles": ["supply"]}}
 
     async def _listen(
         self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None

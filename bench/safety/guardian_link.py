@@ -13,6 +13,7 @@ from typing import IO, Any, Protocol
 from bench.guardian.charge import BEATS, Charge, decode, encode
 from bench.safety.calls import CallWatches
 from bench.safety.guardian_anchor import RecordAnchor
+from bench.safety.guardian_scope import Scope
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
 from procedures.bench import Recorder
@@ -90,8 +91,10 @@ class GuardianLink:
         life: SignsOfLife,
         interrupts: Interrupts,
         calls: CallWatches,
+        scope: Scope,
         lifelines: Sequence[int] = (),
     ) -> None:
+        self._scope = scope
         self._charge = charge
         self._anchor = RecordAnchor(charge.token)
         self._life = life
@@ -109,11 +112,11 @@ class GuardianLink:
         self._echoed = monotonic()
         self._down = self._taken = False
         self._yielding: float | None = None
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "bench.guardian"],
+        self._process = subprocess.Popen(  # noqa: S603  our own interpreter, by systemd-run's own path
+            [*scope.prefix, sys.executable, "-P", "-m", "bench.guardian"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+            env={**os.environ, **scope.environment, "PYTHONPATH": str(Path(__file__).parents[2])},
             # Ctrl-C at the terminal is the run's to take, not the guardian's.
             start_new_session=True,
             pass_fds=lifelines,
@@ -179,7 +182,7 @@ class GuardianLink:
 
     def about(self) -> Mapping[str, Any] | None:
         """Return what a run's record says of its guardian at the beginning."""
-        return self._anchor.about()
+        return {**self._anchor.about(), **self._scope.about()}
 
     def record_end(self) -> Mapping[str, Any] | None:
         """Return where the guardian's own record ends, as it said last."""
