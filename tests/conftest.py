@@ -1,6 +1,7 @@
 """What all tests share."""
 
 import os
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +20,15 @@ settings.load_profile("motorbench")
 # Two workers with two BLAS threads each only get in each other's way on two cores.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+
+@pytest.fixture(scope="session")
+def postgresql() -> Iterator[str]:
+    """A PostgreSQL server's address: of one that answers, or of this worker's own."""
+    from tests.bench.eol.postgresql import server
+
+    with server() as address:
+        yield address
 
 
 @pytest.fixture

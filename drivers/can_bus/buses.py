@@ -73,7 +73,7 @@ class SharedBus:
         self.network: canopen.Network = canopen.Network()
         self.network.NOTIFIER_CYCLE = LISTENING_TIME
         self._leaving = threading.Event()
-        self.network.listeners.append(BrokenLine(self._leaving))
+        cast("list[can.Listener]", self.network.listeners).append(BrokenLine(self._leaving))
         self.connect(name)
 
     def connect(self, name: str) -> None:
