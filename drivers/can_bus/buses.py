@@ -1,11 +1,10 @@
 """Connections to CAN buses: the nodes of one bus share one, which ends with the last of them."""
 
 import threading
-from contextlib import suppress
 from typing import TYPE_CHECKING, cast
 
 from drivers.can_bus.addresses import BusAddress, parse_address
-from drivers.can_bus.sockets import close_line, keep_to_own_group
+from drivers.can_bus.sockets import keep_to_own_group, leaving
 from drivers.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
 from drivers.interfaces import CommunicationError
 
@@ -106,16 +105,12 @@ class SharedBus:
 
     def disconnect(self) -> None:
         """Leave the bus; what a broken connection says about its end is of no use any more."""
-        import can
-
         self._leaving.set()
         if self.network.notifier is not None:
             # Or canopen prints it.
             self.network.notifier.exception = None
-        bus = self.network.bus
-        with suppress(can.CanError, OSError):
+        with leaving(self.network.bus):
             self.network.disconnect()
-        close_line(bus)
         self.network.bus = None
 
 

@@ -1,11 +1,9 @@
 """An interlock contact as a bit of a cyclic CAN frame."""
 
-from contextlib import suppress
-
 from drivers.can_bus.addresses import parse_bus
 from drivers.can_bus.buses import LISTENING_TIME
 from drivers.can_bus.options import CanInterlockOptions
-from drivers.can_bus.sockets import close_line, keep_to_own_group
+from drivers.can_bus.sockets import keep_to_own_group, leaving
 from drivers.interfaces import CommunicationError
 from drivers.limits import check_setpoint
 
@@ -57,14 +55,11 @@ class CanInterlock:
 
     def close(self) -> None:
         """Leave the bus; may be called twice."""
-        import can
-
         if self._bus is not None:
             self._frames.leave()
             self._notifier.stop()
-            with suppress(can.CanError, OSError):
+            with leaving(self._bus):
                 self._bus.shutdown()
-            close_line(self._bus)
         self._bus = None
 
     def _latest(self) -> bytes:

@@ -3,6 +3,8 @@
 import os
 import socket
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -19,8 +21,16 @@ def keep_to_own_group(bus: "can.BusABC | None") -> None:
             own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)
 
 
-def close_line(bus: "can.BusABC | None") -> None:
-    """Close the socket under an slcan bus that is shut down: pyserial leaves it open where the other end has gone."""
-    left = getattr(getattr(bus, "serialPortOrig", None), "_socket", None)
-    if left is not None:
-        left.close()
+@contextmanager
+def leaving(bus: "can.BusABC | None") -> Iterator[None]:
+    """Shut a bus down in this block: errors are passed over, and its socket is closed in the end.
+
+    pyserial leaves the socket under an slcan bus open where the other end has gone.
+    """
+    import can
+
+    line = getattr(getattr(bus, "serialPortOrig", None), "_socket", None)
+    with suppress(can.CanError, OSError):
+        yield
+    if line is not None:
+        line.close()

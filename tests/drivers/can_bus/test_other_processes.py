@@ -11,6 +11,7 @@ import pytest
 from drivers.can_bus.buses import CanBuses
 from drivers.can_bus.cia402_six_step import open_cia402_six_step
 from drivers.can_bus.interlock import CanInterlock
+from drivers.can_bus.listening import LatestFrame
 from drivers.can_bus.options import CanInterlockOptions, Cia402SixStepOptions
 from drivers.can_bus.power_state import PowerState
 from drivers.can_bus.sockets import keep_to_own_group
@@ -75,6 +76,26 @@ def test_a_gateway_that_hangs_up(node: Any, clock: Any, gateway: Any, capfd: pyt
         drive._node._connection.reopen()
     drive.close()
     assert capfd.readouterr().err == ""
+
+
+def test_an_interlock_whose_gateway_hangs_up(gateway: Any) -> None:
+    address, ending = gateway
+    contact = CanInterlock(address, CanInterlockOptions(frame=0x1A0, byte=0, bit=1), name="door")
+    ending.close()
+    with pytest.raises(CommunicationError, match="door: the bus fails"):
+        contact.closed()
+    contact.close()
+    with pytest.raises(CommunicationError, match="the bus is closed"):
+        contact.closed()
+
+
+def test_a_frame_that_is_too_old_says_nothing() -> None:
+    frames = LatestFrame()
+    frames.on_message_received(can.Message(arbitration_id=0x1A0, data=b"\x02"))
+    assert frames.take(0.0) is None
+    frames.on_message_received(can.Message(arbitration_id=0x1A0, data=b"\x02"))
+    assert frames.take(60.0) == b"\x02"
+    assert frames.take(0.0) is None
 
 
 def test_a_bit_rate_that_no_adapter_has(clock: Any, gateway: Any) -> None:
