@@ -26,7 +26,7 @@ from bench.record.run_view import RunView, view_of
 from bench.record.unrecorded import Unrecorded
 from bench.record.waveforms import WaveformFolder
 from bench.resume import begun, check_identities, check_unchanged, left_unsafe
-from bench.runner import Runner
+from bench.runner import Runner, secure
 from bench.safety.calls import CallWatches
 from bench.safety.guarding import guarded
 from bench.safety.interlocks import ready as interlocks_ready
@@ -34,11 +34,12 @@ from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
 from bench.safety.watchdog_relays import relays_ready
 from bench.safety.watchdogs import planned_watchdogs
-from bench.safety.way_down_items import Do
+from bench.safety.way_down import failures
+from bench.safety.way_down_items import OFF_BY, Do
 from bench.software import software
 from bench.surroundings import Place, place
 from bench.virtual_station import VIRTUAL
-from drivers.interfaces import Clock
+from drivers.interfaces import Clock, InstrumentError
 from procedures.result import Notice
 from procedures.text import Translate
 
@@ -281,11 +282,27 @@ def _check_instruments(
         owner=where.owner,
     )
     try:
+        if left_unsafe(previous.events):
+            _secure(instruments, previous, where)
         for role in sorted(needed, key=lambda role: role.value):
             instruments.open(role)
         check_identities(folder, previous.events, instruments.opened())
     finally:
         instruments.close()
+
+
+def _secure(instruments: StationInstruments, previous: JournalFile, where: Place) -> None:
+    """Switch off what an earlier session left on before anything is asked of it: whatever keeps the run from going on, it is off."""
+    way_down = where.station.way_down
+    # What a person switches is asked for once the run goes on.
+    used = {Role(event.data["instrument"]) for event in previous.events if event.kind == "instrument_opened"}
+    sources = {role for role in used - way_down.by_hand if role in OFF_BY and role in where.station.entries}
+
+    def walk() -> list[str]:
+        return failures(way_down.walk(instruments.opened(), Unrecorded(), where.clock))
+
+    if unsafe := secure(instruments, sources, walk):
+        raise InstrumentError("the bench", "; ".join(unsafe), remedy="Switch it off by hand, then go on with --resume")
 
 
 def _about(

@@ -4,8 +4,8 @@ A fresh clone of what is committed is tried in a network namespace with loopback
 is one Python with pip and neither uv nor PostgreSQL nor Chromium. The packages are downloaded before, into a cache of their own,
 so that this needs a package registry once. With arguments the second command runs these tests only.
 
-Ends with 0 where both commands pass and no test but a browser's is skipped, or lacks the data that stand beside a
-checkout; with 77 where this machine allows no namespace.
+Ends with 0 where both commands pass and no tests are skipped but a browser's, and those that read data which is not beside this checkout;
+with 77 where this machine allows no namespace.
 """
 
 import argparse
