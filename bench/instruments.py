@@ -8,9 +8,11 @@ from bench.files.station import Entry, Station
 from bench.record.errors import RecordError
 from bench.record.recording import Recording, WaveformSink
 from bench.safety.calls import CallWatches
+from bench.safety.claims import Claim, identity_keys
 from bench.safety.limited import PolePairs
 from bench.safety.limiting import limited
 from bench.safety.limits import Observer, limits_of, nobody
+from bench.safety.ownership import HeldError, HeldInstrumentError, Ownership, Unowned
 from bench.safety.watchdogs import watchdog_of
 from drivers.can_bus.buses import CanBuses
 from drivers.in_process import InProcess
@@ -33,7 +35,8 @@ class StationInstruments:
     `visa` makes the VISA resource manager when the first VISA instrument is opened; `in_process` opens the addresses that
     a bench in this process has. With `trace`, every exchange of the drivers is an event too. Nobody gets an instrument
     without the motor's and the station's limits in front of it; `pole_pairs` gives what is known of them, `observe` hears
-    every set point, `calls` watches over each exchange.
+    every set point, `calls` watches over each exchange. `owner` has the instruments already; here it also gets them by their
+    serial numbers.
     """
 
     def __init__(
@@ -51,7 +54,9 @@ class StationInstruments:
         pole_pairs: PolePairs | None = None,
         observe: Observer = nobody,
         calls: CallWatches | None = None,
+        owner: Ownership | None = None,
     ) -> None:
+        self._owner = owner or Unowned()
         self._station = station
         self._nameplate = nameplate
         self._waveforms = waveforms
@@ -138,6 +143,7 @@ class StationInstruments:
                 remedy="See the station file",
             ) from error
         try:
+            self._own(entry, instrument)
             self._recorder.event(
                 "instrument_opened", **said, identity=instrument.identity, watchdog=watchdog_of(instrument)
             )
@@ -146,6 +152,14 @@ class StationInstruments:
             instrument.close()
             raise
         return instrument
+
+    def _own(self, entry: Entry, instrument: Instrument) -> None:
+        """Have an instrument by its serial number too: it may be reached by several addresses."""
+        keys = identity_keys(self._station, entry, instrument.identity)
+        try:
+            self._owner.claim([Claim(entry.name, keys)])
+        except HeldError as error:
+            raise HeldInstrumentError(entry.name, error) from error
 
     def _manager(self) -> "ResourceManager":
         if self._visa is None:

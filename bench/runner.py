@@ -234,7 +234,13 @@ class Runner:
         return failures(self.way_down.walk(opened, self.journal, self.clock, hurry=hurry))
 
     def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:
-        ended = {"status": status, "cause": "\n".join(causes), "bench_time": bench_time, "wall_time": wall_time}
+        ended: dict[str, Any] = {
+            "status": status,
+            "cause": "\n".join(causes),
+            "bench_time": bench_time,
+            "wall_time": wall_time,
+            "guardian": self.guard.record_end(),
+        }
         try:
             self.journal.event("run_finished", **ended)
         except OSError as error:

@@ -139,6 +139,7 @@ def run(
         language=wishes.language,
         interrupts=interrupts,
         faults=wishes.faults,
+        what=f"motorbench run {' '.join(wishes.procedures)}",
     ) as where:
         if list(wishes.procedures) == ["all"]:
             plan = possible(plan, where.station, console, translate)
@@ -168,9 +169,11 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             check_unchanged(wishes.resume, began, wishes.motor, where.station, versions)
             view = view_of(previous.events)
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
-        interlocks = leaving.enter_context(interlocks_ready(where.station.interlocks, where.station.source))
+        interlocks = leaving.enter_context(interlocks_ready(where.station, where.owner.state))
         relays = leaving.enter_context(relays_ready(where.station.watchdog_relays, used, where.station.source))
         folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
+        if how.folder is None:
+            where.owner.work_in(folder.path)
         where.announce(folder.path)
         calls = CallWatches(
             interrupts,
@@ -185,7 +188,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
                 interrupts,
                 calls,
                 wanted=wishes.guardian,
-                lifelines=how.lifelines,
+                lifelines=(*how.lifelines, *where.owner.descriptors),
             )
         )
         reserve = Reserve(folder.reserve) if how.reserve else None
@@ -194,6 +197,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         guard = relays.beside(guard, braked, journal, interrupts)
         journal.listen(view.apply)
         journal.listen(calls.hear)
+        guard.record_in(journal)
         journal.listen(guard.hear)
         journal.listen(where.operator_hears)
         where.listen_to_faults(recording(journal))
@@ -212,6 +216,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             trace=wishes.trace,
             pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
             calls=calls,
+            owner=where.owner,
         )
         where.equip(instruments.available())
         runner = Runner(
@@ -273,6 +278,7 @@ def _check_instruments(
         where.visa,
         where.prompts,
         in_process=where.in_process,
+        owner=where.owner,
     )
     try:
         for role in sorted(needed, key=lambda role: role.value):

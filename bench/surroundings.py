@@ -14,6 +14,8 @@ from bench.files.station import Station, load_station
 from bench.instruments import Prompts, system_visa
 from bench.language import catalogue, translator
 from bench.safety.interrupts import Interrupts
+from bench.safety.ownership import Ownership, Unowned
+from bench.safety.station_ownership import owning_stations
 from bench.sharing import Alone, Sharing
 from bench.truth import truth_of
 from bench.virtual_station import VIRTUAL
@@ -45,7 +47,7 @@ class Place:
     what is really so; `listen_to_faults` has one told of the faults that begin and mend there. `sharing` is the way to what other
     sockets use too.
     An operator that works with instruments of the station uses those in `operators_roles`, is given them by `equip`, and
-    hears the journal by `operator_hears`.
+    hears the journal by `operator_hears`. `owner` has the station's instruments for the length of the run.
     """
 
     station: Station
@@ -64,6 +66,7 @@ class Place:
     equip: Callable[[Mapping[Role, Instrument]], None] = _nothing_taken
     operator_hears: Callable[[str, Mapping[str, Any]], None] = lambda _kind, _data: None
     sharing: Sharing = field(default_factory=Alone)
+    owner: Ownership = field(default_factory=Unowned)
 
 
 @contextmanager
@@ -78,11 +81,14 @@ def place(
     language: str,
     interrupts: Interrupts,
     faults: "Sequence[GivenFault]" = (),
+    what: str = "",
 ) -> Iterator[Place]:
     """Give the surroundings for a run; `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one.
 
-    `interrupts` is how a panel ends the run, `faults` are injected on a virtual bench.
-    Raises UsageError where they do not go together, InputError for a bad file.
+    `interrupts` is how a panel ends the run, `faults` are injected on a virtual bench, `what` is what others are told
+    who want the same instruments.
+    Raises UsageError where they do not go together, InputError for a bad file, HeldError where somebody else has one of
+    the station's instruments: before anything is opened.
     """
     if operator and operator not in OPERATORS:
         raise UsageError(text("--operator {operator}: allowed are {names}", operator=operator, names=OPERATORS))
@@ -100,18 +106,22 @@ def place(
         with _virtual(motor, seed, faults, fixture=by_fixture) as made, _watched(made, operator, interrupts) as watched:
             yield watched
         return
-    with place_at(
-        load_station(Path(station)),
-        motor,
-        operator,
-        answers=answers,
-        seed=seed,
-        console=console,
-        language=language,
-        interrupts=interrupts,
-        faults=faults,
-    ) as made:
-        yield made
+    read = load_station(Path(station))
+    with (
+        owning_stations([read], what) as owner,
+        place_at(
+            read,
+            motor,
+            operator,
+            answers=answers,
+            seed=seed,
+            console=console,
+            language=language,
+            interrupts=interrupts,
+            faults=faults,
+        ) as made,
+    ):
+        yield replace(made, owner=owner or made.owner)
 
 
 @contextmanager

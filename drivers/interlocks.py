@@ -1,6 +1,7 @@
 """Interlock contacts by the scheme of their address; importing this imports no transport library."""
 
 from drivers.can_bus.options import CanInterlockOptions
+from drivers.canonical_address import canonical_addresses
 from drivers.interfaces import Interlock
 from drivers.modbus.options import ModbusInterlockOptions
 
@@ -15,6 +16,19 @@ def options_for(address: str) -> type[InterlockOptions]:
     if scheme == "can":
         return CanInterlockOptions
     raise ValueError("write tcp://host:port, rtu:///dev/…?baudrate=… or can://interface/channel?bitrate=…")
+
+
+def contact_names(address: str, options: InterlockOptions) -> tuple[str, ...]:
+    """Return the names of a contact; however its address is written, one contact has one in common."""
+    if isinstance(options, CanInterlockOptions):
+        kind = "extended frame" if options.extended else "frame"
+        contact = f"{kind} {options.frame} byte {options.byte} bit {options.bit}"
+        return tuple(f"{place} {contact}" for place in canonical_addresses(address))
+    contact = f"{options.input} {options.number}"
+    places = canonical_addresses(address, units=options.units)
+    if address.startswith("rtu:"):
+        contact = f"unit {options.unit} {contact}"
+    return tuple(f"{place} {contact}" for place in places)
 
 
 def open_interlock(address: str, options: InterlockOptions, *, name: str) -> Interlock:

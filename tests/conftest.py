@@ -1,6 +1,8 @@
 """What all tests share."""
 
 import os
+import shutil
+import tempfile
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +21,21 @@ settings.load_profile("motorbench")
 # Two workers with two BLAS threads each only get in each other's way on two cores.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+
+STATE = pytest.StashKey[str]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give these tests a state folder of their own: nothing of a bench beside them is seen, or held up."""
+    folder = tempfile.mkdtemp(prefix="motorbench-state-")
+    Path(folder).chmod(0o1777)
+    config.stash[STATE] = os.environ["MOTORBENCH_STATE"] = folder
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Take it away again."""
+    shutil.rmtree(config.stash[STATE], ignore_errors=True)
 
 
 @pytest.fixture

@@ -8,7 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from bench.commands.output import console_on, print_json
+from bench.errors import InputError
 from bench.safety.guardian_scope import guardian_scope
+from bench.safety.ownership import holders
+from bench.safety.state_folder import state_folder
 
 _LIBRARIES = (
     "motorbench", "numpy", "scipy", "GTC", "pydantic", "PyVISA", "PyVISA-py", "pyserial", "pymodbus", "python-can",
@@ -35,6 +38,7 @@ def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
         "serial_ports": _serial_ports(),
         "can_interfaces": _can_interfaces(),
         "guardian": guardian_scope().about(),
+        **_state(),
     }
     found["problems"] = _problems(found, runs)
     if json:
@@ -42,6 +46,23 @@ def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
     else:
         _print(found)
     return 1 if found["problems"] else 0
+
+
+def _state() -> dict[str, Any]:
+    """Return where it is kept who has which instrument, who has any, and why that cannot be told."""
+    try:
+        state = state_folder()
+        return {
+            "state_folder": str(state.path),
+            "in_use": [
+                {"user": one.user, "pid": one.pid, "what": one.what, "since": one.since, "folder": one.folder}
+                | {"ended": one.gone, "instruments": sorted(one.keys)}
+                for one in holders(state)
+            ],
+            "state_problem": "",
+        }
+    except InputError as error:
+        return {"state_folder": "", "in_use": [], "state_problem": str(error)}
 
 
 def _version(name: str) -> str | None:
@@ -90,6 +111,8 @@ def _problems(found: dict[str, Any], runs: Path) -> list[str]:
         for port, state in found["serial_ports"].items()
         if state != "usable"
     ]
+    if found["state_problem"]:
+        problems.append(found["state_problem"])
     place = runs if runs.exists() else runs.absolute().parent
     if not os.access(place, os.W_OK):
         problems.append(f"{place} may not be written to; choose another folder with --runs")
@@ -107,6 +130,13 @@ def _print(found: dict[str, Any]) -> None:
             console.print(f"  {name}  {told}", markup=False)
     console.print(f"CAN interfaces: {', '.join(found['can_interfaces']) or 'none'}", markup=False)
     console.print(f"Guardian: {found['guardian']['said']}", markup=False)
+    console.print(f"State folder: {found['state_folder'] or 'none'}", markup=False)
+    for one in found["in_use"]:
+        ended = ", which has ended; its guardian has not" if one["ended"] else ""
+        console.print(
+            f"  {one['user']}: {one['what']} (process {one['pid']}{ended}), since {one['since']}", markup=False
+        )
+        console.print(f"      {', '.join(one['instruments'])}", markup=False)
     for problem in found["problems"]:
         console.print(f"✗ {problem}", markup=False)
     if not found["problems"]:

@@ -12,7 +12,8 @@ from bench.eol.line.admission import Refused
 from bench.eol.line.batch import BatchWishes, Counts, run_batch
 from bench.eol.line.ledger import Begun
 from bench.eol.record import MotorRecord
-from bench.eol.store.records import StoreError
+from bench.eol.store.faults import StoreError
+from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.errors import InputError, said_by
 from bench.language import language_of, translator
@@ -102,13 +103,9 @@ def run(
     else:
         _say(console_on(sys.stdout), told)
     translate = translator(wishes.language)
-    if counts.waiting:
-        waiting = text(
-            "{number} records wait for the server ({fault}); they are forwarded with the next batch",
-            number=counts.waiting,
-            fault=counts.fault,
-        )
-        print(f"motorbench: {waiting.render(translate)}", file=sys.stderr)
+    if counts.waits.anything:
+        for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
+            print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     if stopped:
         said = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
         print(f"motorbench: {said.render(translate)}", file=sys.stderr)
@@ -121,6 +118,7 @@ class _Teller:
     def __init__(self, console: "Console", translate: Translate) -> None:
         self._console = console
         self._translate = translate
+        self._waits = Waiting()
 
     def begun(self, motor: Begun, socket: str) -> None:
         """Say nothing: its end is soon told."""
@@ -139,6 +137,16 @@ class _Teller:
         """Print it."""
         self._line(f"motorbench: {words.render(self._translate)}")
 
+    def waits(self, waiting: Waiting) -> None:
+        """Print what waits where the reasons are others than before, and that nothing does any more."""
+        before, self._waits = self._waits, waiting
+        if (before.troubles, before.refused) == (waiting.troubles, waiting.refused):
+            return
+        for sentence in waiting.sentences():
+            self.trouble(sentence)
+        if before.troubles and not waiting.troubles:
+            self.trouble(text("records are stored and forwarded again"))
+
     def _line(self, words: str) -> None:
         self._console.file.write(words + "\n")
         self._console.file.flush()
@@ -153,7 +161,13 @@ def _told(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
         "bench_time": counts.bench_time,
         "wall_time": wall,
         "motors_per_second": counts.motors / wall if wall > 0.0 else 0.0,
-        "waiting_for_server": counts.waiting,
+        "waiting_for_server": counts.waits.for_server,
+        "in_no_database": counts.waits.unstored,
+        "refused_records": [
+            {"identifier": refusal.identifier, "record": str(refusal.named), "why": str(refusal.why)}
+            for refusal in counts.waits.refused
+        ],
+        "waits_because": [str(trouble.why) for trouble in counts.waits.troubles],
         "stopped": stopped,
     }
 

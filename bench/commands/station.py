@@ -1,26 +1,31 @@
 """`motorbench station check`: does every instrument answer, and is it the right one?"""
 
 import sys
-from dataclasses import asdict
+from contextlib import ExitStack
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from bench.clock import SystemClock, wall_date
 from bench.commands.output import console_on, print_json
-from bench.errors import InputError, UsageError
+from bench.eol.line.line_file import load_line
+from bench.errors import InputError, UsageError, message
 from bench.files.station import Entry, Station, load_station
 from bench.instruments import StationInstruments, system_visa
 from bench.language import language_of, translator
 from bench.record.unrecorded import Unrecorded
-from bench.safety.interlocks import Interlocks, closed
-from bench.safety.latch import Latch
+from bench.safety.claims import claim_of, interlock_claims, relay_claims
+from bench.safety.interlocks import Interlocks, closed, stood
+from bench.safety.latch import Latch, Trip
+from bench.safety.ownership import HeldError, Ownership, owning
+from bench.safety.state_folder import StateFolder, state_folder
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
 from drivers.interfaces import InstrumentError
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role
 from procedures.nameplate import Connection, Nameplate
-from procedures.text import english, text
+from procedures.text import Translate, english, text
 
 
 class _Nobody:
@@ -52,22 +57,28 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
-    nowhere = Unrecorded()
     plate = Nameplate("none", Connection.WYE, rated_current=1e-3)
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, _Nobody())
-    instruments = StationInstruments(
-        read, plate, SystemClock(), nowhere, nowhere, system_visa(read.visa_library), prompts.get
-    )
-    contacts = _look_at_contacts(read)
-    relays = _look_at_relays(read)
-    try:
-        found = {role.value: _look(instruments, entry) for role, entry in read.entries.items()}
-        errors = {role: str(found[role.value]["error"]) for role in read.entries if found[role.value]["error"]}
-        watchdogs = armed_watchdogs(read, instruments.opened(), errors)
-    finally:
-        closing = instruments.close()
+    nowhere = Unrecorded()
+    state = state_folder()
+    with owning(state, "motorbench station check") as owner:
+        instruments = StationInstruments(
+            read, plate, SystemClock(), nowhere, nowhere, system_visa(read.visa_library), prompts.get, owner=owner
+        )
+        found = {role.value: _held(read, entry, owner, translate) for role, entry in read.entries.items()}
+        contacts = _look_at_contacts(read, owner, translate)
+        relays = _look_at_relays(read, owner, translate)
+        try:
+            for role, entry in read.entries.items():
+                if found[role.value]["error"] is None:
+                    _look(instruments, entry, found[role.value], translate)
+            errors = {role: str(found[role.value]["error"]) for role in read.entries if found[role.value]["error"]}
+            watchdogs = armed_watchdogs(read, instruments.opened(), errors)
+        finally:
+            closing = instruments.close()
+    trip = Latch(state, read).standing()
     looked_at = (*found.values(), *contacts.values(), *relays.values())
-    good = not closing and all(told["error"] is None for told in looked_at)
+    good = not closing and trip is None and all(told["error"] is None for told in looked_at)
     if json:
         print_json(
             {
@@ -76,13 +87,15 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
                 "interlocks": contacts,
                 "watchdog_relays": relays,
                 "watchdogs": [one.as_dict() for one in watchdogs],
+                "trip": None if trip is None else asdict(trip),
                 "closing": list(closing),
                 "overdue": overdue,
                 "good": good,
             }
         )
     else:
-        _print(read.name, found, contacts, relays, overdue + list(closing))
+        tripped = [] if trip is None else [stood(trip).render(translate)]
+        _print(read.name, found, contacts, relays, [*tripped, *overdue, *closing])
         for one in watchdogs:
             mark = "!" if one.missing else "✓"
             console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
@@ -104,11 +117,16 @@ def reset(station: Path, *, by: str, json: bool = False) -> int:
     """
     if not by.strip():
         raise UsageError(text("--by NAME: a person resets, and the record keeps who it was"))
-    read = load_station(station)
-    if not read.interlocks:
+    stations = [socket.station for socket in load_line(str(station), None).sockets if socket.station is not None]
+    state = state_folder()
+    with owning(state, "motorbench station reset") as owner, ExitStack() as watching:
+        owner.claim(claim for read in stations for claim in interlock_claims(read))
+        for read in stations:
+            watching.enter_context(closed(read))
+        trips = [trip for read in stations if (trip := _reset(state, read, by.strip())) is not None]
+    if not trips and not any(read.interlocks for read in stations):
         raise InputError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
-    with closed(read.interlocks, str(station)):
-        trip = Latch(station).reset(by.strip())
+    trip = trips[0] if trips else None
     if json:
         print_json({"reset": trip is not None, "trip": None if trip is None else asdict(trip)})
     elif trip is None:
@@ -118,7 +136,23 @@ def reset(station: Path, *, by: str, json: bool = False) -> int:
     return 0
 
 
-def _look(instruments: StationInstruments, entry: Entry) -> dict[str, Any]:
+def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
+    """Reset what holds a station up. Raises InputError where its file names no contact that could be looked at."""
+    latch = Latch(state, station)
+    trip = None if station.interlocks else latch.standing()
+    if trip is not None:
+        raise InputError(
+            text(
+                "{station}: {stood}, and this file names no [interlocks]: reset it with the station file that names the interlock",
+                station=station.source,
+                stood=stood(trip),
+            )
+        )
+    return latch.reset(by)
+
+
+def _held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:
+    """Have an instrument for the check, or say who has it."""
     told: dict[str, Any] = {
         "driver": entry.driver.name,
         "address": entry.address,
@@ -127,43 +161,53 @@ def _look(instruments: StationInstruments, entry: Entry) -> dict[str, Any]:
         "error": None,
     }
     try:
+        owner.claim([claim_of(station, entry)])
+    except HeldError as error:
+        told["error"] = message(error, translate)
+    return told
+
+
+def _look(instruments: StationInstruments, entry: Entry, told: dict[str, Any], translate: Translate) -> None:
+    try:
         identity = instruments.get(entry.role).identity
     except InstrumentError as error:
-        told["error"] = str(error)
+        told["error"] = message(error, translate)
     else:
         told["identity"] = ", ".join(
             part for part in (identity.manufacturer, identity.model, identity.serial_number, identity.firmware) if part
         )
-    return told
 
 
-def _look_at_contacts(station: Station) -> dict[str, dict[str, Any]]:
+def _look_at_contacts(station: Station, owner: Ownership, translate: Translate) -> dict[str, dict[str, Any]]:
     told: dict[str, dict[str, Any]] = {}
     for entry in station.interlocks:
+        told[entry.name] = {"address": entry.address, "error": None}
         try:
+            owner.claim(interlock_claims(replace(station, interlocks=(entry,))))
             interlocks = Interlocks([entry])
-        except InstrumentError as error:
-            told[entry.name] = {"address": entry.address, "error": str(error)}
+        except (HeldError, InstrumentError) as error:
+            told[entry.name]["error"] = message(error, translate)
             continue
         how = dict(interlocks.not_closed()).get(entry.name)
         interlocks.close()
-        told[entry.name] = {"address": entry.address, "error": None if how is None else f"it is {how}"}
+        told[entry.name]["error"] = None if how is None else f"it is {how}"
     return told
 
 
-def _look_at_relays(station: Station) -> dict[str, dict[str, Any]]:
+def _look_at_relays(station: Station, owner: Ownership, translate: Translate) -> dict[str, dict[str, Any]]:
     told: dict[str, dict[str, Any]] = {}
     for entry in station.watchdog_relays:
         about: dict[str, Any] = {"address": entry.address, "picked_up": None, "error": None}
         told[entry.name] = about
         try:
+            owner.claim(relay_claims(replace(station, watchdog_relays=(entry,))))
             relay = open_relay(entry)
             try:
                 about["picked_up"] = relay.picked_up()
             finally:
                 relay.close()
-        except InstrumentError as error:
-            about["error"] = str(error)
+        except (HeldError, InstrumentError) as error:
+            about["error"] = message(error, translate)
     return told
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from bench.commands.output import print_json
 from bench.record.run_folder import existing_run_folder
-from bench.record.verify import Verdict
+from bench.record.verification import Verdict
 from bench.record.verify import verify as verify_run
 
 

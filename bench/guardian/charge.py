@@ -17,7 +17,7 @@ BEATS = 6
 @dataclass(frozen=True)
 class Charge:
     """The station (its file's name and content), the roles to guard, the run's folder, and how long (s) the run may be
-    silent (`heartbeat`) or not get on (`stalled`).
+    silent (`heartbeat`) or not get on (`stalled`). `token` is in the run's record and in the guardian's own.
     """
 
     source: str
@@ -26,6 +26,7 @@ class Charge:
     folder: str
     heartbeat: float
     stalled: float
+    token: str = ""
 
     def line(self) -> bytes:
         """Return it as the first line that the guardian reads."""

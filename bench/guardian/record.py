@@ -13,6 +13,7 @@ from time import monotonic
 from typing import Any
 
 from bench.record.encoding import dumps, to_bytes
+from bench.record.journal_file import last_whole_line
 
 #: The file in a run's folder.
 FILE = "guardian.jsonl"
@@ -50,21 +51,31 @@ class GuardianRecord:
                 os.close(self._file)
                 self._file = -1
 
+    @property
+    def head(self) -> dict[str, Any]:
+        """The number and the SHA-256 of the last event on the disk."""
+        with self._lock:
+            return {"events": self._number, "sha256": self._hash}
+
     def event(self, kind: str, **data: Any) -> None:
         """Append one event, on the disk when this returns."""
+        self._append(kind, data, sealed=False)
+
+    def seal(self, kind: str, **data: Any) -> None:
+        """Append an event that holds the digest of its own content: nothing that follows has to vouch for it."""
+        self._append(kind, data, sealed=True)
+
+    def _append(self, kind: str, data: dict[str, Any], *, sealed: bool) -> None:
         with self._lock:
-            line = to_bytes(
-                dumps(
-                    {
-                        "n": self._number + 1,
-                        "wall": datetime.now(UTC).isoformat(timespec="microseconds"),
-                        "time": monotonic() - self._begun,
-                        "kind": kind,
-                        "data": data,
-                        "previous": self._hash,
-                    }
-                )
-            )
+            entry = {
+                "n": self._number + 1,
+                "wall": datetime.now(UTC).isoformat(timespec="microseconds"),
+                "time": monotonic() - self._begun,
+                "kind": kind,
+                "data": data,
+                "previous": self._hash,
+            }
+            line = to_bytes(dumps(sealed_entry(entry) if sealed else entry))
             if self._file < 0:
                 return
             try:
@@ -75,14 +86,47 @@ class GuardianRecord:
             except OSError as error:
                 complain(f"an event cannot be written ({error}): {line.decode(errors='replace')}")
 
-    def close(self) -> None:
-        """Give back the room that was not needed."""
+    def close(self) -> bool:
+        """Give back the room that was not needed; tell whether the file ends with the last event now."""
         with self._lock:
-            if self._file >= 0:
-                with suppress(OSError):
-                    os.ftruncate(self._file, self._length)
+            if self._file < 0:
+                return False
+            try:
+                os.ftruncate(self._file, self._length)
+            except OSError as error:
+                complain(f"its record's room cannot be given back: {error}")
+                return False
+            else:
+                return True
+            finally:
                 os.close(self._file)
                 self._file = -1
+
+
+def sealed_entry(entry: dict[str, Any]) -> dict[str, Any]:
+    """Return an event's line with the digest of its content in its data; a digest that it holds already counts for nothing."""
+    content = {key: value for key, value in entry["data"].items() if key != "digest"}
+    digest = hashlib.sha256(to_bytes(dumps({**entry, "data": content}))).hexdigest()
+    return {**entry, "data": {**content, "digest": digest}}
+
+
+def journal_head(folder: Path, *, durable: bool) -> dict[str, Any] | None:
+    """Return the number and the SHA-256 of the last whole event of the run's journal, None where there is none.
+
+    With `durable` it is on the disk: who wrote it is dead and cannot see to that.
+    """
+    try:
+        if durable:
+            file = os.open(folder / "journal.jsonl", os.O_RDONLY)
+            try:
+                os.fsync(file)
+            finally:
+                os.close(file)
+        line = last_whole_line(folder / "journal.jsonl")
+    except OSError as error:
+        complain(f"the run's journal cannot be read: {error}")
+        return None
+    return None if line is None or line.event is None else {"events": line.event.number, "sha256": line.sha256}
 
 
 def _wait_for_lock(file: int) -> None:

@@ -32,6 +32,7 @@ DURABLE = frozenset(
         "energising",
         "commanding",
         "record_failed",
+        "guardian_ready",
     }
 )
 

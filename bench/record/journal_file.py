@@ -2,8 +2,9 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from procedures.text import text
 
 #: No event is longer than this (bytes); a file without line ends must not be taken into memory whole.
 LONGEST_LINE = 64 * 1024 * 1024
+#: So much (bytes) of a journal's end holds its last line, mostly.
+_TAIL = 64 * 1024
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,28 @@ def read_journal(path: Path) -> JournalFile:
         last_hash = line.sha256
         length += line.length
     return JournalFile(tuple(events), torn, length, last_hash)
+
+
+def last_whole_line(path: Path) -> Line | None:
+    """Return a journal's last line that was written to its end, None where there is none; its place is its event's number.
+
+    Raises OSError.
+    """
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        wanted = min(size, _TAIL)
+        while True:
+            file.seek(size - wanted)
+            content = file.read(wanted)
+            end = content.rfind(b"\n") + 1
+            begin = content.rfind(b"\n", 0, end - 1) + 1 if end else 0
+            if wanted == size or begin:
+                break
+            wanted = min(size, 4 * wanted)
+    if not end:
+        return None
+    line = parse_line(0, content[begin:end])
+    return replace(line, place=line.event.number) if line.event else None
 
 
 def parse_line(place: int, content: bytes) -> Line:

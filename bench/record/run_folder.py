@@ -51,8 +51,12 @@ class RunFolder:
 
     def write_result(self, result: dict[str, Any]) -> None:
         """Have `result.json` on the disk, whole or not at all. Raises RecordError."""
-        text = json.dumps(plain(result), ensure_ascii=False, allow_nan=False, indent=2)
-        write_file(self.result, to_bytes(text + "\n"))
+        write_file(self.result, stored_form(result))
+
+
+def stored_form(result: dict[str, Any]) -> bytes:
+    """Return the content of `result.json`."""
+    return to_bytes(json.dumps(plain(result), ensure_ascii=False, allow_nan=False, indent=2) + "\n")
 
 
 def new_run_folder(runs: Path, motor: str) -> RunFolder:

@@ -3,64 +3,23 @@
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import Enum
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError
-from bench.guardian.record import FILE as GUARDIAN
 from bench.language import translator
 from bench.record.chain import first_fault
 from bench.record.encoding import plain
 from bench.record.journal_file import Event, JournalFile, Line, read_lines
-from bench.record.run_folder import RunFolder
+from bench.record.run_folder import RunFolder, stored_form
 from bench.record.run_result import result_of
+from bench.record.verification import Finding, Verification
+from bench.record.verify_guardian import check_chain, check_guardian
 from procedures.text import Translate, english, text
 
 #: Differences between result and journal that a finding names.
 _NAMED = 5
-
-
-class Verdict(Enum):
-    """What became of a run: all as it was written, as it was written but without a proven end, or changed afterwards."""
-
-    UNTOUCHED = "untouched"
-    UNFINISHED = "unfinished"
-    CHANGED = "changed"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that is not as it was written: the file from the run's folder, its line (0 for none), what is wrong."""
-
-    file: str
-    line: int
-    what: str
-
-    def __str__(self) -> str:
-        return f"{self.file}{f', line {self.line}' if self.line else ''}: {self.what}"
-
-
-@dataclass
-class Verification:
-    """What was found: whole events, the last one's hash, the waveform files compared, every finding.
-
-    `unproven` says why the end is not vouched for, where it is not.
-    """
-
-    events: int = 0
-    last_hash: str = ""
-    waveforms: int = 0
-    findings: list[Finding] = field(default_factory=list)
-    unproven: str = ""
-
-    @property
-    def verdict(self) -> Verdict:
-        """The whole in a word."""
-        if self.findings:
-            return Verdict.CHANGED
-        return Verdict.UNFINISHED if self.unproven else Verdict.UNTOUCHED
 
 
 @dataclass(frozen=True)
@@ -94,10 +53,15 @@ def verify(folder: RunFolder, noted: str = "") -> Verification:
         found.findings.append(Finding(folder.journal.name, 0, what))
     events = [line.event for line in whole if line.event is not None]
     _check_waveforms(folder, events, found)
-    _check_guardian(folder, found)
+    hashes = [line.sha256 for line in whole]
+    if found.findings:
+        check_chain(folder.path, found)
+        return found
+    if why := _unproven(events, end, torn, noted):
+        found.doubt(why)
+    check_guardian(folder.path, events, hashes, found)
     if not found.findings:
-        _check_result(folder, events, end, found, [line.sha256 for line in whole])
-        found.unproven = _unproven(events, end, torn, noted)
+        _check_result(folder, events, end, found, hashes)
     return found
 
 
@@ -149,16 +113,6 @@ def _check_waveforms(folder: RunFolder, events: Sequence[Event], found: Verifica
         found.findings.append(Finding(name, 0, what))
 
 
-def _check_guardian(folder: RunFolder, found: Verification) -> None:
-    path = folder.path / GUARDIAN
-    if not path.exists():
-        return
-    lines = list(read_lines(path))
-    _take_torn(lines)
-    if fault := first_fault(lines, {}):
-        found.findings.append(Finding(path.name, fault.line, fault.what))
-
-
 def _check_result(
     folder: RunFolder, events: Sequence[Event], end: _End | None, found: Verification, hashes: Sequence[str]
 ) -> None:
@@ -174,6 +128,9 @@ def _check_result(
     if differing:
         more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
         what = f"was changed: {', '.join(differing[:_NAMED])}{more} differ from what the journal comes to"
+        found.findings.append(Finding(folder.result.name, 0, what))
+    elif folder.result.read_bytes() != stored_form(view):
+        what = "was written anew: its content is the same, and its form is not that in which a run writes it"
         found.findings.append(Finding(folder.result.name, 0, what))
 
 

@@ -12,9 +12,11 @@ from typing import IO, Any, Protocol
 
 from bench.guardian.charge import BEATS, Charge, decode, encode
 from bench.safety.calls import CallWatches
+from bench.safety.guardian_anchor import RecordAnchor
 from bench.safety.guardian_scope import Scope
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
+from procedures.bench import Recorder
 from procedures.text import Text, text
 
 #: How long (s) a guardian may take to be there, and to leave.
@@ -25,6 +27,8 @@ _SILENCE = 2.0
 _YIELD = 0.5
 #: A run whose call to an energised source was not answered in time has met its driver's error after this further time (s).
 _NOTICE = 0.5
+#: A run that was interrupted so long (s) ago, and has neither begun its shutdown nor its guardian's trust any more, is ended as it is.
+_FUTILE = 60.0
 _MUTE = text("the guardian, which does not answer")
 
 
@@ -40,8 +44,14 @@ class Guard(Protocol):
     def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
         """Be told that the run is over and everything off; return what is not well. May be called twice."""
 
+    def record_in(self, journal: Recorder) -> None:
+        """Have the journal hold how the guardian's own record begins."""
+
     def about(self) -> Mapping[str, Any] | None:
         """Return what a run's record says of its guardian at the beginning, None where it has none."""
+
+    def record_end(self) -> Mapping[str, Any] | None:
+        """Return where the guardian's own record ends, once it is dismissed; None where there is no guardian."""
 
 
 class Unguarded:
@@ -57,7 +67,14 @@ class Unguarded:
         """Have nothing to say."""
         return ()
 
+    def record_in(self, journal: Recorder) -> None:
+        """Pass."""
+
     def about(self) -> Mapping[str, Any] | None:
+        """Return None: there is no guardian."""
+        return None
+
+    def record_end(self) -> Mapping[str, Any] | None:
         """Return None: there is no guardian."""
         return None
 
@@ -79,6 +96,7 @@ class GuardianLink:
     ) -> None:
         self._scope = scope
         self._charge = charge
+        self._anchor = RecordAnchor(charge.token)
         self._life = life
         self._interrupts = interrupts
         self._calls = calls
@@ -92,7 +110,7 @@ class GuardianLink:
         self._ended: Text | str = ""
         self._sent = self._echo = 0
         self._echoed = monotonic()
-        self._down = False
+        self._down = self._taken = False
         self._yielding: float | None = None
         self._process = subprocess.Popen(  # noqa: S603  our own interpreter, by systemd-run's own path
             [*scope.prefix, sys.executable, "-P", "-m", "bench.guardian"],
@@ -119,6 +137,7 @@ class GuardianLink:
         self._life.stamp()
         if kind in ("energising", "commanding"):
             self._permit()
+            self._anchor.begin()
         elif kind == "de_energising":
             self._failing.add(data["instrument"])
             self._send({"ending": True})
@@ -157,9 +176,17 @@ class GuardianLink:
             self._stdout.close()
         return ()
 
+    def record_in(self, journal: Recorder) -> None:
+        """Have the journal hold how the guardian's own record begins."""
+        self._anchor.record_in(journal)
+
     def about(self) -> Mapping[str, Any] | None:
-        """Return what a run's record says of its guardian."""
-        return self._scope.about()
+        """Return what a run's record says of its guardian at the beginning."""
+        return {**self._anchor.about(), **self._scope.about()}
+
+    def record_end(self) -> Mapping[str, Any] | None:
+        """Return where the guardian's own record ends, as it said last."""
+        return self._anchor.end()
 
     def _permit(self) -> None:
         """Return once the guardian is known to watch; raises Interrupted where it does not."""
@@ -184,6 +211,7 @@ class GuardianLink:
             self._end(text("the guardian, which died"))
 
     def _take(self, message: Mapping[str, Any]) -> None:
+        self._anchor.hear(message)
         with self._news:
             self._echoed = monotonic()
             self._echo = max(self._echo, message.get("echo", 0))
@@ -192,6 +220,7 @@ class GuardianLink:
         if "alarm" in message:
             self._end(message["alarm"])
         elif "took" in message and not self._leaving:
+            self._taken = True
             self._forbid(text("the guardian, which took the way down: {cause}", cause=message["took"]))
             self._send({"awake": True})
             self._yielding = self._yielding or monotonic() + _YIELD
@@ -212,10 +241,19 @@ class GuardianLink:
             if now - begun > _SILENCE:
                 # This process was asleep: the guardian gets its time to say what happened.
                 self._echoed = now
+            if self._taken and not self._down and self._interrupts.delays().get("started_after", 0.0) > _FUTILE:
+                self._give_up()
             if self._yielding is not None and now >= self._yielding:
                 self._end("")
             if self._ready and not self._ended and now - self._echoed > _SILENCE:
                 self._end(_MUTE)
+
+    def _give_up(self) -> None:
+        """End a process that does not begin its shutdown although it was interrupted again and again; the guardian has switched off."""
+        words = f"motorbench: the run did not begin its shutdown within {_FUTILE:g} s and is ended; its guardian has switched off\n"
+        with suppress(OSError):
+            os.write(2, words.encode())
+        os._exit(1)
 
     def _report_unanswered(self) -> None:
         """Tell the guardian of an energised source that does not answer, once a call, and end a run that does not notice."""

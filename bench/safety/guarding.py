@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from uuid import uuid4
 
 from bench.guardian.charge import Charge
 from bench.guardian.hands import needs_guardian
@@ -54,6 +55,7 @@ def guarded(
         str(folder.resolve()),
         station.guardian.heartbeat,
         station.guardian.stalled,
+        uuid4().hex,
     )
     guard = GuardianLink(charge, life, interrupts, calls, guardian_scope(), lifelines)
     try:

@@ -1,16 +1,17 @@
 """Interlocks watched: each contact on a thread of its own, and whoever is concerned told when one opens."""
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from bench.errors import InputError, at, said_by
 from bench.files.interlocks import InterlockEntry
+from bench.files.station import Station
 from bench.safety.interrupts import Interrupts
 from bench.safety.latch import Latch, Trip
+from bench.safety.state_folder import StateFolder
 from drivers.interfaces import InstrumentError, Interlock
 from drivers.interlocks import open_interlock
 from procedures.bench import Recorder
@@ -99,10 +100,9 @@ class Watched:
 
         def opened(name: str, how: str) -> None:
             interrupts.request(cause(name, how))
+            lost = remember(self._latch, name, how)
             with suppress(OSError):
-                self._latch.trip(name, how)
-            with suppress(OSError):
-                recorder.event("interlock_opened", interlock=name, how=how)
+                recorder.event("interlock_opened", interlock=name, how=how, **lost)
 
         self._interlocks.watch(opened)
 
@@ -118,13 +118,23 @@ class Uninterlocked:
         """Pass."""
 
 
+def remember(latch: Latch, name: str, how: str) -> dict[str, str]:
+    """Keep a trip; return what a record says besides where that failed."""
+    try:
+        latch.trip(name, how)
+    except (OSError, InputError) as error:
+        return {"not_kept": str(said_by(error))}
+    return {}
+
+
 def _standing(name: str, how: str) -> Text:
     if how == _OPEN:
         return text("the interlock {name} is open", name=name)
     return text("the interlock {name} is {how}", name=name, how=how)
 
 
-def _stood(trip: Trip) -> Text:
+def stood(trip: Trip) -> Text:
+    """Return how an interlock was when it tripped, in words."""
     if trip.how == _OPEN:
         return text("the interlock {name} was open at {time}", name=trip.interlock, time=trip.wall)
     return text("the interlock {name} was {how} at {time}", name=trip.interlock, how=trip.how, time=trip.wall)
@@ -138,42 +148,69 @@ def cause(name: str, how: str) -> Text:
 
 
 @contextmanager
-def ready(entries: Sequence[InterlockEntry], station: str) -> Iterator[Watched | Uninterlocked]:
-    """Give the interlocks of a station that may start.
+def ready(station: Station, state: StateFolder | None) -> Iterator[Watched | Uninterlocked]:
+    """Give the interlocks of a station that may start; trips are kept in `state`, None for a bench in this process.
 
-    Raises InputError where one is open or silent, or has been open and nobody has reset it.
+    Raises InputError where one is open or silent, which is a trip too, or has been open and nobody has reset it.
     """
-    if not entries:
+    if state is None:
+        if station.interlocks:
+            raise ValueError("a station with interlocks needs a state folder")
         yield Uninterlocked()
         return
-    latch = Latch(Path(station))
-    latch.check_writable()
+    latch = Latch(state, station)
     trip = latch.standing()
     if trip is not None:
         raise InputError(
             text(
                 "{station}: {stood}, and nobody has reset it. "
                 "Find out why, then: motorbench station reset {station} --by NAME",
-                station=station,
-                stood=_stood(trip),
+                station=station.source,
+                stood=stood(trip),
             )
         )
-    with closed(entries, station) as interlocks:
+    if not station.interlocks:
+        yield Uninterlocked()
+        return
+    latch.check_writable()
+    with _opened(station) as interlocks:
+        found = interlocks.not_closed()
+        for name, how in found:
+            latch.trip(name, how)
+        if found:
+            raise InputError(
+                text(
+                    "{station}: {said}. Close it, then: motorbench station reset {station} --by NAME",
+                    station=station.source,
+                    said=_all(found),
+                )
+            )
         yield Watched(interlocks, latch)
 
 
 @contextmanager
-def closed(entries: Sequence[InterlockEntry], station: str) -> Iterator[Interlocks]:
-    """Give interlocks all of which are closed; raises InputError naming those that are not."""
-    try:
-        interlocks = Interlocks(entries)
-    except InstrumentError as error:
-        raise InputError(at(station, said_by(error))) from error
-    try:
+def closed(station: Station) -> Iterator[Interlocks]:
+    """Give the interlocks of a station, all of which are closed; raises InputError naming those that are not."""
+    with _opened(station) as interlocks:
         found = interlocks.not_closed()
         if found:
-            said = lines((_standing(name, how) for name, how in found), between="; ")
-            raise InputError(text("{station}: {said}. Close it, then start again", station=station, said=said))
+            raise InputError(
+                text("{station}: {said}. Close it, then start again", station=station.source, said=_all(found))
+            )
+        yield interlocks
+
+
+@contextmanager
+def _opened(station: Station) -> Iterator[Interlocks]:
+    try:
+        interlocks = Interlocks(station.interlocks)
+    except InstrumentError as error:
+        raise InputError(at(station.source, said_by(error))) from error
+    try:
         yield interlocks
     finally:
         interlocks.close()
+
+
+def _all(found: Iterable[tuple[str, str]]) -> Text:
+    return lines((_standing(name, how) for name, how in found), between="; ")

@@ -145,9 +145,17 @@ class RelayedGuard:
         faults = [fault for relay in self._relays for fault in relay.drop_out(self._recorder)]
         return [*faults, *self._guard.dismiss(journal_lost=journal_lost)]
 
+    def record_in(self, journal: Recorder) -> None:
+        """Have the journal hold how the guardian's own record begins."""
+        self._guard.record_in(journal)
+
     def about(self) -> Mapping[str, Any] | None:
         """Return what a run's record says of its guardian."""
         return self._guard.about()
+
+    def record_end(self) -> Mapping[str, Any] | None:
+        """Return where the guardian's own record ends."""
+        return self._guard.record_end()
 
 
 class Relays:

@@ -19,6 +19,11 @@ class ModbusInterlockOptions:
     closed: bool = True
     timeout: float = 0.25
 
+    @property
+    def units(self) -> tuple[int, ...]:
+        """The units that it is made of."""
+        return (self.unit,)
+
 
 @dataclass(frozen=True)
 class BeckhoffRelayOptions:
@@ -32,6 +37,11 @@ class BeckhoffRelayOptions:
     unit: int = 1
     watchdog_time: float = 1.0
     timeout: float = 0.25
+
+    @property
+    def units(self) -> tuple[int, ...]:
+        """The unit that it is part of."""
+        return (self.unit,)
 
     @property
     def watchdog(self) -> Watchdog:
@@ -77,3 +87,8 @@ class DeltaDyn200Options:
     def watchdog(self) -> Watchdog | None:
         """What the drive is asked to watch."""
         return communication_watchdog(self.watchdog_time)
+
+    @property
+    def units(self) -> tuple[int, ...]:
+        """The units that it is made of."""
+        return (self.drive_unit, self.transducer_unit)

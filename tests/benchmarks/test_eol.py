@@ -8,6 +8,7 @@ import io
 import os
 import threading
 import uuid
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -29,6 +30,8 @@ from bench.eol.line.serials import MadeUp
 from bench.eol.plan import load_plan
 from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import open_database
+from bench.eol.store.spool import Spool
+from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.files.motor_file import load_motor
 from procedures.catalogue import catalogue
@@ -51,6 +54,9 @@ class Deaf:
 
     def refused(self, refused: Refused) -> None:
         self.heard.append(str(refused.why))
+
+    def waits(self, waiting: Waiting) -> None:
+        pass
 
     def trouble(self, words: Text) -> None:
         self.heard.append(str(words))
@@ -94,7 +100,7 @@ def a_record(number: int, batch: str) -> MotorRecord:
 
 
 def test_a_record_in_sqlite(benchmark: Any, tmp_path: Path) -> None:
-    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")))
+    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite"))
     numbers = iter(range(1, 1_000_000))
 
     def fresh() -> tuple[tuple[MotorRecord], dict[str, Any]]:
@@ -108,7 +114,7 @@ def test_a_record_in_sqlite(benchmark: Any, tmp_path: Path) -> None:
 class QuickWorker:
     """In place of a worker's process: a thread that measures nothing and is done at once."""
 
-    def __init__(self, nursery: Nursery, setup: Setup, times: int) -> None:
+    def __init__(self, nursery: Nursery, setup: Setup, times: int, owner: Sequence[int] = ()) -> None:
         self.connection, self._far = Pipe()
         self.lifeline, self._end = os.pipe()
         threading.Thread(target=self._work, args=(self._far,), daemon=True).start()

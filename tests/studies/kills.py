@@ -24,6 +24,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.record.journal_file import read_journal
+from bench.safety.ownership import holders
+from bench.safety.state_folder import state_folder
 from bench.served_world import ServedWorld
 
 PROCEDURES = ("pole-pairs-static", "stator-resistance-dc")
@@ -132,8 +134,9 @@ class Bench:
             threading.Event().wait(0.005)
 
     def _resumed(self, at: float, energised: bool, off_after: float, missing: int, folder: Path) -> Kill:
-        # The guardian of the killed run lets go of the instruments a moment after they are off.
-        threading.Event().wait(1.0)
+        # The guardian of the killed run lets go of the instruments once it has measured that they are off.
+        while any(holder.folder == str(folder.resolve()) for holder in holders(state_folder())):
+            threading.Event().wait(0.05)
         told = self._json(self.run(folder.parent.name, "--resume", str(folder)))
         if "error" in told:
             return Kill(

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import IO
 
@@ -22,8 +23,13 @@ from bench.eol.line.process import Nursery
 from bench.eol.line.serials import FromFile, FromStream, Given, MadeUp, Serials
 from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
-from bench.errors import UsageError
+from bench.eol.store.faults import StoreError
+from bench.eol.store.records import Passage
+from bench.eol.store.waiting import Waiting
+from bench.errors import UsageError, said_by
 from bench.files.motor_file import MotorFile, load_motor
+from bench.safety.ownership import Owner
+from bench.safety.station_ownership import owning_stations
 from procedures.catalogue import catalogue
 from procedures.text import Text, text
 
@@ -58,13 +64,12 @@ class BatchWishes:
 
 @dataclass
 class Counts:
-    """What became of a batch's motors, by verdict; those that passed at once; serial numbers refused; what still waits for a server."""
+    """What became of a batch's motors, by verdict; those that passed at once; serial numbers refused; what still `waits` at the end."""
 
     verdicts: Counter[str] = field(default_factory=Counter)
     first_pass: int = 0
     refused: int = 0
-    waiting: int = 0
-    fault: str = ""
+    waits: Waiting = field(default_factory=Waiting)
     bench_time: float = 0.0
 
     @property
@@ -117,7 +122,24 @@ def measure(
             text("--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores", name=name)
         )
     _check_operator(wishes, line)
+    stations = [socket.station for socket in line.sockets if socket.station is not None]
+    with owning_stations(stations, f"motorbench eol run, batch {name}") as owner:
+        return _measured(prepared, wishes, name, ears, stream, nursery, owner)
+
+
+def _measured(
+    prepared: Prepared,
+    wishes: BatchWishes,
+    name: str,
+    ears: Hears,
+    stream: IO[str],
+    nursery: Nursery | None,
+    owner: Owner | None,
+) -> tuple[Counts, str]:
+    plan, line = prepared.plan, prepared.line
     folder = wishes.runs / name
+    if owner is not None:
+        owner.work_in(folder)
     keeper = open_keeper(wishes.records, wishes.runs)
     counts = Counts()
     try:
@@ -146,24 +168,26 @@ def measure(
                 operator=wishes.operator,
                 accounting=wishes.accounting,
             )
-            admission = Admission(
-                serials,
-                _cut_off(ledger, keeper, name) if ledger.resumed else (),
-                plan.check_serial,
-                keeper.earlier,
-                batch=name,
-                known=ledger.last,
-                again=wishes.again,
-            )
+            cut_off = _cut_off(ledger, keeper, name) if ledger.resumed else ()
             checks = _ordered(plan, keeper)
             with _heard(serials, batch, line, ears) as (hearing, opened), _nursery(nursery) as workers:
                 counting = _Counting(counts, hearing)
-                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, counting, workers)
+                keeper.listen(counting.waits)
+                admission = Admission(
+                    serials,
+                    cut_off,
+                    plan.check_serial,
+                    partial(_earlier, keeper, counting),
+                    batch=name,
+                    known=ledger.last,
+                    again=wishes.again,
+                )
+                coordinator = Coordinator(line, batch, checks, admission, keeper, ledger, counting, workers, owner)
                 opened(coordinator.stop)
                 stopped = coordinator.run()
     finally:
         keeper.close()
-        counts.waiting, counts.fault = keeper.left
+        counts.waits = keeper.left
     return counts, stopped
 
 
@@ -233,13 +257,28 @@ def _serials(wishes: BatchWishes, plan: Plan, line: Line, last: int, stream: IO[
 def _ordered(plan: Plan, keeper: Keeper) -> Sequence[Check]:
     if plan.order == "listed":
         return plan.checks
-    return by_time_over_failures(plan.checks, keeper.records.experience(plan.name))
+    return by_time_over_failures(plan.checks, keeper.experience(plan.name))
+
+
+def _earlier(keeper: Keeper, ears: Hears, serial_number: str) -> Passage | None:
+    """Return the last passage of a serial number; a line whose records cannot be read goes on, and says so."""
+    try:
+        return keeper.earlier(serial_number)
+    except StoreError as error:
+        ears.trouble(
+            text(
+                "whether serial number {serial} was measured before cannot be looked up, so it is measured: {error}",
+                serial=serial_number,
+                error=said_by(error),
+            )
+        )
+        return None
 
 
 def _cut_off(ledger: Ledger, keeper: Keeper, batch: str) -> list[Begun]:
     """Return the motors that were begun and have no record, each once."""
     kept = bytearray(ledger.last + 1)
-    for number in keeper.records.numbers(batch):
+    for number in keeper.numbers(batch):
         if number <= ledger.last:
             kept[number] = 1
     return list(_unkept(ledger.begun(), kept))
@@ -273,3 +312,6 @@ class _Counting:
 
     def trouble(self, words: Text) -> None:
         self._ears.trouble(words)
+
+    def waits(self, waiting: Waiting) -> None:
+        self._ears.waits(waiting)

@@ -39,8 +39,10 @@ from bench.eol.line.pulse import Pulse
 from bench.eol.line.times import Times
 from bench.eol.plan import Check
 from bench.eol.record import MotorRecord
-from bench.eol.store.records import StoreError
+from bench.eol.store.faults import StoreError
+from bench.eol.store.waiting import Waiting
 from bench.errors import InputError, said_by
+from bench.safety.ownership import Owner
 from procedures.text import Text, text
 
 #: A socket whose worker dies this often in a row, with no motor measured meanwhile, is given up.
@@ -79,6 +81,9 @@ class Hears(Protocol):
     def trouble(self, words: Text) -> None:
         """Hear of something that went wrong and concerns no motor's figures."""
 
+    def waits(self, waiting: Waiting) -> None:
+        """Hear what of the records waits to be stored or forwarded, at each change and from any thread."""
+
 
 @dataclass
 class _Seat:
@@ -106,6 +111,8 @@ class _Seat:
 class Coordinator:
     """Runs one batch; `run` returns when every motor has its record, or the batch was stopped.
 
+    `owner` has the instruments of all sockets, and so have the workers and their guardians.
+
     Raises InputError where no socket can work, and StoreError where records cannot be kept any more; then no motor that has none
     was called done.
     """
@@ -120,8 +127,10 @@ class Coordinator:
         ledger: Ledger,
         ears: Hears,
         nursery: Nursery,
+        owner: Owner | None = None,
     ) -> None:
         self._nursery = nursery
+        self._owner = owner
         self._line, self._batch, self._checks = line, batch, tuple(checks)
         self._admission, self._keeper, self._ledger, self._ears = admission, keeper, ledger, ears
         self._virtual = line.is_virtual
@@ -353,8 +362,11 @@ class Coordinator:
             timeout=self._line.timeout,
             lifeline=-1,
             times=-1,
+            owner_name=self._owner.identifier if self._owner else "",
         )
-        return _Seat(number, socket.name, WorkerProcess(self._nursery, Setup(self._batch, place), self._descriptor))
+        descriptors = self._owner.descriptors if self._owner else ()
+        process = WorkerProcess(self._nursery, Setup(self._batch, place), self._descriptor, descriptors)
+        return _Seat(number, socket.name, process)
 
     def _send_away(self, seat: _Seat) -> None:
         seat.leaving = True

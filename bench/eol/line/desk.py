@@ -13,6 +13,7 @@ from bench.eol.line.coordinator import Hears
 from bench.eol.line.ledger import Begun
 from bench.eol.line.serials import Given
 from bench.eol.record import MotorRecord
+from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.operators.line import OperatorLine
 from bench.record.stored_result import store_text
@@ -58,6 +59,7 @@ class Desk:
         self._ears = ears
         self._counts = _Counts(_now())
         self._message: dict[str, Any] | None = None
+        self._records = _waiting(Waiting())
         self._ending: Text | None = None
         self._stop: Callable[[str], None] = lambda _: None
         self._lock = Lock()
@@ -114,6 +116,13 @@ class Desk:
         self._ears.trouble(words)
         self._tell()
 
+    def waits(self, waiting: Waiting) -> None:
+        """Hear what of the records waits to be stored or forwarded."""
+        with self._lock:
+            self._records = _waiting(waiting)
+        self._ears.waits(waiting)
+        self._tell()
+
     def _hear(self, message: Mapping[str, Any]) -> Text | None:
         match message:
             case {"serial": str(serial)}:
@@ -150,6 +159,7 @@ class Desk:
                 "sockets": [asdict(socket) for socket in self._sockets.values()],
                 "counts": asdict(self._counts),
                 "waiting": self._serials.waiting,
+                "records": self._records,
                 "message": self._message,
                 "ending": None if self._ending is None else store_text(self._ending),
             }
@@ -158,6 +168,16 @@ class Desk:
 
 def _told(kind: str, words: Text) -> dict[str, Any]:
     return {"kind": kind, "words": str(words), "text": store_text(words)}
+
+
+def _waiting(waiting: Waiting) -> dict[str, Any]:
+    """Return what waits as a panel shows it."""
+    return {
+        "for_server": waiting.for_server,
+        "unstored": waiting.unstored,
+        "next_try": None if waiting.next_try is None else waiting.next_try.isoformat(),
+        "sentences": [store_text(sentence) for sentence in waiting.sentences()],
+    }
 
 
 def _now() -> str:

@@ -18,6 +18,7 @@ from bench.eol.line.line_file import LineSocket
 from bench.eol.line.process import Nursery
 from bench.eol.plan import Plan, SpreadSection
 from bench.eol.record import Measured, MotorRecord
+from bench.eol.store.waiting import Waiting
 from bench.errors import InputError
 from bench.rehearsal.assumed import assumed_motor
 from procedures.text import Text
@@ -201,6 +202,9 @@ class _Ear:
 
     def refused(self, refused: Refused) -> None:
         raise InputError(refused.why)
+
+    def waits(self, waiting: Waiting) -> None:
+        """Pass: a dry run's records are for nobody."""
 
     def trouble(self, words: Text) -> None:
         raise InputError(words)

@@ -1,7 +1,6 @@
 """Where a batch's records go: a file beside the runs, forwarded to a server where one is named."""
 
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -9,82 +8,102 @@ from sqlalchemy import Engine
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import database_url, open_database
+from bench.eol.store.faults import FAULTS, StoreError, fault_of
+from bench.eol.store.forwarder import Forwarder
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.insertion import settle
-from bench.eol.store.records import Passage, Records, StoreError
-from bench.errors import InputError
+from bench.eol.store.records import Passage, Records
+from bench.eol.store.spool import FOLDER, Spool
+from bench.eol.store.waiting import Waiting
+from bench.errors import InputError, said_by
 from procedures.text import text
 
 #: The file among the runs that keeps records until their server has them.
 FILE = "records.sqlite"
-#: How often (s) what waits for a server is tried again, and how long (s) the batch's end waits for it.
-_AGAIN, _AT_THE_END = 5.0, 20.0
+#: How long (s) the batch's end waits for what is being stored or forwarded.
+_AT_THE_END = 20.0
 
 
 class Keeper:
-    """Keeps records in one database; with a server, that is the station's own, and a thread forwards what it holds."""
+    """Keeps records in one database; with a server, that is the station's own, and what it holds is forwarded.
 
-    def __init__(self, own: Engine, server: str = "") -> None:
+    What the database does not take now is kept in files of `spool` and stored later.
+    """
+
+    def __init__(self, own: Engine, spool: Spool, server: str = "") -> None:
         self._own = own
+        self._spool = spool
         self.records = Records(own)
-        self._outbox = ForwardingRecords(own, lambda: open_database(server)) if server else None
-        self._left = (0, "")
-        self._news, self._over = threading.Event(), threading.Event()
-        self._thread: threading.Thread | None = None
-        if self._outbox is not None:
-            self._thread = threading.Thread(target=self._forward, name="forward records", daemon=True)
-            self._thread.start()
+        self._forwarding = ForwardingRecords(own, (lambda: open_database(server)) if server else None, spool)
+        self._has_server = bool(server)
+        self._left = Waiting()
+        try:
+            # What an earlier batch left there counts as measured.
+            self._forwarding.store_spooled()
+            spool.reserve()
+        except BaseException:
+            self._forwarding.close()
+            raise
+        self._forwarder = Forwarder(self._forwarding)
 
     def save(self, record: MotorRecord) -> None:
-        """Keep a record; it is durable when this returns. Raises StoreError."""
-        if self._outbox is None:
-            self.records.save(record)
-            return
-        self._outbox.save(record)
-        self._news.set()
+        """Keep a record; it is durable when this returns. Raises StoreError where neither the database nor the disk takes it."""
+        self._forwarding.save(record)
+        if self._has_server or self._forwarding.own_fault or self._forwarding.refused:
+            self._forwarder.news()
 
     def earlier(self, serial_number: str) -> Passage | None:
-        """Return the last passage of a serial number, in any batch, or None."""
-        return self.records.last_passage(serial_number)
+        """Return the last passage of a serial number, in any batch, or None. Raises StoreError where that cannot be looked up."""
+        with _reading():
+            spooled = [record for record in self._spooled() if record.serial_number == serial_number]
+            if spooled:
+                last = spooled[-1]
+                return Passage(last.batch, last.number, last.verdict)
+            return self.records.last_passage(serial_number)
 
-    def waiting(self) -> int:
-        """Return how many records the server has not confirmed."""
-        return self._outbox.waiting() if self._outbox else 0
+    def numbers(self, batch: str) -> Iterator[int]:
+        """Give the numbers of a batch's motors that have a record. Raises StoreError where that cannot be looked up."""
+        with _reading():
+            yield from self.records.numbers(batch)
+            yield from (record.number for record in self._spooled() if record.batch == batch)
 
-    def fault(self) -> str:
-        """Return why the server does not take them, where it does not."""
-        return self._outbox.fault if self._outbox else ""
+    def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
+        """Return what `Records.experience` does. Raises StoreError where that cannot be looked up."""
+        with _reading():
+            return self.records.experience(plan)
+
+    def listen(self, listener: Callable[[Waiting], None]) -> None:
+        """Have `listener` called with what waits to be stored or forwarded, at each change, from any thread."""
+        self._forwarder.listen(listener)
 
     @property
-    def left(self) -> tuple[int, str]:
-        """How many records a server had not confirmed at the end, and why it did not take them."""
+    def left(self) -> Waiting:
+        """What still waited at the end."""
         return self._left
 
     def close(self) -> None:
-        """Forward what can be forwarded now, and let go of the databases."""
-        self._over.set()
-        self._news.set()
-        if self._thread is not None:
-            self._thread.join(_AT_THE_END)
-        self._left = (self.waiting(), self.fault())
+        """Store and forward what can be now, and let go of the databases."""
+        self._left = self._forwarder.close(_AT_THE_END)
         # For who reads the file by other means; a disk that is full loses nothing by it.
         with suppress(InputError):
             settle(self._own)
-        if self._outbox is not None:
-            self._outbox.close()
-        self._own.dispose()
+        self._forwarding.close()
+        self._spool.close()
 
-    def _forward(self) -> None:
-        outbox = self._outbox
-        while outbox is not None:
-            self._news.clear()
-            with suppress(StoreError):
-                while outbox.forward():
-                    pass
-            if self._over.is_set():
-                return
-            # New records alone are no reason to try a server that was away a moment ago.
-            (self._over if outbox.fault else self._news).wait(_AGAIN)
+    def _spooled(self) -> Iterator[MotorRecord]:
+        # Healthy stations have no files there, and must not list a folder for each motor.
+        if self._forwarding.own_fault or self._forwarding.refused or self._forwarder.state.unstored:
+            yield from self._spool.records()
+
+
+@contextmanager
+def _reading() -> Iterator[None]:
+    try:
+        yield
+    except FAULTS as error:
+        raise StoreError(
+            text("the station's records cannot be read: {error}", error=said_by(fault_of(error)))
+        ) from error
 
 
 def open_keeper(reference: str, runs: Path) -> Keeper:
@@ -93,7 +112,8 @@ def open_keeper(reference: str, runs: Path) -> Keeper:
     Raises InputError where it cannot be used; a server that is away can.
     """
     if database_url(reference).get_backend_name() != "postgresql":
-        return Keeper(open_database(reference))
+        own = str(database_url(reference).database)
+        return Keeper(open_database(reference), Spool(runs / FOLDER, own))
     try:
         runs.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -104,7 +124,8 @@ def open_keeper(reference: str, runs: Path) -> Keeper:
                 strerror=error.strerror,
             )
         ) from None
-    return Keeper(open_database(str(runs / FILE)), reference)
+    own = str((runs / FILE).absolute())
+    return Keeper(open_database(own), Spool(runs / FOLDER, own), reference)
 
 
 @contextmanager

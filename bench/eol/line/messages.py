@@ -34,7 +34,8 @@ class Place:
     """Where one socket's worker works: `content` is its station's text, empty on a virtual bench.
 
     `lifeline` is the file descriptor that is open for as long as the worker or its guardian lives, `times` that of the sockets'
-    times; the worker, which gets them, fills them in.
+    times, and `owner` that of the batch's claims, whose name is `owner_name`; the worker, which gets them, fills them in.
+    A line of virtual benches has no claims.
     """
 
     socket: int
@@ -46,6 +47,8 @@ class Place:
     timeout: float
     lifeline: int
     times: int
+    owner_name: str = ""
+    owner: int = -1
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import NoReturn
 
-#: A worker's descriptors, in the order in which they come: its connection, its lifeline, the line's times, its report.
-DESCRIPTORS = 4
+#: A worker's descriptors, in the order in which they come: its connection, its lifeline, the line's times, its report,
+#: and what holds the batch's claims where it has any.
+DESCRIPTORS = 5
 
 
 def main() -> None:
@@ -57,21 +58,22 @@ class _Nursery:
                     return
                 self._fork(*descriptors)
 
-    def _fork(self, connection: int, lifeline: int, times: int, report: int) -> None:
+    def _fork(self, connection: int, lifeline: int, times: int, report: int, owner: int = -1) -> None:
         reporting = socket.socket(fileno=report)
         pid = os.fork()
         if pid == 0:
             reporting.close()
-            self._become_worker(connection, lifeline, times)
-        for descriptor in (connection, lifeline, times):
-            os.close(descriptor)
+            self._become_worker(connection, lifeline, times, owner)
+        for descriptor in (connection, lifeline, times, owner):
+            if descriptor >= 0:
+                os.close(descriptor)
         self._reports[pid] = reporting
         handle = os.pidfd_open(pid)
         with suppress(OSError):
             socket.send_fds(reporting, [b"b"], [handle])
         os.close(handle)
 
-    def _become_worker(self, connection: int, lifeline: int, times: int) -> NoReturn:
+    def _become_worker(self, connection: int, lifeline: int, times: int, owner: int) -> NoReturn:
         from bench.eol.line.worker import work
 
         status = 1
@@ -84,7 +86,7 @@ class _Nursery:
             for end in (self._ended, self._wake):
                 os.close(end)
             os.setsid()
-            work(Connection(connection), lifeline, times)
+            work(Connection(connection), lifeline, times, owner)
             status = 0
         except BaseException:  # noqa: BLE001  nothing of the nursery's may run in a worker
             traceback.print_exc()

@@ -31,6 +31,8 @@ from bench.library_logs import quieten_libraries
 from bench.plan import Planned, check_roles
 from bench.record.journal import DURABLE
 from bench.safety.interrupts import Interrupts
+from bench.safety.ownership import Owner, Ownership, Unowned
+from bench.safety.state_folder import state_folder
 from bench.session import How, Wishes, carry_out
 from bench.sharing import Alone, Sharing
 from bench.software import software
@@ -58,6 +60,9 @@ class Socket:
         self._shared = frozenset(Role(role) for role in setup.place.shared)
         self._station = station_of(setup.place.content, setup.place.source) if setup.place.content else None
         self._times = Times(setup.place.times, setup.place.sockets)
+        self._owner: Ownership = Unowned()
+        if setup.place.owner_name:
+            self._owner = Owner(state_folder(), setup.place.owner_name, setup.place.owner)
         self._versions = software()
         self._plans: dict[tuple[str, ...], list[Planned]] = {}
         self._interrupts = Interrupts()
@@ -182,7 +187,7 @@ class Socket:
             language=wishes.language,
             interrupts=self._interrupts,
         ) as where:
-            yield replace(where, sharing=self._leases(where.clock, task.at, virtual=False))
+            yield replace(where, sharing=self._leases(where.clock, task.at, virtual=False), owner=self._owner)
 
     def _leases(self, clock: Clock, offset: float, *, virtual: bool) -> Sharing:
         if not self._shared:

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -60,15 +61,18 @@ class Nursery:
 
 
 class WorkerProcess:
-    """A started worker: `connection` to it, and `lifeline`, which ends when both it and its guardian are gone."""
+    """A started worker: `connection` to it, and `lifeline`, which ends when both it and its guardian are gone.
 
-    def __init__(self, nursery: Nursery, setup: Setup, times: int) -> None:
+    It gets copies of the descriptors `times` and `owner`.
+    """
+
+    def __init__(self, nursery: Nursery, setup: Setup, times: int, owner: Sequence[int] = ()) -> None:
         ours, theirs = socket.socketpair()
         self.lifeline, far = os.pipe()
         self._report, reporting = socket.socketpair(type=socket.SOCK_SEQPACKET)
         self._report.settimeout(_LEAVE)
         try:
-            nursery.fork([theirs.fileno(), far, times, reporting.fileno()])
+            nursery.fork([theirs.fileno(), far, times, reporting.fileno(), *owner])
         finally:
             theirs.close()
             os.close(far)

@@ -10,11 +10,12 @@ from bench.eol.line.passage import Socket
 from bench.errors import InputError, said_by
 
 
-def work(connection: Connection, lifeline: int, times: int) -> None:
-    """Measure what the coordinator sends until it sends no more; `lifeline` and `times` are descriptors of this process."""
+def work(connection: Connection, lifeline: int, times: int, owner: int) -> None:
+    """Measure what the coordinator sends until it sends no more; the others are descriptors of this process."""
     try:
         setup = connection.recv()
-        socket = Socket(replace(setup, place=replace(setup.place, lifeline=lifeline, times=times)))
+        place = replace(setup.place, lifeline=lifeline, times=times, owner=owner)
+        socket = Socket(replace(setup, place=place))
     except (EOFError, ConnectionError):
         return
     except InputError as error:

@@ -1,14 +1,17 @@
 """Opening a database: SQLite's durability, the tables' version, and errors that say what to do."""
 
+import sqlite3
 from importlib import resources
 from pathlib import Path
+from threading import Event
+from time import monotonic
 from typing import Any
 
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import URL, Engine, create_engine, event, make_url
+from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
 from bench.errors import InputError, at, said_by
@@ -17,6 +20,10 @@ from procedures.text import text
 _KINDS = ("sqlite", "postgresql")
 #: How long (s) a writer waits for another one, and a client for a server that does not answer.
 _PATIENCE = 5
+#: How long (s) one waits for another that makes the tables or brings them up, and how often (s) it looks.
+_UPGRADE, _LOOK = 60, 0.02
+#: The server's lock on bringing up its tables: any number that nobody else takes.
+_LOCK = 7265193
 
 
 class NoDatabaseError(InputError):
@@ -91,41 +98,82 @@ def _named(url: URL) -> str:
 def _arguments(url: URL) -> dict[str, Any]:
     if url.get_backend_name() == "sqlite":
         return {"timeout": _PATIENCE, "check_same_thread": False}
-    return {"connect_timeout": _PATIENCE}
+    # A network that falls silent, or somebody who holds a table, is told of and not waited for without end.
+    return {
+        "connect_timeout": _PATIENCE,
+        "keepalives_idle": 10,
+        "keepalives_interval": 5,
+        "keepalives_count": 2,
+        "tcp_user_timeout": 20_000,
+        "options": "-c lock_timeout=15s",
+    }
 
 
-def _durable(connection: Any, _record: Any) -> None:
+def _durable(connection: sqlite3.Connection, _record: Any) -> None:
     """Have commits on the disk, readers beside the writer, and references held.
 
     The log begins anew after 1 MB: a sync of what is written over waits for the disk alone, one of a file that grows for the file
     system's own journal too.
     """
     cursor = connection.cursor()
-    for pragma in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON", "wal_autocheckpoint = 250"):
+    _write_ahead(cursor)
+    for pragma in ("synchronous = FULL", "foreign_keys = ON", "wal_autocheckpoint = 250"):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()
+
+
+def _write_ahead(cursor: sqlite3.Cursor) -> None:
+    """Change a new file to a write-ahead log. SQLite does not wait for others that do the same, so this does."""
+    until = monotonic() + _UPGRADE
+    while True:
+        try:
+            cursor.execute("PRAGMA journal_mode = WAL")
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode & 0xFF not in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED) or monotonic() > until:
+                raise
+            Event().wait(_LOOK)
+        else:
+            return
 
 
 def _bring_up(engine: Engine) -> None:
     config = Config()
     config.set_main_option("script_location", str(resources.files("bench.eol.store") / "migrations"))
     known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
-    with engine.begin() as connection:
-        found = MigrationContext.configure(connection).get_current_revision()
-        if found is not None and found not in known:
-            raise InputError(
-                text(
-                    "{named}: its tables are of version {found}, which this program does not know "
-                    "(it knows up to {max}); use the newer motorbench that made them. Nothing was changed",
-                    named=_named(engine.url),
-                    found=found,
-                    max=max(known),
-                )
-            )
-        if found == max(known):
+    with engine.connect() as connection:
+        if _version(connection, known) == max(known):
             return
-        if engine.dialect.name == "postgresql":
-            # Stations that start together: one brings the tables up, the others wait and find it done.
-            connection.exec_driver_sql("SELECT pg_advisory_xact_lock(7265193)")
-        config.attributes["connection"] = connection
-        command.upgrade(config, "head")
+    with engine.begin() as connection:
+        _lock_tables(connection)
+        # Another may have brought them up while this one waited.
+        if _version(connection, known) != max(known):
+            config.attributes["connection"] = connection
+            command.upgrade(config, "head")
+
+
+def _version(connection: Connection, known: set[str]) -> str | None:
+    """Return the tables' version, None where there are none. Raises InputError for one that is not known."""
+    found = MigrationContext.configure(connection).get_current_revision()
+    if found is not None and found not in known:
+        raise InputError(
+            text(
+                "{named}: its tables are of version {found}, which this program does not know "
+                "(it knows up to {max}); use the newer motorbench that made them. Nothing was changed",
+                named=_named(connection.engine.url),
+                found=found,
+                max=max(known),
+            )
+        )
+    return found
+
+
+def _lock_tables(connection: Connection) -> None:
+    """Have nobody else change the tables before this transaction ends: of stations that start together, one brings them up."""
+    if connection.dialect.name == "postgresql":
+        connection.exec_driver_sql(f"SET LOCAL lock_timeout = '{_UPGRADE}s'")
+        connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
+        return
+    connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _UPGRADE}")
+    # Without it each table would be made in a transaction of its own, and a process that is killed would leave half of them.
+    connection.exec_driver_sql("BEGIN IMMEDIATE")
+    connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _PATIENCE}")

@@ -1,90 +1,246 @@
-"""Records of a station whose server may be away: kept here first, forwarded when it answers, none lost and none twice."""
+"""Records of a station: in its own database, in files where that takes none, and forwarded to a server; none lost, none twice."""
 
+import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from sqlalchemy import Engine, delete, insert, select, update
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy import Engine, delete, func, insert, select, update
+from sqlalchemy import text as sql
 
 from bench.eol.record import MotorRecord
-from bench.eol.store.database import reason
+from bench.eol.store.faults import FAULTS, DoubtfulError, RefusedError, StoreError, fault_of
 from bench.eol.store.insertion import insert_record
-from bench.eol.store.records import Records, StoreError
+from bench.eol.store.records import Records
 from bench.eol.store.schema import OUTBOX
-from bench.errors import InputError
-from procedures.text import text
+from bench.eol.store.spool import Spool, SpooledFileError
+from bench.errors import said_by
+from procedures.text import Text, text
 
 #: Forwarded at one go, so that a long outage does not hold up the line when it ends.
 _AT_ONCE = 50
 
 
+@dataclass(frozen=True)
+class Refusal:
+    """A record that a database refuses for what is in it: which one, which database, and why. It holds up no other."""
+
+    identifier: str
+    named: Text
+    why: Text
+
+    @property
+    def words(self) -> Text:
+        """The whole in a sentence."""
+        return text("{record} is refused: {why}", record=self.named, why=self.why)
+
+
 class ForwardingRecords:
-    """Saves into the station's own database and forwards to a server's.
+    """Saves into the station's own database, into the spool where that cannot be written, and forwards to a server's.
 
     A record leaves the outbox after the server has committed it; where the answer was lost it is sent again, and the
-    server knows its identifier. `connect` opens the server's database and raises InputError where it is away.
+    server knows its identifier. `connect` opens the server's database, or raises InputError; without it nothing is forwarded.
     """
 
-    def __init__(self, own: Engine, connect: Callable[[], Engine]) -> None:
+    def __init__(self, own: Engine, connect: Callable[[], Engine] | None, spool: Spool) -> None:
         self._own = own
         self._connect = connect
+        self._spool = spool
         self._server: Engine | None = None
+        self._lock = threading.Lock()
+        self._refused: dict[str, Refusal] = {}
+        self._last_count = 0
+        #: Why the own database, and why the server, takes nothing now; empty where it does.
+        self.own_fault: Text | str = ""
+        self.fault: Text | str = ""
         self.records = Records(own)
-        self.fault = ""
+
+    @property
+    def refused(self) -> tuple[Refusal, ...]:
+        """The records that were refused for what is in them."""
+        with self._lock:
+            return tuple(self._refused.values())
 
     def save(self, record: MotorRecord) -> bool:
-        """Keep a record here, durably, to be forwarded. Raises StoreError where even that cannot be done."""
+        """Keep a record here, durably; tell whether it was new. Raises StoreError where neither database nor disk takes it."""
+        if self.own_fault:
+            # It was tried a moment ago, and a line must not wait for it with every motor.
+            self._spool.keep(record)
+            return True
         try:
-            with self._own.begin() as connection:
-                new = insert_record(connection, record)
-                if new:
-                    connection.execute(insert(OUTBOX).values(identifier=record.identifier))
-                return new
-        except DBAPIError as error:
-            raise StoreError(reason(error)) from error
+            return self._store(record)
+        except StoreError as error:
+            self._spool.keep(record)
+            if isinstance(error, RefusedError):
+                self._refuse(record.identifier, _named(record), said_by(error))
+            else:
+                self.own_fault = said_by(error)
+            return True
+
+    def store_spooled(self) -> int:
+        """Take records out of the spool into the own database; return how many. See `own_fault` where it takes none."""
+        stored = 0
+        try:
+            names = [name for name in self._spool.names() if name not in self._refused]
+            for name in names:
+                if self._store_one(name):
+                    self._spool.drop(name)
+                    stored += 1
+            if not names and self.own_fault:
+                self._probe()
+        except FAULTS_AND_OWN as error:
+            self.own_fault = said_by(fault_of(error))
+        else:
+            self.own_fault = ""
+        return stored
+
+    def spooled(self) -> int | None:
+        """Return how many records no database has, None where that cannot be seen."""
+        try:
+            return len(self._spool.names())
+        except StoreError:
+            return None
 
     def waiting(self) -> int:
-        """Return how many records the server has not confirmed."""
-        with self._own.connect() as connection:
-            return len(connection.execute(select(OUTBOX.c.identifier)).all())
+        """Return how many records of the own database the server has not confirmed, as of the last time that could be seen."""
+        if self._connect is None:
+            return 0
+        try:
+            with self._own.connect() as connection:
+                self._last_count = int(connection.execute(select(func.count()).select_from(OUTBOX)).scalar_one())
+        except FAULTS as error:
+            self.own_fault = self.own_fault or said_by(fault_of(error))
+        return self._last_count
 
     def forward(self) -> int:
-        """Send what waits, some at a time; return how many the server took now. A server that is away is no error: see `fault`."""
-        with self._own.connect() as connection:
-            waiting = list(connection.execute(select(OUTBOX.c.identifier).limit(_AT_ONCE)).scalars())
-        done = 0
-        for identifier in waiting:
-            record = self.records.find(identifier)
-            if record is None:
-                raise StoreError(
-                    text(
-                        "record {identifier} waits to be forwarded and is not there; the file was changed by hand",
-                        identifier=identifier,
-                    )
-                )
-            try:
-                if self._server is None:
-                    self._server = self._connect()
-                Records(self._server).save(record)
-            except (StoreError, InputError, DBAPIError) as error:
-                self.fault = str(error)
-                self._note(identifier)
-                return done
-            with self._own.begin() as connection:
-                connection.execute(delete(OUTBOX).where(OUTBOX.c.identifier == identifier))
-            done += 1
-        self.fault = ""
-        return done
+        """Send what waits, some at a time; return how many the server took now. What keeps it from that: see `fault` and `own_fault`."""
+        if self._connect is None:
+            return 0
+        try:
+            return self._forward()
+        except FAULTS_AND_OWN as error:
+            self.own_fault = said_by(fault_of(error))
+            return 0
 
     def close(self) -> None:
         """Let go of both databases."""
-        if self._server is not None:
-            self._server.dispose()
+        self._hang_up()
         self._own.dispose()
 
-    def _note(self, identifier: str) -> None:
+    def _store(self, record: MotorRecord) -> bool:
+        try:
+            with self._own.begin() as connection:
+                new = insert_record(connection, record)
+                if new and self._connect is not None:
+                    connection.execute(insert(OUTBOX).values(identifier=record.identifier))
+                return new
+        except FAULTS as error:
+            raise fault_of(error) from error
+
+    def _store_one(self, name: str) -> bool:
+        """Store one record of the spool; false where it is refused."""
+        try:
+            record = self._spool.read(name)
+        except SpooledFileError as error:
+            where = Text("{folder}/{name}.json", {"folder": str(self._spool.folder), "name": name})
+            self._refuse(name, where, text("it is no record as it was written: {error}", error=str(error)))
+            return False
+        if record is None:
+            return False
+        try:
+            self._store(record)
+        except RefusedError as error:
+            self._refuse(name, _named(record), said_by(error))
+            return False
+        return True
+
+    def _probe(self) -> None:
+        """See whether the own database can be written, where nothing else tells."""
+        with self._own.connect() as connection:
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+            connection.rollback()
+
+    def _forward(self) -> int:
+        query = select(OUTBOX.c.identifier).where(OUTBOX.c.identifier.not_in(list(self._refused)))
+        with self._own.connect() as connection:
+            waiting = list(connection.execute(query.order_by(sql("rowid")).limit(_AT_ONCE)).scalars())
+        done = 0
+        doubtful: tuple[MotorRecord, StoreError] | None = None
+        for identifier in waiting:
+            record = self.records.find(identifier)
+            if record is None:
+                why = text("it waits to be forwarded and is not there; the file was changed by hand")
+                self._refuse(identifier, text("record {identifier}", identifier=identifier), why)
+                continue
+            try:
+                self._send(record)
+            except RefusedError as error:
+                self._refuse_by_server(record, error)
+            except DoubtfulError as error:
+                if doubtful is not None:
+                    return self._stopped(error, done)
+                doubtful = (record, error)
+            except StoreError as error:
+                return self._stopped(error, done)
+            else:
+                self._confirm(identifier)
+                done += 1
+                if doubtful is not None:
+                    # The server takes others.
+                    self._refuse_by_server(*doubtful)
+                    doubtful = None
+        if doubtful is not None:
+            return self._stopped(doubtful[1], done)
+        self.fault = ""
+        return done
+
+    def _send(self, record: MotorRecord) -> None:
+        try:
+            if self._server is None and self._connect is not None:
+                self._server = self._connect()
+            if self._server is not None:
+                Records(self._server).save(record)
+        except StoreError:
+            raise
+        except FAULTS as error:
+            raise fault_of(error) from error
+
+    def _stopped(self, error: StoreError, done: int) -> int:
+        self.fault = said_by(error)
+        # When it answers again it may have been replaced: its version is looked at anew.
+        self._hang_up()
+        return done
+
+    def _hang_up(self) -> None:
+        server, self._server = self._server, None
+        if server is not None:
+            server.dispose()
+
+    def _confirm(self, identifier: str) -> None:
+        with self._own.begin() as connection:
+            connection.execute(delete(OUTBOX).where(OUTBOX.c.identifier == identifier))
+
+    def _refuse_by_server(self, record: MotorRecord, error: StoreError) -> None:
+        self._refuse(record.identifier, _named(record), text("the server: {why}", why=said_by(error)))
         with self._own.begin() as connection:
             connection.execute(
                 update(OUTBOX)
-                .where(OUTBOX.c.identifier == identifier)
-                .values(tries=OUTBOX.c.tries + 1, fault=self.fault)
+                .where(OUTBOX.c.identifier == record.identifier)
+                .values(tries=OUTBOX.c.tries + 1, fault=str(error))
             )
+
+    def _refuse(self, identifier: str, named: Text, why: Text) -> None:
+        with self._lock:
+            self._refused[identifier] = Refusal(identifier, named, why)
+
+
+#: What reading and writing the own database and the spool may raise.
+FAULTS_AND_OWN = (*FAULTS, StoreError)
+
+
+def _named(record: MotorRecord) -> Text:
+    return text(
+        "the record of motor {number} ({serial_number}) of batch {batch}",
+        number=record.number,
+        serial_number=record.serial_number,
+        batch=record.batch,
+    )

@@ -7,10 +7,9 @@ from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, func, select, union_all
-from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import CheckRecord, Measured, MotorRecord
-from bench.eol.store.database import reason
+from bench.eol.store.faults import FAULTS, fault_of
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
 from bench.eol.verdict import Verdict
@@ -18,10 +17,6 @@ from bench.eol.verdict import Verdict
 #: Records read in one go.
 _AT_ONCE = 500
 _PLAIN = tuple(column.name for column in MOTOR.columns if column.name not in ("id", "verdict", "started", "ended"))
-
-
-class StoreError(Exception):
-    """A record could not be kept now; trying again later may help."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +37,13 @@ class Records:
     def save(self, record: MotorRecord) -> bool:
         """Keep a record; it is durable when this returns. Tells whether it was new.
 
-        Raises StoreError where the database does not take it, of which then nothing is kept.
+        Raises StoreError where the database does not take it, of which then nothing is kept; RefusedError where it never will.
         """
         try:
             with self._engine.begin() as connection:
                 return insert_record(connection, record)
-        except DBAPIError as error:
-            raise StoreError(reason(error)) from error
+        except FAULTS as error:
+            raise fault_of(error) from error
 
     def count(self, batch: str | None = None) -> int:
         """Return how many records there are, of one batch or of all."""

@@ -83,6 +83,8 @@ class _LinePage:
                 named(self._abort.classes("mb-abort text-xl px-8"), say(text("Abort the batch: everything off")))
                 ui.tooltip(say(text("Every socket takes its way down. Key: Ctrl+Esc. Finish: Ctrl+End")))
             self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
+            self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
+            self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
             self._counters = ui.row().classes("w-full gap-8 items-baseline")
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md:grid-cols-2 xl:grid-cols-4 w-full")
         offer_abort(self._aborted, self._abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
@@ -116,6 +118,7 @@ class _LinePage:
         for socket in state["sockets"]:
             self._tiles[socket["name"]].show(socket)
         self._show_message(state, running=running)
+        self._show_records(state.get("records") or {})
         self._counters.clear()
         counts = state["counts"]
         motors = sum(counts["verdicts"].values())
@@ -157,6 +160,12 @@ class _LinePage:
         else:
             words, wrong = f"✗ {say(restore_text(message['text']))}", True
         self._say(words, wrong=wrong)
+
+    def _show_records(self, records: Mapping[str, Any]) -> None:
+        """Show which records are not where they belong, and why."""
+        words = "\n".join(self._reader.say(restore_text(told)) for told in records.get("sentences", ()))
+        self._records.set_visibility(bool(words))
+        self._records.set_text(words)
 
     def _say(self, words: str, *, wrong: bool) -> None:
         self._message.set_text(words)

@@ -9,7 +9,8 @@ import pytest
 
 from bench.record.journal import Journal, read_journal
 from bench.record.run_folder import RunFolder
-from bench.record.verify import Verdict, verify
+from bench.record.verification import Verdict
+from bench.record.verify import verify
 
 WRITER = """
 import sys

@@ -15,6 +15,8 @@ from bench.safety import interlocks as module
 from bench.safety.interlocks import Interlocks, Uninterlocked, ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.latch import Latch
+from bench.safety.state_folder import state_folder
+from bench.virtual_station import virtual_station
 from drivers.can_bus.options import CanInterlockOptions
 from drivers.interfaces import CommunicationError
 from drivers.modbus.options import ModbusInterlockOptions
@@ -65,6 +67,17 @@ def station(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture(autouse=True)
+def own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOTORBENCH_STATE", str(tmp_path / "state"))
+
+
+def start(station: Path) -> None:
+    """Start and end at once."""
+    with ready(load_station(station), state_folder()):
+        pass
+
+
 class Journal:
     def __init__(self) -> None:
         self.events: list[tuple[str, dict[str, Any]]] = []
@@ -100,7 +113,7 @@ def test_each_fault_of_an_interlock_is_named(station: Path, old: str, new: str, 
 
 
 def test_a_station_without_any_is_not_held_up() -> None:
-    with ready((), "virtual") as nothing:
+    with ready(virtual_station({}), None) as nothing:
         assert isinstance(nothing, Uninterlocked)
         assert nothing.about() == {"names": [], "reset": None}
         nothing.watch(Journal(), Interrupts())
@@ -111,18 +124,22 @@ def test_nothing_starts_while_one_is_open(station: Path, contacts: dict[str, Con
     contacts["door"].is_closed = False
     contacts["door"].error = CommunicationError("interlock door", "no frame") if silent else None
     how = r"silent, which counts as open \(interlock door: no frame\)" if silent else "open"
-    with pytest.raises(InputError, match=f"the interlock door is {how}. Close it"):
-        ready(load_station(station).interlocks, str(station)).__enter__()
+    with pytest.raises(InputError, match=f"the interlock door is {how}. Close it, then: motorbench station reset"):
+        start(station)
     assert [contact.ended for contact in contacts.values()] == [1, 1]
-    assert not Latch(station).path.exists()
+    contacts["door"].is_closed, contacts["door"].error = True, None
+    with pytest.raises(InputError, match=r"the interlock door was .* nobody has reset it"):
+        start(station)
+    assert reset(station, by="Li Wei") == 0
+    start(station)
 
 
 @pytest.mark.parametrize("silent", [False, True])
 def test_one_that_opens_ends_the_run_and_keeps_the_station_still(
     station: Path, contacts: dict[str, Contact], silent: bool
 ) -> None:
-    entries, journal, interrupts = load_station(station).interlocks, Journal(), Interrupts()
-    with ready(entries, str(station)) as watched:
+    journal, interrupts = Journal(), Interrupts()
+    with ready(load_station(station), state_folder()) as watched:
         watched.watch(journal, interrupts)
         assert not interrupts.requested_by
         contacts["door"].is_closed = False
@@ -132,14 +149,15 @@ def test_one_that_opens_ends_the_run_and_keeps_the_station_still(
     assert [kind for kind, _ in journal.events] == ["interlock_opened"]
     contacts["door"].is_closed, contacts["door"].error = True, None
     with pytest.raises(InputError, match=r"the interlock door was .* nobody has reset it.*station reset .* --by NAME"):
-        ready(entries, str(station)).__enter__()
+        start(station)
 
 
 def test_a_person_resets_and_the_next_record_says_who(
     station: Path, contacts: dict[str, Contact], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Latch(station).trip("door", "open")
-    Latch(station).trip("emergency_stop", "open")
+    latch = Latch(state_folder(), load_station(station))
+    latch.trip("door", "open")
+    latch.trip("emergency_stop", "open")
     contacts["door"].is_closed = False
     with pytest.raises(InputError, match="the interlock door is open"):
         reset(station, by="Li Wei")
@@ -151,26 +169,34 @@ def test_a_person_resets_and_the_next_record_says_who(
     assert reset(station, by="Li Wei", json=True) == 0
     assert '"reset": false' in capsys.readouterr().out
     for expected in ("Li Wei", None):
-        with ready(load_station(station).interlocks, str(station)) as watched:
+        with ready(load_station(station), state_folder()) as watched:
             about = watched.about()
             assert (about["reset"] or {}).get("reset_by") == expected
             assert about["names"] == ["emergency_stop", "door"]
 
 
 def test_a_latch_that_cannot_be_read_stands(station: Path) -> None:
-    latch = Latch(station)
+    latch = Latch(state_folder(), load_station(station))
     latch.path.write_text("{", encoding="utf-8")
     trip = latch.standing()
     assert trip is not None
-    assert "cannot be read" in trip.how
+    assert "line 1, cannot be read" in trip.how
+    latch.trip("door", "open")
+    assert latch.path.read_text(encoding="utf-8").count("\n") == 2
+    assert latch.reset("Li Wei") is not None
+    assert latch.standing() is None
 
 
 def test_where_nothing_can_be_remembered_nothing_starts(
     station: Path, contacts: dict[str, Contact], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    folder = state_folder()
+    (folder.path / "trips.jsonl").mkdir()
+    with pytest.raises(InputError, match=r"trips\.jsonl.*cannot be read|trips\.jsonl: Is a directory"):
+        ready(load_station(station), folder).__enter__()
     monkeypatch.setattr("os.access", lambda *_: False)
-    with pytest.raises(InputError, match=r"station\.toml\.tripped.*not writable"):
-        ready(load_station(station).interlocks, str(station)).__enter__()
+    with pytest.raises(InputError, match=r"this folder keeps .* it is not writable for you"):
+        state_folder()
 
 
 def test_a_station_without_interlocks_has_nothing_to_reset(tmp_path: Path) -> None:

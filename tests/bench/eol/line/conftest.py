@@ -14,6 +14,7 @@ from bench.eol.line.batch import BatchWishes, Counts, run_batch
 from bench.eol.line.ledger import Begun
 from bench.eol.line.process import Nursery
 from bench.eol.record import MotorRecord
+from bench.eol.store.waiting import Waiting
 from procedures.text import Text
 
 PLAN = """
@@ -61,6 +62,8 @@ class Ear:
         self.records: list[MotorRecord] = []
         self.refusals: list[Refused] = []
         self.troubles: list[str] = []
+        self.waitings: list[Waiting] = []
+        self.when_waits: Callable[[Waiting], None] = lambda _: None
         self.when_begun: Callable[[Begun], None] = lambda _: None
         self.when_done: Callable[[MotorRecord], None] = lambda _: None
 
@@ -73,6 +76,10 @@ class Ear:
 
     def refused(self, refused: Refused) -> None:
         self.refusals.append(refused)
+
+    def waits(self, waiting: Waiting) -> None:
+        self.waitings.append(waiting)
+        self.when_waits(waiting)
 
     def trouble(self, words: Text) -> None:
         self.troubles.append(str(words))

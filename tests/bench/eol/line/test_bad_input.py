@@ -19,7 +19,8 @@ from bench.eol.line.passage_names import new_folder, run_folders
 from bench.eol.line.serials import FromFile, MadeUp
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
-from bench.eol.store.records import StoreError
+from bench.eol.store.faults import StoreError
+from bench.eol.store.spool import Spool
 from bench.eol.verdict import Verdict
 from bench.errors import InputError, UsageError
 from procedures.bench import Role
@@ -120,7 +121,7 @@ def test_a_shared_supply_is_refused_for_its_guardian(tmp_path: Path) -> None:
 
 @pytest.fixture
 def records(tmp_path: Path) -> Iterator[Keeper]:
-    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")))
+    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite"))
     yield keeper
     keeper.close()
 
@@ -254,7 +255,9 @@ def test_wrong_names_and_numbers_are_usage_errors(bench: Any) -> None:
 def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None:
     counts, _ = bench.run(motors=1, records="postgresql://nobody@127.0.0.1:9/none")
     assert counts.motors == 1
-    assert counts.waiting == 1
+    assert (counts.waits.for_server, counts.waits.unstored, counts.waits.refused) == (1, 0, ())
+    (trouble,) = counts.waits.troubles
+    assert "the server takes nothing" in str(trouble.why)
     with own_records(str(bench.folder / "runs" / "records.sqlite")) as kept:
         assert kept.count("small") == 1
 

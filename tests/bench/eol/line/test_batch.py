@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bench.eol.line.keeper import own_records
 from bench.eol.verdict import Verdict
 from bench.record.run_folder import RunFolder
-from bench.record.verify import Verdict as Untouched
+from bench.record.verification import Verdict as Untouched
 from bench.record.verify import verify
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ def test_a_batch_on_a_server_has_the_records_of_one_in_a_file_and_its_statistics
     file, remote = make_bench("file"), make_bench("server")
     file.run()
     counts, stopped = remote.run(records=server)
-    assert (counts.motors, counts.waiting, stopped) == (4, 0, "")
+    assert (counts.motors, counts.waits.anything, stopped) == (4, False, "")
     with own_records(str(file.folder / "records.sqlite")) as here, own_records(server) as there:
         one = sorted(here.read("small"), key=lambda record: record.number)
         other = sorted(there.read("small"), key=lambda record: record.number)
@@ -52,13 +52,14 @@ def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_
     bench.ear.when_begun = cut
     counts, stopped = bench.run(records=address)
     assert (counts.motors, stopped) == (4, ""), "a line goes on without its server"
-    assert counts.waiting >= 2
-    assert counts.fault
+    assert counts.waits.for_server >= 2
+    assert [str(trouble.why) for trouble in counts.waits.troubles]
+    assert any(waiting.troubles and waiting.next_try for waiting in bench.ear.waitings), "told while it goes on"
     assert set(numbers(server, "small")) <= {1, 2}
     assert numbers(str(bench.folder / "runs" / "records.sqlite"), "small") == [1, 2, 3, 4]
 
     bench.ear.when_begun = lambda _: None
     counts, stopped = bench.run(records=server, batch="next", motors=1, again=True)
-    assert (counts.waiting, stopped) == (0, "")
+    assert (counts.waits.anything, stopped) == (False, "")
     assert numbers(server, "small") == [1, 2, 3, 4]
     assert numbers(server, "next") == [1]

@@ -3,9 +3,11 @@
 import json
 import os
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,12 @@ from bench.eol.line.batch import Counts
 from bench.eol.line.ledger import Begun
 from bench.eol.verdict import Verdict
 from bench.files.motor_file import load_motor
+from bench.files.station import load_station
 from bench.files.toml_text import toml_text
+from bench.guardian.record import read_guardian
+from bench.safety.claims import claims_of
+from bench.safety.ownership import HeldError, holders, owning
+from bench.safety.state_folder import state_folder
 from bench.virtual_station import describe
 from sim_instruments.served_bench import ServedBench
 
@@ -95,6 +102,19 @@ def freeze(worker: int) -> None:
     os.kill(worker, signal.SIGSTOP)
 
 
+def thaw(frozen: list[int]) -> None:
+    for process in frozen:
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGCONT)
+
+
+def all_have_let_go() -> None:
+    """Wait until no guardian is at its instruments any more."""
+    pause = threading.Event()
+    while holders(state_folder()):
+        pause.wait(0.05)
+
+
 @pytest.mark.parametrize(
     ("act", "told"),
     [(kill, "was ended by SIGKILL"), (freeze, "gave no sign of life for 2 s and was ended by SIGKILL")],
@@ -144,12 +164,79 @@ def test_a_batch_ends_at_the_second_wish_although_worker_and_guardian_are_frozen
     try:
         with served_line(bench) as run:
             _, stopped, _ = run()
+            thaw(frozen)
+            all_have_let_go()
     finally:
-        for process in frozen:
-            os.kill(process, signal.SIGCONT)
+        thaw(frozen)
     assert len(frozen) == 1, "the worker has one child, its guardian"
     assert stopped == "Ctrl-C"
     (lost,) = bench.ear.records
     assert lost.verdict is Verdict.ABORTED
     assert "had not ended 1 s after the second wish to stop and was ended by SIGKILL" in lost.cause
     assert any("its guardian has not left for 1 s; see to it that everything" in words for words in bench.ear.troubles)
+
+
+def test_a_batch_has_the_instruments_of_all_its_sockets(bench: Any) -> None:
+    claims: list[Any] = []
+    seen: list[str] = []
+
+    def begun(_: Begun) -> None:
+        with owning(state_folder(), "another") as other:
+            with pytest.raises(HeldError) as refused:
+                other.claim(claims)
+            seen.append(str(refused.value))
+
+    with served_line(bench) as run:
+        claims += claims_of(load_station(bench.folder / "station.toml"))
+        bench.ear.when_begun = begun
+        with owning(state_folder(), "motorbench run") as first:
+            first.claim(claims[:1])
+            with pytest.raises(HeldError, match=r"in use by .* with motorbench run \("):
+                run()
+        assert not (bench.folder / "runs").exists()
+        counts, _, _ = run()
+        with owning(state_folder(), "motorbench run") as last:
+            last.claim(claims)
+    assert counts.motors == 2
+    assert len(seen) == 2
+    assert "with motorbench eol run, batch small (process" in seen[0]
+    assert f"folder {bench.folder / 'runs' / 'small'})" in seen[0]
+
+
+def test_the_workers_of_a_batch_that_was_killed_have_its_instruments(bench: Any, tmp_path: Path) -> None:
+    with served_line(bench):
+        station = bench.folder / "station.toml"
+        command = [
+            sys.executable,
+            "-m",
+            "bench",
+            "eol",
+            "run",
+            str(bench.folder / "plan.toml"),
+            "--station",
+            str(station),
+        ]
+        command += ["--serials", str(bench.folder / "serials.txt"), "--runs", str(bench.folder / "runs")]
+        command += ["--records", str(tmp_path / "records.sqlite")]
+        # What it leaves behind has its output still open.
+        batch = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        journal = folder_of(bench, "R1") / "journal.jsonl"
+        pause = threading.Event()
+        while not (journal.is_file() and b'"kind":"energised"' in journal.read_bytes()):
+            assert batch.poll() is None
+            pause.wait(0.05)
+        (started,) = [event for event in read_guardian(folder_of(bench, "R1")) if event["kind"] == "started"]
+        guardian = int(started["data"]["pid"])
+        os.kill(guardian, signal.SIGSTOP)
+        try:
+            batch.kill()
+            batch.wait()
+            (left,) = [holder for holder in holders(state_folder()) if holder.pid == batch.pid]
+            assert left.gone
+            with owning(state_folder(), "another") as other, pytest.raises(HeldError, match="which has ended"):
+                other.claim(claims_of(load_station(station)))
+        finally:
+            os.kill(guardian, signal.SIGCONT)
+        all_have_let_go()
+        with owning(state_folder(), "another") as other:
+            other.claim(claims_of(load_station(station)))

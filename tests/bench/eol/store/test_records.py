@@ -12,9 +12,11 @@ from sqlalchemy import Engine, text
 
 from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import open_database
+from bench.eol.store.faults import StoreError
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.insertion import settle, settled
-from bench.eol.store.records import Records, StoreError
+from bench.eol.store.records import Records
+from bench.eol.store.spool import Spool
 from bench.eol.store.tallies import parameters
 from bench.eol.verdict import Verdict
 from bench.errors import InputError
@@ -116,12 +118,12 @@ def test_a_server_that_is_away_costs_no_record_and_none_comes_twice(tmp_path: Pa
             raise InputError("the server is away")
         return open_database(server)
 
-    station = ForwardingRecords(open_database(str(tmp_path / "own.sqlite")), connect)
+    station = ForwardingRecords(open_database(str(tmp_path / "own.sqlite")), connect, Spool(tmp_path, "own"))
     kept = [record(number) for number in (1, 2, 3)]
     for each in kept:
         assert station.save(each)
     assert station.forward() == 0
-    assert (station.waiting(), station.fault) == (3, "the server is away")
+    assert (station.waiting(), str(station.fault)) == (3, "the server is away")
     there = True
     # The server took it, and its answer was lost.
     lost = open_database(server)
@@ -139,6 +141,7 @@ import sys, itertools
 from bench.eol.store.database import open_database
 from bench.eol.store import insertion
 from bench.eol.store.records import Records
+from bench.eol.store.spool import Spool
 from tests.bench.eol.store.test_records import record
 insertion._TOGETHER = 4
 records = Records(open_database(sys.argv[1]))

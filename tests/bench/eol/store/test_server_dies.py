@@ -10,6 +10,7 @@ from sqlalchemy import make_url
 from bench.eol.store.database import open_database
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.records import Records
+from bench.eol.store.spool import Spool
 from tests.bench.eol.store.test_records import record
 from tests.bench.eol.wire import Wire
 
@@ -19,7 +20,9 @@ def test_a_commit_that_is_cut_off_loses_no_record_and_keeps_none_twice(
     tmp_path: Path, server: str, wire: Wire, when: Literal["before", "after"]
 ) -> None:
     through = make_url(server).set(host="127.0.0.1", port=wire.port).render_as_string(hide_password=False)
-    station = ForwardingRecords(open_database(str(tmp_path / "own.sqlite")), lambda: open_database(through))
+    station = ForwardingRecords(
+        open_database(str(tmp_path / "own.sqlite")), lambda: open_database(through), Spool(tmp_path, "own")
+    )
     kept = [record(number) for number in (1, 2, 3)]
     for each in kept[:2]:
         station.save(each)

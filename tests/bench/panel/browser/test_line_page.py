@@ -1,4 +1,5 @@
 import re
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 
@@ -79,6 +80,25 @@ def test_motors_scanned_one_after_the_other(panel: Panel, new_page: NewPage) -> 
     expect(page.get_by_text("批次已结束。")).to_be_visible()
     expect(page.get_by_role("button", name="中止批次")).to_be_hidden()
     assert not list(panel.runs.glob(f"*/{LINE}"))
+
+
+def test_records_that_no_database_takes_are_shown_until_they_are_stored(panel: Panel, new_page: NewPage) -> None:
+    plan(panel, "locked")
+    page = new_page()
+    open_line(page, panel, sockets=1)
+    holder = sqlite3.connect(panel.records, isolation_level=None)
+    holder.execute("BEGIN IMMEDIATE")
+    scan(page, "SN-1")
+    shown = page.locator(".mb-records")
+    expect(shown).to_contain_text("records that are in no database yet, kept in files: 1", timeout=30_000)
+    expect(shown).to_contain_text("the station's own database takes nothing: database is locked")
+    expect(shown).to_contain_text("the next try is at", timeout=30_000)
+    expect(count(page, "PASS")).to_have_text("✓ 1")
+    holder.rollback()
+    holder.close()
+    expect(shown).to_be_hidden(timeout=30_000)
+    page.get_by_role("button", name="Abort the batch").click()
+    expect(page.get_by_text("The batch has ended.")).to_be_visible()
 
 
 def test_a_motor_outside_its_limits(panel: Panel, new_page: NewPage) -> None:

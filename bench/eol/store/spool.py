@@ -1,0 +1,157 @@
+"""Records that no database takes: a file each, durable, until one does."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from datetime import UTC
+from functools import cache
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from bench.eol.record import MotorRecord
+from bench.eol.store.faults import StoreError
+from bench.errors import InputError
+from bench.record.disk import Reserve, sync_folder, write_file
+from bench.record.encoding import dumps, plain, to_bytes
+from bench.record.errors import RecordError
+from procedures.text import text
+
+#: The folder among the runs.
+FOLDER = "unstored"
+#: Room (bytes) kept for the records of the motors that are measured when the disk fills up.
+_ROOM = 256 * 1024
+
+
+class SpooledFileError(Exception):
+    """A file of the spool does not hold a record as it was written."""
+
+
+class Spool:
+    """Keeps records in a folder, whole or not at all; `database` names what they are for.
+
+    Several processes may use one folder: a record's file bears its identifier.
+    """
+
+    def __init__(self, folder: Path, database: str) -> None:
+        self._folder = folder / hashlib.sha256(database.encode()).hexdigest()[:12]
+        self._database = database
+        self._reserve: Reserve | None = None
+
+    @property
+    def folder(self) -> Path:
+        """Where the files are."""
+        return self._folder
+
+    def reserve(self) -> None:
+        """Have room for some records should the disk fill up. Raises InputError where there is none, or nothing can be written."""
+        try:
+            self._make()
+        except OSError as error:
+            raise InputError(
+                text(
+                    "{folder}: the folder of records that no database takes cannot be made: {strerror}; see --runs",
+                    folder=self._folder,
+                    strerror=error.strerror,
+                )
+            ) from None
+        self._reserve = Reserve(self._folder / ".reserve", _ROOM)
+
+    def close(self) -> None:
+        """Give back the room, and the folder where it holds nothing."""
+        self._release()
+        for folder in (self._folder, self._folder.parent):
+            # Another process, or a record that waits, may still need it.
+            with suppress(OSError):
+                folder.rmdir()
+
+    def keep(self, record: MotorRecord) -> None:
+        """Have a record on the disk. Raises StoreError."""
+        content = plain(record)
+        line = to_bytes(dumps({"database": self._database, "sha256": _digest(content), "record": content}))
+        try:
+            self._make()
+            try:
+                write_file(self._file(record.identifier), line)
+            except OSError:
+                if self._reserve is None:
+                    raise
+                self._release()
+                write_file(self._file(record.identifier), line)
+        except OSError as error:
+            raise StoreError(
+                text("{folder} cannot be written: {error}", folder=self._folder, error=_why(error))
+            ) from error
+
+    def names(self) -> list[str]:
+        """Return the identifiers of the records that are here, those kept first first. Raises StoreError."""
+        try:
+            files = [(file.stat().st_mtime_ns, file.stem) for file in self._folder.glob("[!.]*.json")]
+        except OSError as error:
+            raise StoreError(
+                text("{folder} cannot be read: {error}", folder=self._folder, error=_why(error))
+            ) from error
+        return [name for _, name in sorted(files)]
+
+    def read(self, name: str) -> MotorRecord | None:
+        """Return a record, None where it is not here any more. Raises SpooledFileError for a file that was changed."""
+        try:
+            told = json.loads(self._file(name).read_bytes())
+            changed = told["sha256"] != _digest(told["record"])
+            record = _form().validate_python(told["record"])
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise SpooledFileError(str(error)) from error
+        if changed:
+            raise SpooledFileError("its content is not what was written")
+        return replace(record, started=record.started.astimezone(UTC), ended=record.ended.astimezone(UTC))
+
+    def records(self) -> Iterator[MotorRecord]:
+        """Give the records that are here; files that hold none are passed over. Raises StoreError."""
+        for name in self.names():
+            try:
+                record = self.read(name)
+            except SpooledFileError:
+                continue
+            if record is not None:
+                yield record
+
+    def drop(self, name: str) -> None:
+        """Let go of a record that a database has. Raises StoreError."""
+        try:
+            self._file(name).unlink(missing_ok=True)
+        except OSError as error:
+            raise StoreError(
+                text("{file} cannot be removed: {error}", file=self._file(name), error=_why(error))
+            ) from error
+
+    def _make(self) -> None:
+        if not self._folder.is_dir():
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for made in (self._folder.parent, self._folder.parent.parent):
+                sync_folder(made)
+
+    def _release(self) -> None:
+        if self._reserve is not None:
+            self._reserve.release()
+            self._reserve = None
+
+    def _file(self, name: str) -> Path:
+        return self._folder / f"{name}.json"
+
+
+def _why(error: OSError) -> str:
+    cause = error.cause if isinstance(error, RecordError) else error
+    return cause.strerror or str(cause)
+
+
+def _digest(content: object) -> str:
+    return hashlib.sha256(to_bytes(json.dumps(content, ensure_ascii=False, sort_keys=True))).hexdigest()
+
+
+@cache
+def _form() -> TypeAdapter[MotorRecord]:
+    return TypeAdapter(MotorRecord)

@@ -1,0 +1,54 @@
+"""What of a station's records waits, and why: for the terminal, the line's page and the end of a batch."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+
+from bench.eol.store.forwarding import Refusal
+from procedures.text import Text, text
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """What keeps records from where they belong, and since when (UTC)."""
+
+    why: Text
+    since: datetime
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """How many records wait for the server, how many are in no database (None where that cannot be seen), and why.
+
+    `next_try` is when it is tried again (UTC); `refused` are records that a database refuses for what is in them.
+    """
+
+    for_server: int = 0
+    unstored: int | None = 0
+    troubles: tuple[Trouble, ...] = ()
+    next_try: datetime | None = None
+    refused: tuple[Refusal, ...] = ()
+
+    @property
+    def anything(self) -> bool:
+        """Whether anything waits, or would."""
+        return bool(self.for_server or self.unstored or self.unstored is None or self.troubles or self.refused)
+
+    def sentences(self) -> Iterator[Text]:
+        """Say what waits, since when, why, and when it is tried again."""
+        if self.for_server:
+            yield text("records that wait for the server: {number}", number=self.for_server)
+        if self.unstored is None:
+            yield text("how many records are in no database cannot be seen: their folder cannot be read")
+        elif self.unstored:
+            yield text("records that are in no database yet, kept in files: {number}", number=self.unstored)
+        for trouble in self.troubles:
+            yield text("since {time}: {why}", time=_local(trouble.since), why=trouble.why)
+        if self.next_try is not None and self.troubles:
+            yield text("the next try is at {time}", time=_local(self.next_try))
+        for refusal in self.refused:
+            yield refusal.words
+
+
+def _local(time: datetime) -> str:
+    return time.astimezone().strftime("%H:%M:%S")
