@@ -37,8 +37,8 @@ def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
         "visa_backends": _backends(),
         "serial_ports": _serial_ports(),
         "can_interfaces": _can_interfaces(),
-        "guardian": guardian_scope().about(),
         **_state(),
+        "guardian": guardian_scope().about(),
     }
     found["problems"] = _problems(found, runs)
     if json:
@@ -129,7 +129,6 @@ def _print(found: dict[str, Any]) -> None:
         for name, told in found[key].items():
             console.print(f"  {name}  {told}", markup=False)
     console.print(f"CAN interfaces: {', '.join(found['can_interfaces']) or 'none'}", markup=False)
-    console.print(f"Guardian: {found['guardian']['said']}", markup=False)
     console.print(f"State folder: {found['state_folder'] or 'none'}", markup=False)
     for one in found["in_use"]:
         ended = ", which has ended; its guardian has not" if one["ended"] else ""
@@ -137,6 +136,7 @@ def _print(found: dict[str, Any]) -> None:
             f"  {one['user']}: {one['what']} (process {one['pid']}{ended}), since {one['since']}", markup=False
         )
         console.print(f"      {', '.join(one['instruments'])}", markup=False)
+    console.print(f"Guardian: {found['guardian']['said']}", markup=False)
     for problem in found["problems"]:
         console.print(f"✗ {problem}", markup=False)
     if not found["problems"]:

@@ -22,12 +22,13 @@ class Claim:
 
 
 def claims_of(station: Station) -> tuple[Claim, ...]:
-    """Return everything of a station: its instruments and watchdog relays, the serial lines of its interlocks, a served bench's hands.
+    """Return everything of a station: its instruments, the serial lines of its interlocks, a served bench's hands.
 
     What a person works by hand needs no owner.
     """
     claims = [claim_of(station, entry) for entry in station.entries.values()]
-    claims += (*interlock_claims(station), *relay_claims(station))
+    claims += interlock_claims(station)
+    claims += relay_claims(station)
     if station.control:
         claims.append(Claim(text("the virtual bench at {address}", address=station.control), _keys(station.control)))
     return tuple(claim for claim in claims if claim.keys)
@@ -56,7 +57,7 @@ def interlock_claims(station: Station) -> tuple[Claim, ...]:
 
 
 def relay_claims(station: Station) -> tuple[Claim, ...]:
-    """Return the relays with a watchdog: who feeds one that another has closed keeps it closed for him."""
+    """Return the relays with a watchdog: who feeds one beside another keeps it closed for him."""
     return tuple(
         Claim(
             text("{instrument} ({address})", instrument=entry.name, address=entry.address),

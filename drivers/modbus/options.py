@@ -40,7 +40,7 @@ class BeckhoffRelayOptions:
 
     @property
     def units(self) -> tuple[int, ...]:
-        """The unit that it is part of."""
+        """The unit that it is."""
         return (self.unit,)
 
     @property
@@ -84,11 +84,11 @@ class DeltaDyn200Options:
     direction_from: Literal["transducer", "command"] = "transducer"
 
     @property
-    def watchdog(self) -> Watchdog | None:
-        """What the drive is asked to watch."""
-        return communication_watchdog(self.watchdog_time)
-
-    @property
     def units(self) -> tuple[int, ...]:
         """The units that it is made of."""
         return (self.drive_unit, self.transducer_unit)
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """What the drive is asked to watch."""
+        return communication_watchdog(self.watchdog_time)

@@ -213,7 +213,7 @@ def test_a_motor_begun_anew_keeps_what_was_cut_off(tmp_path: Path) -> None:
 def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> None:
     path = bench.folder / "records.sqlite"
     open_database(str(path)).dispose()
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection, connection:
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
     with pytest.raises(InputError, match="9999"):
         bench.run()
