@@ -40,6 +40,7 @@ from bench.software import software
 from bench.surroundings import Place, place
 from bench.virtual_station import VIRTUAL
 from drivers.interfaces import Clock, InstrumentError
+from procedures.bench import Role
 from procedures.result import Notice
 from procedures.text import Translate
 
