@@ -13,6 +13,7 @@ from bench.safety.limited import PolePairs
 from bench.safety.limiting import limited
 from bench.safety.limits import Observer, limits_of, nobody
 from bench.safety.ownership import HeldError, HeldInstrumentError, Ownership, Unowned
+from bench.safety.watchdogs import watchdog_of
 from drivers.can_bus.buses import CanBuses
 from drivers.in_process import InProcess
 from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
@@ -143,7 +144,9 @@ class StationInstruments:
             ) from error
         try:
             self._own(entry, instrument)
-            self._recorder.event("instrument_opened", **said, identity=instrument.identity)
+            self._recorder.event(
+                "instrument_opened", **said, identity=instrument.identity, watchdog=watchdog_of(instrument)
+            )
         except BaseException:
             # Nobody knows of it yet, so nobody else would close it.
             instrument.close()

@@ -1,7 +1,7 @@
 """Runs procedures one after the other, and takes the way down however it ends."""
 
 import traceback
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any, Protocol
@@ -16,6 +16,7 @@ from bench.record.stored_result import store, store_notice
 from bench.safety.guardian_link import Guard, Unguarded
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.way_down import WayDown, failures
+from bench.safety.way_down_items import OFF_BY
 from bench.sharing import Alone, Sharing
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.bench import Bench, Operator, ProcedureError, Role
@@ -143,9 +144,8 @@ class Runner:
 
     def _secure(self, left: Sequence[Planned]) -> None:
         """Bring what is still needed to its harmless state; hands must not touch what was left on."""
-        for role in sorted({role for planned in left for role in planned.procedure.roles}, key=lambda role: role.value):
-            self.instruments.open(role)
-        if unsafe := self._walk():
+        roles = {role for planned in left for role in planned.procedure.roles}
+        if unsafe := secure(self.instruments, roles, self._walk):
             raise InstrumentError(
                 "the bench", "; ".join(unsafe), remedy="Switch it off by hand, then go on with --resume"
             )
@@ -249,6 +249,18 @@ class Runner:
             ended |= {"status": "failed", "cause": "\n".join([*causes, unwritten])}
             self.view.apply("run_finished", ended)
         self.journal.close()
+
+
+def secure(instruments: Instruments, roles: Iterable[Role], walk: Callable[[], Sequence[str]]) -> list[str]:
+    """Open the instruments of these roles, each whatever becomes of the others, and walk the way down; return what is not well."""
+    unreached = []
+    for role in sorted(roles, key=lambda role: role.value):
+        try:
+            instruments.open(role)
+        except InstrumentError as error:
+            left_on = "it may be on, and " if role in OFF_BY else ""
+            unreached.append(f"{role.value} cannot be reached, {left_on}nobody has switched it off: {error}")
+    return [*unreached, *walk()]
 
 
 def _interruption(stop: BaseException, translate: Translate) -> str:

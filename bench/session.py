@@ -26,16 +26,21 @@ from bench.record.run_view import RunView, view_of
 from bench.record.unrecorded import Unrecorded
 from bench.record.waveforms import WaveformFolder
 from bench.resume import begun, check_identities, check_unchanged, left_unsafe
-from bench.runner import Runner
+from bench.runner import Runner, secure
 from bench.safety.calls import CallWatches
 from bench.safety.guarding import guarded
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import known_pole_pairs
+from bench.safety.watchdog_relays import relays_ready
+from bench.safety.watchdogs import planned_watchdogs
+from bench.safety.way_down import failures
+from bench.safety.way_down_items import OFF_BY, Do
 from bench.software import software
 from bench.surroundings import Place, place
 from bench.virtual_station import VIRTUAL
-from drivers.interfaces import Clock
+from drivers.interfaces import Clock, InstrumentError
+from procedures.bench import Role
 from procedures.result import Notice
 from procedures.text import Translate
 
@@ -167,6 +172,7 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             view = view_of(previous.events)
             _check_instruments(wishes, previous, plan, where, set(view.finished) - set(wishes.repeat))
         interlocks = leaving.enter_context(interlocks_ready(where.station, where.owner.state))
+        relays = leaving.enter_context(relays_ready(where.station.watchdog_relays, used, where.station.source))
         folder = wishes.resume or how.folder or new_run_folder(wishes.runs, wishes.motor.nameplate.name)
         if how.folder is None:
             where.owner.work_in(folder.path)
@@ -189,6 +195,8 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
         )
         reserve = Reserve(folder.reserve) if how.reserve else None
         journal = Journal(folder.journal, where.clock.now, durable=how.durable, previous=previous, reserve=reserve)
+        braked = {item.role for item in where.station.way_down.items if item.do is Do.BRAKE}
+        guard = relays.beside(guard, braked, journal, interrupts)
         journal.listen(view.apply)
         journal.listen(calls.hear)
         guard.record_in(journal)
@@ -231,6 +239,8 @@ def carry_out(wishes: Wishes, plan: Sequence[Planned], where: Place, interrupts:
             about["torn_bytes"] = previous.torn_bytes
         about["interlocks"] = interlocks.about()
         about["guardian"] = guard.about()
+        if where.station.source != VIRTUAL:
+            about["watchdogs"] = [one.as_dict() for one in planned_watchdogs(where.station, used)]
         interlocks.watch(journal, interrupts)
         runner.run(
             plan,
@@ -273,11 +283,27 @@ def _check_instruments(
         owner=where.owner,
     )
     try:
+        if left_unsafe(previous.events):
+            _secure(instruments, previous, where)
         for role in sorted(needed, key=lambda role: role.value):
             instruments.open(role)
         check_identities(folder, previous.events, instruments.opened())
     finally:
         instruments.close()
+
+
+def _secure(instruments: StationInstruments, previous: JournalFile, where: Place) -> None:
+    """Switch off what an earlier session left on before anything is asked of it: whatever keeps the run from going on, it is off."""
+    way_down = where.station.way_down
+    # What a person switches is asked for once the run goes on.
+    used = {Role(event.data["instrument"]) for event in previous.events if event.kind == "instrument_opened"}
+    sources = {role for role in used - way_down.by_hand if role in OFF_BY and role in where.station.entries}
+
+    def walk() -> list[str]:
+        return failures(way_down.walk(instruments.opened(), Unrecorded(), where.clock))
+
+    if unsafe := secure(instruments, sources, walk):
+        raise InstrumentError("the bench", "; ".join(unsafe), remedy="Switch it off by hand, then go on with --resume")
 
 
 def _about(

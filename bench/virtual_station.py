@@ -15,12 +15,15 @@ Address = str | Mapping[str, str | int]
 
 
 def describe(
-    addresses: Mapping[str, Address], control: str = "", interlocks: Mapping[str, Mapping[str, Any]] | None = None
+    addresses: Mapping[str, Address],
+    control: str = "",
+    interlocks: Mapping[str, Mapping[str, Any]] | None = None,
+    watchdog_relays: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """Return what the station file of a virtual bench at these addresses (by role) would hold.
 
     `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
-    safety contacts are read.
+    safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
     voltage, current = {"kind": "V", "attenuation": 10.0}, {"kind": "A", "attenuation": 10.0}
     options: dict[str, dict[str, Any]] = {
@@ -54,6 +57,7 @@ def describe(
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
     for role in {"inverter", "drive", "rotor_actuator"} & options.keys():
         options[role]["heartbeat_time"] = 3.0 if control else 0.0
+    options["dynamometer"]["watchdog_time"] = 3.0 if control else 0.0
     if control and "rotor_actuator" in options:
         # Paced time comes in steps: what turns fast overshoots or falls short by a step.
         options["rotor_actuator"]["maximum_speed"] = 5.0
@@ -63,6 +67,11 @@ def describe(
     if interlocks:
         # One computer plays bench and station: its being busy is no open contact.
         made["interlocks"] = {name: {**where, "timeout": 3.0} for name, where in interlocks.items()}
+    if watchdog_relays:
+        made["watchdog_relays"] = {
+            name: {"driver": "beckhoff-bk9000", **where, "watchdog_time": 3.0, "timeout": 1.0}
+            for name, where in watchdog_relays.items()
+        }
     return made
 
 

@@ -83,7 +83,7 @@ class VirtualBench:
     drawing its own; `errors` are the individual errors of the instruments. Without `sockets`, dynamometer, tachometer and
     CAN nodes are reached in process by `stream` and `can_bus`: the same bytes and frames, handed over on the caller's thread,
     so that nothing depends on the wall's clock. With them, `line` is how the dynamometer is reached, the tachometer has a
-    pseudo-terminal, `can_interface` is how inverter and six-step drive are ("virtual" or "udp_multicast").
+    pseudo-terminal, and the CAN nodes are on `can_channel` of python-can's virtual interface.
     `six_step` is the six-step drive, whose machine `motor` must be; `supply_output` is the supply's that goes to the motor.
     With `fixture` there are a switch matrix, a rotor actuator and an insulation tester in place of hands.
     """
@@ -111,7 +111,6 @@ class VirtualBench:
         annunciator: str = "22",
         sockets: bool = True,
         line: Literal["tcp", "rtu"] = "tcp",
-        can_interface: str = "virtual",
         six_step: SixStepDrive | None = None,
         fixture: bool = False,
     ) -> None:
@@ -148,8 +147,8 @@ class VirtualBench:
         self._annunciator = annunciator
         self._sockets = sockets
         self._line_kind = line
-        self._can_interface = can_interface
-        self._can_channel = fresh_channel(can_interface)
+        #: The channel of this bench's CAN bus, which no other bench is on.
+        self.can_channel = fresh_channel()
         self._open = ExitStack()
 
     # faces
@@ -180,6 +179,7 @@ class VirtualBench:
         """The dynamometer's line: the drive is unit 1, the transducer unit 2."""
         generator = self._generator("dynamometer")
         drive = DeltaDrive(self.world, pole_pairs=self._pole_pairs, rated_torque=self._rated_torque)
+        self._open.callback(drive.close)
         transducer = Dyn200(self.world, generator, self.errors.dynamometer, rated_torque=self._rated_torque)
         return ModbusLine((drive, transducer), self.clock, generator)
 
@@ -336,8 +336,7 @@ class VirtualBench:
             self.clock,
             self._generator(role),
             node_id=node_id,
-            interface=self._can_interface,
-            channel=self._can_channel,
+            channel=self.can_channel,
             direct=None if self._sockets else self._direct_can,
         )
         self._open.callback(node.close)

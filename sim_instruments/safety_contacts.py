@@ -65,9 +65,9 @@ class InputModule:
 class ContactFrames:
     """Sends the contacts as the bits of the first byte of a frame, again and again, until it is closed."""
 
-    def __init__(self, contacts: SafetyContacts, interface: str, channel: str) -> None:
+    def __init__(self, contacts: SafetyContacts, channel: str) -> None:
         self._contacts = contacts
-        self._bus = open_bus(interface, channel)
+        self._bus = open_bus(channel)
         self._task: asyncio.Task[None] | None = None
 
     async def start(self) -> None:

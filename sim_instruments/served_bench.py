@@ -1,4 +1,4 @@
-"""The virtual bench behind real endpoints: sockets, pseudo-terminals and a multicast CAN bus, for other processes."""
+"""The virtual bench behind real endpoints: sockets and pseudo-terminals, for other processes."""
 
 import asyncio
 from collections.abc import Mapping
@@ -11,6 +11,7 @@ from sim_instruments.bench import Address, VirtualBench
 from sim_instruments.connection import Connection
 from sim_instruments.control.http import JsonService
 from sim_instruments.control.routes import control_routes
+from sim_instruments.endpoints.can_gateway import CanGateway
 from sim_instruments.endpoints.conversation import Conversation
 from sim_instruments.endpoints.hislip_server import HislipServer
 from sim_instruments.endpoints.loop_thread import LoopThread
@@ -19,6 +20,7 @@ from sim_instruments.endpoints.modbus_server import ModbusTcpServer
 from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.endpoints.scpi_socket import ScpiSocket
 from sim_instruments.endpoints.tcp_service import Serve, TcpService
+from sim_instruments.instruments.bk9000 import Bk9000
 from sim_instruments.paced_clock import PacedClock
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
@@ -37,8 +39,9 @@ class ServedBench:
     """Serves a bench until it is closed; a context manager.
 
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
-    excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path; what else it takes
-    are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had.
+    excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path. With
+    `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
+    What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had.
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class ServedBench:
         host: str = LOOPBACK,
         seed: int = 0,
         pages: Mapping[str, Any] | None = None,
+        watchdog_relay: bool = False,
         **bench: Any,
     ) -> None:
         self.clock = PacedClock(speedup)
@@ -57,16 +61,18 @@ class ServedBench:
         self._clients = 0
         self._open = ExitStack()
         try:
-            self.bench = VirtualBench(motor, seed=seed, clock=self.clock, can_interface="udp_multicast", **bench)
+            self.bench = VirtualBench(motor, seed=seed, clock=self.clock, **bench)
             self._open.callback(self.bench.close)
             loop = LoopThread("virtual-bench")
             self._open.callback(loop.close)
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
+            self._can = loop.run(self._serve_can(loop))
             self._addresses = self._serve(loop)
             #: Emergency stop and door.
             self.contacts = SafetyContacts()
             self._inputs = loop.run(self._serve_contacts(loop))
+            self._relays = loop.run(self._serve_relay(loop)) if watchdog_relay else {}
             routes = control_routes(self.bench, self.clock, self._addresses, pages or {}, self.contacts)
             control = loop.run(self._listen(loop, JsonService(routes).serve, LOOPBACK))
             #: Where the control endpoint is.
@@ -88,6 +94,10 @@ class ServedBench:
         """Return by name where each safety contact is read, a closed one being 1."""
         return {name: dict(where) for name, where in self._inputs.items()}
 
+    def watchdog_relays(self) -> dict[str, dict[str, Any]]:
+        """Return by name where each relay with a watchdog is reached, and the roles that it takes the energy from."""
+        return {name: dict(where) for name, where in self._relays.items()}
+
     def close(self) -> None:
         """Hang up on everybody and close all endpoints; again is allowed."""
         self._open.close()
@@ -107,7 +117,7 @@ class ServedBench:
         ways["tachometer"] = {"serial": self.bench.address("tachometer")}
         for role in ("inverter", "drive", "rotor_actuator"):
             if role in self.bench.roles:
-                ways[role] = {"can": self.bench.address(role)}
+                ways[role] = {"can": self._on_gateway(self.bench.address(role))}
         loop.run(self._begin_pulse())
         return {role: ways[role] for role in self.bench.roles}
 
@@ -131,20 +141,42 @@ class ServedBench:
         self._open.callback(rtu.close)
         return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
 
+    async def _serve_can(self, loop: LoopThread) -> dict[str, str]:
+        gateway = CanGateway(self.bench.can_channel)
+        await gateway.start()
+        self._open.callback(lambda: loop.run(gateway.stop()))
+        tcp = await self._listen(loop, gateway.serve, self.host)
+        return {"interface": "slcan", "channel": f"socket://{self.host}:{tcp.port}"}
+
+    def _on_gateway(self, node: Address) -> Address:
+        if isinstance(node, str):
+            raise TypeError(f"{node} is no CAN node")
+        return {**node, **self._can}
+
     async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
         line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
         tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
-        bus = self.bench.address("inverter")
-        if isinstance(bus, str):
-            raise TypeError(f"{bus} is no CAN bus")
-        interface, channel = str(bus["interface"]), str(bus["channel"])
-        frames = ContactFrames(self.contacts, interface, channel)
+        frames = ContactFrames(self.contacts, self.bench.can_channel)
         await frames.start()
         self._open.callback(lambda: loop.run(frames.stop()))
         return {
             "emergency_stop": {"address": f"tcp://{self.host}:{tcp.port}", "number": 0, "unit": 1},
-            "door": {"address": f"can://{interface}/{channel}", "frame": FRAME, "byte": 0, "bit": 1},
+            "door": {
+                "address": f"can://{self._can['interface']}/{self._can['channel']}",
+                "frame": FRAME,
+                "byte": 0,
+                "bit": 1,
+            },
         }
+
+    async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+        supply = self.bench.supply
+        supply.inhibit(True)
+        coupler = Bk9000(lambda closed: supply.inhibit(not closed))
+        self._open.callback(coupler.close)
+        line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
+        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        return {"supply_enable": {"address": f"tcp://{self.host}:{tcp.port}", "output": 0, "roles": ["supply"]}}
 
     async def _listen(
         self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None

@@ -16,6 +16,7 @@ class SupplyOutput:
         self._timeline = timeline
         self.stage = stage
         self.sticky = Sticky()
+        self._inhibited = False
 
     def set_voltage(self, voltage: float) -> None:
         """Set the voltage level (V). Raises ValueError outside 0 … the stage's maximum."""
@@ -36,11 +37,24 @@ class SupplyOutput:
                 settings.supply.current_limit, settings.supply.changed = current, self._timeline.now
 
     def switch(self, on: bool) -> None:
-        """Switch the output on or off; a tripped output stays off until its trip is cleared."""
+        """Switch the output on or off; a tripped output stays off until its trip is cleared, an inhibited one while it is so."""
         with self._timeline.changing() as settings:
             follows = self.sticky.follows(on, settings.supply.on)
-            settings.supply.on = follows and settings.supply.tripped is None
+            settings.supply.on = follows and settings.supply.tripped is None and not self._inhibited
             settings.supply.changed = self._timeline.now
+
+    def inhibit(self, inhibited: bool) -> None:
+        """Take the output off by the inhibit input, or allow it again; it stays off until it is switched on anew."""
+        with self._timeline.changing() as settings:
+            self._inhibited = inhibited
+            if inhibited:
+                settings.supply.on = False
+                settings.supply.changed = self._timeline.now
+
+    @property
+    def inhibited(self) -> bool:
+        """Whether the inhibit input holds the output off."""
+        return self._inhibited
 
     def set_over_voltage(self, voltage: float | None) -> None:
         """Set the over-voltage protection (V), None for off."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from bench.commands.output import console_on, print_json
 from bench.errors import InputError
+from bench.safety.guardian_scope import guardian_scope
 from bench.safety.ownership import holders
 from bench.safety.state_folder import state_folder
 
@@ -19,7 +20,7 @@ _LIBRARIES = (
 
 
 def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
-    """Report versions of libraries, the VISA backends found, serial and CAN devices, and permissions.
+    """Report versions of libraries, the VISA backends found, serial and CAN devices, permissions, and where a guardian would live.
 
     Parameters
     ----------
@@ -37,6 +38,7 @@ def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
         "serial_ports": _serial_ports(),
         "can_interfaces": _can_interfaces(),
         **_state(),
+        "guardian": guardian_scope().about(),
     }
     found["problems"] = _problems(found, runs)
     if json:
@@ -134,6 +136,7 @@ def _print(found: dict[str, Any]) -> None:
             f"  {one['user']}: {one['what']} (process {one['pid']}{ended}), since {one['since']}", markup=False
         )
         console.print(f"      {', '.join(one['instruments'])}", markup=False)
+    console.print(f"Guardian: {found['guardian']['said']}", markup=False)
     for problem in found["problems"]:
         console.print(f"✗ {problem}", markup=False)
     if not found["problems"]:

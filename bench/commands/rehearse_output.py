@@ -43,6 +43,10 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
     for procedure in done.script.procedures:
         _print_procedure(console, procedure, translate)
     _print_highest(console, done, translate)
+    if done.watchdogs:
+        say(text("If all processes of the bench die at once:"))
+    for watchdog in done.watchdogs:
+        say(watchdog.words, 2)
     for name, message in done.script.violations:
         console.print(f"✗ {name}: {message}", markup=False, soft_wrap=True)
     for procedure in done.script.procedures:

@@ -28,6 +28,7 @@ def serve(
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
     fixture: bool = False,
+    watchdog_relay: bool = False,
 ) -> None:
     """Serve the virtual bench to other processes until SIGINT or SIGTERM.
 
@@ -53,6 +54,8 @@ def serve(
         One fault in a few words, like "supply: silence at 12"; may be given several times.
     fixture
         With an end-of-line fixture: switch matrix, rotor actuator and insulation tester.
+    watchdog_relay
+        With a relay that must be fed: while it has dropped out, the supply's output is off.
 
     """
     from bench.files.fault_file import given_faults, inject
@@ -79,7 +82,7 @@ def serve(
     # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
     logging.getLogger().addHandler(logging.NullHandler())
     try:
-        more = {"six_step": read.six_step, "fixture": fixture}
+        more = {"six_step": read.six_step, "fixture": fixture, "watchdog_relay": watchdog_relay}
         interrupts = Interrupts()
         with interrupts.raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
             inject(given, bench.bench.injector.add)
@@ -119,7 +122,7 @@ def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: b
     from bench.files.toml_text import toml_text
     from bench.virtual_station import as_text, describe
 
-    station = describe(bench.preferred(), bench.control, bench.interlocks())
+    station = describe(bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays())
     if file is not None:
         _write(file, toml_text(station))
     if json:

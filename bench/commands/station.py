@@ -14,11 +14,13 @@ from bench.files.station import Entry, Station, load_station
 from bench.instruments import StationInstruments, system_visa
 from bench.language import language_of, translator
 from bench.record.unrecorded import Unrecorded
-from bench.safety.claims import claim_of, interlock_claims
+from bench.safety.claims import claim_of, interlock_claims, relay_claims
 from bench.safety.interlocks import Interlocks, closed, stood
 from bench.safety.latch import Latch, Trip
 from bench.safety.ownership import HeldError, Ownership, owning
 from bench.safety.state_folder import StateFolder, state_folder
+from bench.safety.watchdog_relays import open_relay
+from bench.safety.watchdogs import armed_watchdogs
 from drivers.interfaces import InstrumentError
 from drivers.manual.prompt import Prompt
 from procedures.bench import Role
@@ -38,7 +40,9 @@ class _Nobody:
 
 
 def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
-    """Open every instrument of a station file, say who answers and whose calibration is overdue; nothing is energised.
+    """Open every instrument of a station file, say who answers, whose calibration is overdue and which watchdogs are armed.
+
+    Nothing is energised.
 
     Parameters
     ----------
@@ -63,14 +67,18 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
         )
         found = {role.value: _held(read, entry, owner, translate) for role, entry in read.entries.items()}
         contacts = _look_at_contacts(read, owner, translate)
+        relays = _look_at_relays(read, owner, translate)
         try:
             for role, entry in read.entries.items():
                 if found[role.value]["error"] is None:
                     _look(instruments, entry, found[role.value], translate)
+            errors = {role: str(found[role.value]["error"]) for role in read.entries if found[role.value]["error"]}
+            watchdogs = armed_watchdogs(read, instruments.opened(), errors)
         finally:
             closing = instruments.close()
     trip = Latch(state, read).standing()
-    good = not closing and trip is None and all(t["error"] is None for t in (*found.values(), *contacts.values()))
+    looked_at = (*found.values(), *contacts.values(), *relays.values())
+    good = not closing and trip is None and all(told["error"] is None for told in looked_at)
     if json:
         print_json(
             {
@@ -78,6 +86,8 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
                 "instruments": found,
                 "interlocks": contacts,
                 "trip": None if trip is None else asdict(trip),
+                "watchdog_relays": relays,
+                "watchdogs": [one.as_dict() for one in watchdogs],
                 "closing": list(closing),
                 "overdue": overdue,
                 "good": good,
@@ -85,7 +95,10 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
         )
     else:
         tripped = [] if trip is None else [stood(trip).render(translate)]
-        _print(read.name, found, contacts, [*tripped, *overdue, *closing])
+        _print(read.name, found, contacts, relays, [*tripped, *overdue, *closing])
+        for one in watchdogs:
+            mark = "!" if one.missing else "✓"
+            console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
     return 0 if good else 1
 
 
@@ -181,7 +194,30 @@ def _look_at_contacts(station: Station, owner: Ownership, translate: Translate) 
     return told
 
 
-def _print(name: str, found: dict[str, dict[str, Any]], contacts: dict[str, dict[str, Any]], faults: list[str]) -> None:
+def _look_at_relays(station: Station, owner: Ownership, translate: Translate) -> dict[str, dict[str, Any]]:
+    told: dict[str, dict[str, Any]] = {}
+    for entry in station.watchdog_relays:
+        about: dict[str, Any] = {"address": entry.address, "picked_up": None, "error": None}
+        told[entry.name] = about
+        try:
+            owner.claim(relay_claims(replace(station, watchdog_relays=(entry,))))
+            relay = open_relay(entry)
+            try:
+                about["picked_up"] = relay.picked_up()
+            finally:
+                relay.close()
+        except (HeldError, InstrumentError) as error:
+            about["error"] = message(error, translate)
+    return told
+
+
+def _print(
+    name: str,
+    found: dict[str, dict[str, Any]],
+    contacts: dict[str, dict[str, Any]],
+    relays: dict[str, dict[str, Any]],
+    faults: list[str],
+) -> None:
     console = console_on(sys.stdout)
     console.print(name, style="bold", markup=False)
     if not found:
@@ -193,6 +229,11 @@ def _print(name: str, found: dict[str, dict[str, Any]], contacts: dict[str, dict
     for contact, told in contacts.items():
         mark, words = ("✓", "closed") if told["error"] is None else ("✗", told["error"])
         console.print(f"  {mark} {contact:<18}{'interlock':<24}{told['address']}", markup=False)
+        console.print(f"      {words}", markup=False)
+    for relay, told in relays.items():
+        state = "picked up" if told["picked_up"] else "dropped out"
+        mark, words = ("✓", state) if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {relay:<18}{'watchdog relay':<24}{told['address']}", markup=False)
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)

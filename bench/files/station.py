@@ -16,6 +16,7 @@ from bench.files.interlocks import InterlockEntry, interlocks_of
 from bench.files.limits import take_limits
 from bench.files.options import read_options
 from bench.files.toml_file import Section, nearest, read, validate
+from bench.files.watchdog_relays import RelayEntry, relays_of
 from bench.files.way_down import WayDownSection, way_down_of
 from bench.safety.way_down import WayDown
 from drivers import registry
@@ -65,6 +66,7 @@ class _File(Section):
     instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
     way_down: list[WayDownSection] = Field(default_factory=list)
     interlocks: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    watchdog_relays: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,8 @@ class Station:
 
     `overdue` says what becomes of a run with an instrument whose calibration is overdue; `control` is where the hands
     of a virtual bench in another process are to be had; `way_down` is how it becomes harmless, `interlocks` are the
-    contacts that must be closed while anything is energised, `fixture` is what a fixture in place of hands knows.
+    contacts that must be closed while anything is energised, `fixture` is what a fixture in place of hands knows, `watchdog_relays`
+    are fed while what is behind them is energised.
     """
 
     source: str
@@ -105,6 +108,7 @@ class Station:
     guardian: GuardianSection = field(default_factory=GuardianSection)
     interlocks: tuple[InterlockEntry, ...] = ()
     fixture: FixtureSection = field(default_factory=FixtureSection)
+    watchdog_relays: tuple[RelayEntry, ...] = ()
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -152,6 +156,7 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
         file.guardian,
         interlocks_of(file.interlocks, source),
         file.fixture,
+        relays_of(file.watchdog_relays, entries, source),
     )
 
 

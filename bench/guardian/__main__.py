@@ -26,8 +26,10 @@ from procedures.bench import Role
 def main() -> None:
     """Read the charge, connect, watch, and take the way down where it is needed."""
     begun = monotonic()
-    # A pipe whose reader has died must not end the one who is there for that.
-    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    # Neither a pipe whose reader has died nor a supervisor that ends the whole group must end the one who is there for that:
+    # it leaves by itself once the run has gone and everything is off.
+    for number in (signal.SIGPIPE, signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        signal.signal(number, signal.SIG_IGN)
     quieten_libraries()
     charge = charge_of(decode(_first_line()))
     record = GuardianRecord(Path(charge.folder))

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 #: Roles that feed nothing by themselves and have their part in the way down all the same: a bridge's test level, relays.
 _ALSO = (Role.LCR_METER, Role.SWITCH_MATRIX)
-#: CAN interfaces that let several processes on the same bus (python-can's names).
-_SHARED_CAN = ("socketcan", "udp_multicast")
+#: CAN interfaces that let several processes on the same bus (python-can's names), `slcan` by a gateway's socket only.
+_SHARED_CAN = ("socketcan/", "udp_multicast/", "slcan/socket://")
 #: How long (s) the list waits for an instrument before it goes on with the others.
 _PATIENCE = 0.2
 #: How long (s) it waits for one that does not answer before it leaves it to itself; a run that is helped misses its answers meanwhile.
@@ -124,11 +124,12 @@ class _Deferred:
 def is_shared(address: str) -> bool:
     """Tell whether a second process may be connected to an address while the first is.
 
-    So it is on a network and on a CAN bus of the operating system; a serial line and a USB instrument are one process'.
+    So it is on a network, a CAN gateway's included, and on a CAN bus of the operating system; a serial line and a USB
+    instrument are one process'.
     """
     scheme, _, rest = address.partition("://")
     if rest:
-        return scheme == "tcp" or (scheme == "can" and rest.partition("/")[0] in _SHARED_CAN)
+        return scheme == "tcp" or (scheme == "can" and rest.startswith(_SHARED_CAN))
     return address.upper().startswith("TCPIP")
 
 

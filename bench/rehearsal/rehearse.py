@@ -23,6 +23,7 @@ from bench.rehearsal.twin import Twin, twin_of
 from bench.runner import Runner
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits import NO_LIMIT, Limit, known_pole_pairs
+from bench.safety.watchdogs import RoleWatchdog, planned_watchdogs
 from bench.session import Wishes
 from bench.software import software
 from bench.virtual_station import VIRTUAL, virtual_station
@@ -50,7 +51,7 @@ _OWN = {
 
 @dataclass(frozen=True)
 class Rehearsed:
-    """A rehearsal that has ended: its folder, its script, what was assumed, and how it ended."""
+    """A rehearsal that has ended: its folder, its script, what was assumed, how it ended, and the watchdogs of the station's roles."""
 
     path: Path
     twin: Twin
@@ -59,6 +60,7 @@ class Rehearsed:
     hand_time: float
     station: Station
     wishes: Wishes
+    watchdogs: tuple[RoleWatchdog, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -104,6 +106,7 @@ class Rehearsed:
                 {"instrument": name, "value": value, "unit": unit}
                 for (name, unit), value in sorted(self.script.reached.items())
             ],
+            "watchdogs": [one.as_dict() for one in self.watchdogs],
             "violations": [{"procedure": name, "message": message} for name, message in self.script.violations],
             "bench_time": self.view.bench_time,
             "hand_time": self.hand_time,
@@ -175,7 +178,9 @@ def rehearse(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Rehear
             "software": dict(software()),
         }
         runner.run(plan, "rehearsal_started", about, after=never_stop)
-        done = Rehearsed(folder.path, twin, script, view, place.hand_time(), station, wishes)
+        roles = {role for planned in plan for role in planned.procedure.roles}
+        watchdogs = () if station.source == VIRTUAL else tuple(planned_watchdogs(station, roles))
+        done = Rehearsed(folder.path, twin, script, view, place.hand_time(), station, wishes, watchdogs)
     write_file(done.path / SCRIPT, to_bytes(_json(done.as_dict(translate))))
     return done
 

@@ -24,7 +24,7 @@ from sim_instruments.stages import DynamometerMachine, InverterStage
 _OF_THE_UNIT = frozenset(
     {
         "serial_number", "drive_unit", "transducer_unit", "direction_from", "current_scale", "heartbeat_time",
-        "heartbeat_node", "poll_interval", "settle_interval", "calibration",
+        "heartbeat_node", "watchdog_time", "poll_interval", "settle_interval", "calibration",
     }
 )  # fmt: skip
 #: What an instrument of another make allows, which bounds the virtual one too.

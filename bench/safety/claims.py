@@ -28,6 +28,7 @@ def claims_of(station: Station) -> tuple[Claim, ...]:
     """
     claims = [claim_of(station, entry) for entry in station.entries.values()]
     claims += interlock_claims(station)
+    claims += relay_claims(station)
     if station.control:
         claims.append(Claim(text("the virtual bench at {address}", address=station.control), _keys(station.control)))
     return tuple(claim for claim in claims if claim.keys)
@@ -52,6 +53,17 @@ def interlock_claims(station: Station) -> tuple[Claim, ...]:
         Claim(text("{instrument} ({address})", instrument=entry.name, address=entry.address), _keys(entry.address))
         for entry in station.interlocks
         if is_serial_line(entry.address)
+    )
+
+
+def relay_claims(station: Station) -> tuple[Claim, ...]:
+    """Return the relays with a watchdog: who feeds one beside another keeps it closed for him."""
+    return tuple(
+        Claim(
+            text("{instrument} ({address})", instrument=entry.name, address=entry.address),
+            _keys(entry.address, getattr(entry.options, "units", ())),
+        )
+        for entry in station.watchdog_relays
     )
 
 

@@ -13,6 +13,7 @@ from typing import IO, Any, Protocol
 from bench.guardian.charge import BEATS, Charge, decode, encode
 from bench.safety.calls import CallWatches
 from bench.safety.guardian_anchor import RecordAnchor
+from bench.safety.guardian_scope import Scope
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.life import SignsOfLife
 from procedures.bench import Recorder
@@ -26,6 +27,8 @@ _SILENCE = 2.0
 _YIELD = 0.5
 #: A run whose call to an energised source was not answered in time has met its driver's error after this further time (s).
 _NOTICE = 0.5
+#: A run that was interrupted so long (s) ago, and has neither begun its shutdown nor its guardian's trust any more, is ended as it is.
+_FUTILE = 60.0
 _MUTE = text("the guardian, which does not answer")
 
 
@@ -88,8 +91,10 @@ class GuardianLink:
         life: SignsOfLife,
         interrupts: Interrupts,
         calls: CallWatches,
+        scope: Scope,
         lifelines: Sequence[int] = (),
     ) -> None:
+        self._scope = scope
         self._charge = charge
         self._anchor = RecordAnchor(charge.token)
         self._life = life
@@ -105,13 +110,13 @@ class GuardianLink:
         self._ended: Text | str = ""
         self._sent = self._echo = 0
         self._echoed = monotonic()
-        self._down = False
+        self._down = self._taken = False
         self._yielding: float | None = None
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "bench.guardian"],
+        self._process = subprocess.Popen(  # noqa: S603  our own interpreter, by systemd-run's own path
+            [*scope.prefix, sys.executable, "-P", "-m", "bench.guardian"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+            env={**os.environ, **scope.environment, "PYTHONPATH": str(Path(__file__).parents[2])},
             # Ctrl-C at the terminal is the run's to take, not the guardian's.
             start_new_session=True,
             pass_fds=lifelines,
@@ -177,7 +182,7 @@ class GuardianLink:
 
     def about(self) -> Mapping[str, Any] | None:
         """Return what a run's record says of its guardian at the beginning."""
-        return self._anchor.about()
+        return {**self._anchor.about(), **self._scope.about()}
 
     def record_end(self) -> Mapping[str, Any] | None:
         """Return where the guardian's own record ends, as it said last."""
@@ -215,6 +220,7 @@ class GuardianLink:
         if "alarm" in message:
             self._end(message["alarm"])
         elif "took" in message and not self._leaving:
+            self._taken = True
             self._forbid(text("the guardian, which took the way down: {cause}", cause=message["took"]))
             self._send({"awake": True})
             self._yielding = self._yielding or monotonic() + _YIELD
@@ -235,10 +241,19 @@ class GuardianLink:
             if now - begun > _SILENCE:
                 # This process was asleep: the guardian gets its time to say what happened.
                 self._echoed = now
+            if self._taken and not self._down and self._interrupts.delays().get("started_after", 0.0) > _FUTILE:
+                self._give_up()
             if self._yielding is not None and now >= self._yielding:
                 self._end("")
             if self._ready and not self._ended and now - self._echoed > _SILENCE:
                 self._end(_MUTE)
+
+    def _give_up(self) -> None:
+        """End a process that does not begin its shutdown although it was interrupted again and again; the guardian has switched off."""
+        words = f"motorbench: the run did not begin its shutdown within {_FUTILE:g} s and is ended; its guardian has switched off\n"
+        with suppress(OSError):
+            os.write(2, words.encode())
+        os._exit(1)
 
     def _report_unanswered(self) -> None:
         """Tell the guardian of an energised source that does not answer, once a call, and end a run that does not notice."""

@@ -10,6 +10,7 @@ from bench.guardian.charge import Charge
 from bench.guardian.hands import needs_guardian
 from bench.safety.calls import CallWatches
 from bench.safety.guardian_link import Guard, GuardianLink, Unguarded
+from bench.safety.guardian_scope import guardian_scope
 from bench.safety.interrupts import Interrupts
 from bench.safety.life import SignsOfLife, Waits, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
 from bench.surroundings import Place
@@ -56,7 +57,7 @@ def guarded(
         station.guardian.stalled,
         uuid4().hex,
     )
-    guard = GuardianLink(charge, life, interrupts, calls, lifelines)
+    guard = GuardianLink(charge, life, interrupts, calls, guardian_scope(), lifelines)
     try:
         yield watched, guard
     finally:

@@ -61,12 +61,12 @@ _LOOK = 0.05
 
 @dataclass(frozen=True)
 class Item:
-    """One item; `below` (V; A; rad/s, electrical where a drive measures it) and `within` (s) are for those that measure."""
+    """One item; `below` (V; A; rad/s, electrical where a drive measures it) and `within` (s) are 0 but for those that measure."""
 
     do: Do
     role: Role
-    below: float = math.nan
-    within: float = math.nan
+    below: float = 0.0
+    within: float = 0.0
 
     @property
     def measures(self) -> bool:

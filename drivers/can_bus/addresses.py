@@ -1,6 +1,7 @@
 """Addresses of nodes on CAN buses."""
 
 from dataclasses import dataclass
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from drivers.interfaces import CommunicationError
@@ -15,6 +16,16 @@ class BusAddress:
     interface: str
     channel: str
     bitrate: int = DEFAULT_BITRATE
+
+    @property
+    def on_network(self) -> bool:
+        """Whether it is reached through an slcan gateway at `socket://host:port`, which needs no time to start up."""
+        return self.interface == "slcan" and self.channel.startswith("socket://")
+
+    def arguments(self, waiting_time: float) -> dict[str, Any]:
+        """Return what python-can opens it with; `waiting_time` is how long (s) one attempt to read waits."""
+        named = {"interface": self.interface, "channel": self.channel, "bitrate": self.bitrate}
+        return {**named, "sleep_after_open": 0.0, "timeout": waiting_time} if self.on_network else named
 
 
 def parse_address(address: str, name: str) -> tuple[BusAddress, int]:

@@ -1,12 +1,10 @@
 """Connections to CAN buses: the nodes of one bus share one, which ends with the last of them."""
 
-import os
-import socket
-import sys
-from contextlib import suppress
+import threading
 from typing import TYPE_CHECKING, cast
 
 from drivers.can_bus.addresses import BusAddress, parse_address
+from drivers.can_bus.sockets import keep_to_own_group, leaving
 from drivers.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
 from drivers.interfaces import CommunicationError
 
@@ -18,8 +16,6 @@ if TYPE_CHECKING:
 
 #: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
 LISTENING_TIME = 0.05
-#: Linux' option to receive only what comes for groups that this very socket has joined (ip(7)).
-_IP_MULTICAST_ALL = 49
 
 
 class CanBuses:
@@ -68,17 +64,22 @@ class SharedBus:
     def __init__(self, address: BusAddress, name: str, in_process: InProcess | None = None) -> None:
         import canopen
 
+        from drivers.can_bus.listening import BrokenLine
+
         self.address = address
         self._in_process = in_process
         self.nodes: set[int] = set()
         self.network: canopen.Network = canopen.Network()
         self.network.NOTIFIER_CYCLE = LISTENING_TIME
+        self._leaving = threading.Event()
+        cast("list[can.Listener]", self.network.listeners).append(BrokenLine(self._leaving))
         self.connect(name)
 
     def connect(self, name: str) -> None:
         """Connect to the bus; raises CommunicationError where that fails."""
         import can
 
+        self._leaving.clear()
         address = self.address
         if self.answers_at_once:
             self.network.bus = open_can_bus(address.channel, self._in_process, name)
@@ -86,7 +87,7 @@ class SharedBus:
                 cast("HandingOver", self.network.bus).hand_over(listener)
             return
         try:
-            self.network.connect(interface=address.interface, channel=address.channel, bitrate=address.bitrate)
+            self.network.connect(**address.arguments(LISTENING_TIME))
         except (can.CanError, OSError, ValueError, ImportError) as error:
             self.disconnect()
             raise CommunicationError(
@@ -104,9 +105,11 @@ class SharedBus:
 
     def disconnect(self) -> None:
         """Leave the bus; what a broken connection says about its end is of no use any more."""
-        import can
-
-        with suppress(can.CanError, OSError):
+        self._leaving.set()
+        if self.network.notifier is not None:
+            # Or canopen prints it.
+            self.network.notifier.exception = None
+        with leaving(self.network.bus):
             self.network.disconnect()
         self.network.bus = None
 
@@ -150,10 +153,3 @@ class BusNode:
         del self._bus.network[self._node_id]
         self._bus.nodes.discard(self._node_id)
         self._buses.release(self._bus)
-
-
-def keep_to_own_group(bus: "can.BusABC | None") -> None:
-    """Have Linux hand over what comes for this bus' multicast group only, and not for any other's on the same port."""
-    if sys.platform == "linux" and bus is not None:
-        with socket.socket(fileno=os.dup(bus.fileno())) as own:
-            own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node
 from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402Options
-from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, ReportedError
+from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, ReportedError, Watchdog
 from drivers.limits import check_setpoint
 from drivers.safety import always
 
@@ -48,6 +48,11 @@ class Cia402Inverter:
     def identity(self) -> Identity:
         """Vendor and product of 0x1018, with the device's name."""
         return self._node.identity
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """The drive's heartbeat consumer, as it was armed and read back."""
+        return self._node.watchdog
 
     @property
     def read_by_hand(self) -> bool:

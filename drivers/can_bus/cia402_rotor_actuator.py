@@ -15,6 +15,7 @@ from drivers.interfaces import (
     MeasurementError,
     Reading,
     ReportedError,
+    Watchdog,
 )
 from drivers.limits import check_setpoint
 from drivers.safety import always
@@ -68,6 +69,11 @@ class Cia402RotorActuator:
     def identity(self) -> Identity:
         """Vendor and product of 0x1018, with the device's name."""
         return self._node.identity
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """The drive's heartbeat consumer, as it was armed and read back."""
+        return self._node.watchdog
 
     @property
     def maximum_speed(self) -> float:

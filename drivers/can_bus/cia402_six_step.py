@@ -7,7 +7,7 @@ from drivers.can_bus.node import VELOCITY_COUNTS, Cia402Node
 from drivers.can_bus.opening import Opener, opener
 from drivers.can_bus.options import Cia402SixStepOptions
 from drivers.can_bus.power_state import UnreachedStateError
-from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading
+from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, Watchdog
 from drivers.safety import always
 
 #: DC link voltage is the profile's (mV), the other two are the maker's (mA; bits 0 … 2 are H1 … H3).
@@ -49,6 +49,11 @@ class Cia402SixStep:
     def identity(self) -> Identity:
         """Vendor and product of 0x1018, with the device's name."""
         return self._node.identity
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """The drive's heartbeat consumer, as it was armed and read back."""
+        return self._node.watchdog
 
     @contextmanager
     def running(self) -> Iterator[None]:

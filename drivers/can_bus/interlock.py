@@ -1,11 +1,9 @@
 """An interlock contact as a bit of a cyclic CAN frame."""
 
-from contextlib import suppress
-from time import monotonic
-
 from drivers.can_bus.addresses import parse_bus
-from drivers.can_bus.buses import keep_to_own_group
+from drivers.can_bus.buses import LISTENING_TIME
 from drivers.can_bus.options import CanInterlockOptions
+from drivers.can_bus.sockets import keep_to_own_group, leaving
 from drivers.interfaces import CommunicationError
 from drivers.limits import check_setpoint
 
@@ -19,6 +17,8 @@ class CanInterlock:
     def __init__(self, address: str, options: CanInterlockOptions, *, name: str) -> None:
         import can
 
+        from drivers.can_bus.listening import LatestFrame
+
         highest = (1 << 29 if options.extended else 1 << 11) - 1
         check_setpoint(name, "frame", options.frame, "", 0, highest, "CAN")
         check_setpoint(name, "byte", options.byte, "", 0, 63, "CAN")
@@ -27,9 +27,7 @@ class CanInterlock:
         mask = {"can_id": options.frame, "can_mask": highest, "extended": options.extended}
         try:
             self._bus: can.BusABC | None = can.Bus(
-                interface=wanted.interface,
-                channel=wanted.channel,
-                bitrate=wanted.bitrate,
+                **wanted.arguments(LISTENING_TIME),
                 can_filters=[mask],
             )
         except (can.CanError, OSError, ValueError, ImportError) as error:
@@ -38,6 +36,8 @@ class CanInterlock:
             ) from error
         if wanted.interface == "udp_multicast":
             keep_to_own_group(self._bus)
+        self._frames = LatestFrame()
+        self._notifier = can.Notifier(self._bus, [self._frames], LISTENING_TIME)
         self._options = options
         self._name = name
 
@@ -55,10 +55,10 @@ class CanInterlock:
 
     def close(self) -> None:
         """Leave the bus; may be called twice."""
-        import can
-
         if self._bus is not None:
-            with suppress(can.CanError, OSError):
+            self._frames.leave()
+            self._notifier.stop()
+            with leaving(self._bus):
                 self._bus.shutdown()
         self._bus = None
 
@@ -67,21 +67,14 @@ class CanInterlock:
 
         if self._bus is None:
             raise CommunicationError(self._name, "the bus is closed")
-        end = monotonic() + self._options.timeout
-        found: bytes | None = None
         try:
-            while True:
-                message = self._bus.recv(0.0 if found is not None else max(0.0, end - monotonic()))
-                if message is not None and not message.is_error_frame and not message.is_remote_frame:
-                    found = bytes(message.data)
-                elif found is not None:
-                    return found
-                elif monotonic() >= end:
-                    break
+            found = self._frames.take(self._options.timeout)
         except (can.CanError, OSError) as error:
             raise CommunicationError(self._name, f"the bus fails ({error})", remedy="Check the cable") from error
-        raise CommunicationError(
-            self._name,
-            f"no frame 0x{self._options.frame:X} for {self._options.timeout:g} s",
-            remedy="Check the sender's power and the bus",
-        )
+        if found is None:
+            raise CommunicationError(
+                self._name,
+                f"no frame 0x{self._options.frame:X} for {self._options.timeout:g} s",
+                remedy="Check the sender's power and the bus",
+            )
+        return found

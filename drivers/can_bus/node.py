@@ -7,7 +7,7 @@ from drivers.can_bus.options import NodeOptions
 from drivers.can_bus.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.can_bus.watchdog import HeartbeatWatchdog
 from drivers.identification import check_serial_number
-from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Identity, IdentityError, Traffic
+from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Identity, IdentityError, Traffic, Watchdog
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
@@ -64,6 +64,11 @@ class Cia402Node:
         self._connection = connection
         self._watchdog = HeartbeatWatchdog(self.objects)
         self.identity = Identity("", "") if guarding else self._identify()
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """The drive's watch over this process, as it was armed and read back."""
+        return self._watchdog.armed
 
     def watch(self) -> None:
         """Arm the drive's watch over this process where the station asks for it and the drive has one.

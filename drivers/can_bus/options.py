@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drivers.interfaces import Accuracy
+from drivers.interfaces import Accuracy, Watchdog, WhenSilent
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,11 @@ class NodeOptions:
     serial_number: str | None = None
     heartbeat_time: float = 1.0
     heartbeat_node: int = 127
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """What the drive is asked to watch, where it has a heartbeat consumer."""
+        return Watchdog(self.heartbeat_time, WhenSilent.VOLTAGE_OFF, "0x1016, 0x6007") if self.heartbeat_time else None
 
 
 @dataclass(frozen=True)

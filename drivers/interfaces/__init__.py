@@ -35,6 +35,8 @@ from drivers.interfaces.supply import OutputMode, Regulated, Supply
 from drivers.interfaces.switch_matrix import SwitchMatrix
 from drivers.interfaces.tachometer import Tachometer
 from drivers.interfaces.voltmeter import Voltmeter
+from drivers.interfaces.watchdog import Watchdog, Watching, WhenSilent
+from drivers.interfaces.watchdog_relay import WatchdogRelay
 
 __all__ = [
     "UNWATCHED",
@@ -79,5 +81,9 @@ __all__ = [
     "Trigger",
     "Voltmeter",
     "Wanted",
+    "Watchdog",
+    "WatchdogRelay",
+    "Watching",
     "Waveform",
+    "WhenSilent",
 ]

@@ -16,6 +16,7 @@ from drivers.interfaces import (
     Identity,
     MeasurementError,
     Traffic,
+    Watchdog,
 )
 from drivers.limits import check_setpoint, lesser
 from drivers.modbus.delta_c2000 import COAST_TO_STOP, ControlMode, DeltaC2000, maximum_speed
@@ -89,6 +90,11 @@ class DeltaDyn200:
     def identity(self) -> Identity:
         """The two makers and models; neither unit tells a serial number over Modbus."""
         return Identity("Delta Electronics", "C2000 with DYN-200")
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """The drive's communication time-out, as it was armed and read back."""
+        return self._watchdog.armed
 
     @property
     def read_by_hand(self) -> bool:

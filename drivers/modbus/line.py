@@ -52,6 +52,12 @@ class ModbusClient(Protocol):
     def write_registers(self, address: int, values: list[int], *, device_id: int = 1) -> ModbusPDU:
         """Write registers (function 16)."""
 
+    def read_coils(self, address: int, *, count: int = 1, device_id: int = 1) -> ModbusPDU:
+        """Read coils (function 1)."""
+
+    def write_coil(self, address: int, value: bool, *, device_id: int = 1) -> ModbusPDU:
+        """Write one coil (function 5)."""
+
     def connect(self) -> bool:
         """Open the connection; false where that fails."""
 
@@ -60,7 +66,7 @@ class ModbusClient(Protocol):
 
 
 class ModbusLine:
-    """Holding registers of the units on one line, through an open pymodbus client.
+    """Holding registers and coils of the units on one line, through an open pymodbus client.
 
     A read without an answer is repeated once; a write never is.
     """
@@ -119,6 +125,33 @@ class ModbusLine:
         except LINE_ERRORS as error:
             raise self._silence(command, error) from error
         self._check(reply, command, unit, address)
+        self._trace("read", "done")
+
+    def read_coil(self, unit: int, number: int, what: str) -> bool:
+        """Return one coil of a unit (function 1); not repeated, errors otherwise as for `read`."""
+        command = f"read coil {number} of unit {unit} ({what})"
+        self._trace("write", command)
+        try:
+            with self._lock, self.calls.exchange(), self._limited():
+                reply = self._client.read_coils(number, count=1, device_id=unit)
+        except LINE_ERRORS as error:
+            raise self._silence(command, error) from error
+        self._check(reply, command, unit, number)
+        if not reply.bits:
+            raise CommunicationError(self.name, "a reply without a bit", command=command)
+        self._trace("read", str(int(reply.bits[0])))
+        return bool(reply.bits[0])
+
+    def write_coil(self, unit: int, number: int, value: bool, what: str) -> None:
+        """Write one coil of a unit (function 5); errors as for `read`."""
+        command = f"write {int(value)} to coil {number} of unit {unit} ({what})"
+        self._trace("write", command)
+        try:
+            with self._lock, self.calls.exchange(), self._limited():
+                reply = self._client.write_coil(number, value, device_id=unit)
+        except LINE_ERRORS as error:
+            raise self._silence(command, error) from error
+        self._check(reply, command, unit, number)
         self._trace("read", "done")
 
     def reopen(self) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from drivers.interfaces import Accuracy
+from drivers.interfaces import Accuracy, Watchdog, WhenSilent
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,35 @@ class ModbusInterlockOptions:
 
 
 @dataclass(frozen=True)
+class BeckhoffRelayOptions:
+    """A relay on a Beckhoff Bus Coupler: `output` is its number among the coupler's digital outputs, from 0, of `unit`.
+
+    The coupler takes all its outputs off once it has not been written to for `watchdog_time` (s); a request that is not
+    answered within `timeout` (s) has failed.
+    """
+
+    output: int = 0
+    unit: int = 1
+    watchdog_time: float = 1.0
+    timeout: float = 0.25
+
+    @property
+    def units(self) -> tuple[int, ...]:
+        """The unit that it is."""
+        return (self.unit,)
+
+    @property
+    def watchdog(self) -> Watchdog:
+        """The coupler's watchdog, as it is armed before the relay picks up."""
+        return Watchdog(self.watchdog_time, WhenSilent.CONTACT_OPENS, "0x1120, 0x1122")
+
+
+def communication_watchdog(time: float) -> Watchdog | None:
+    """Return the watchdog of a C2000 by its communication time-out (s), None where that is 0."""
+    return Watchdog(time, WhenSilent.COAST, "09-02, 09-03") if time else None
+
+
+@dataclass(frozen=True)
 class DeltaDyn200Options:
     """Settings of a dynamometer made of a Delta C2000 drive and a DYN-200 transducer on one Modbus line.
 
@@ -34,8 +63,8 @@ class DeltaDyn200Options:
     `speed_tolerance` (relative; slip of an induction machine counts) of the command once readings `settle_interval`
     (s) apart agree within `speed_stability` (relative). `direction_from` says whether the sign of the speed is read
     from the transducer's direction register or taken from the drive's last command.
-    `transducer_range` (N·m) is the transducer's full scale, the rated torque when not given. With `watchdog_time` (s) above
-    0 the drive coasts to a stop once this process has been silent for so long.
+    `transducer_range` (N·m) is the transducer's full scale, the rated torque when not given. Once this process has
+    been silent for `watchdog_time` (s) the drive coasts to a stop; 0 sets nothing.
     """
 
     maximum_speed: float
@@ -51,10 +80,15 @@ class DeltaDyn200Options:
     speed_stability: float = 2e-3
     settle_interval: float = 0.05
     settle_timeout: float = 30.0
-    watchdog_time: float = 0.0
+    watchdog_time: float = 2.0
     direction_from: Literal["transducer", "command"] = "transducer"
 
     @property
     def units(self) -> tuple[int, ...]:
         """The units that it is made of."""
         return (self.drive_unit, self.transducer_unit)
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """What the drive is asked to watch."""
+        return communication_watchdog(self.watchdog_time)

@@ -7,15 +7,17 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from drivers.interfaces import InstrumentError
+from drivers.interfaces import InstrumentError, ReportedError, Watchdog
 from drivers.limits import check_setpoint
 from drivers.modbus.line import ModbusLine
+from drivers.modbus.options import communication_watchdog
 
 TREATMENT, TIME_OUT, STATUS = 0x0902, 0x0903, 0x2101
 #: Treatment "warn and coast to stop".
 COAST = 2
 TIME_STEP = 0.1
 SHORTEST_TIME, LONGEST_TIME = 0.5, 100.0
+_WITHOUT = "See whether the drive has the parameter, unlocked; a drive without it has no watchdog: watchdog_time = 0"
 #: Questions within the time after which the drive stops: two may be lost.
 QUESTIONS = 3
 
@@ -29,21 +31,27 @@ class CommunicationWatchdog:
         self._time = 0.0
         self._before: dict[int, int] = {}
 
+    @property
+    def armed(self) -> Watchdog | None:
+        """What is armed."""
+        return communication_watchdog(self._time)
+
     def arm(self, time: float) -> None:
         """Have the drive coast to a stop once nobody has asked it anything for `time` (s).
 
-        Raises SetpointError for a time that cannot be, ReportedError where the drive has no such parameters.
+        What is set is read back. Raises SetpointError for a time that cannot be, ReportedError where the drive has no such
+        parameters or does not keep them.
         """
         check_setpoint(self._line.name, "watchdog_time", time, "s", SHORTEST_TIME, LONGEST_TIME, "the model (09-03)")
-        # The treatment first: a time that runs out under another one might ramp, or go on.
-        for address, value, what in (
-            (TREATMENT, COAST, "09-02 treatment of lost communication"),
-            (TIME_OUT, round(time / TIME_STEP), "09-03 communication time-out"),
-        ):
-            found = self._line.read(self._unit, address, 1, what)[0]
-            if found != value:
-                self._line.write(self._unit, address, value, what)
-                self._before[address] = found
+        try:
+            # The treatment first: a time that runs out under another one might ramp, or go on.
+            self._set(TREATMENT, COAST, "09-02 treatment of lost communication")
+            self._set(TIME_OUT, round(time / TIME_STEP), "09-03 communication time-out")
+        except InstrumentError as error:
+            self.disarm()
+            if isinstance(error, ReportedError) and not error.remedy:
+                raise ReportedError(error.instrument, error.what, command=error.command, remedy=_WITHOUT) from error
+            raise
         self._time = time
 
     @contextmanager
@@ -67,6 +75,23 @@ class CommunicationWatchdog:
         with suppress(InstrumentError):
             for address, value in reversed(before.items()):
                 self._line.write(self._unit, address, value, "09-02, 09-03 as they were")
+
+    def _set(self, address: int, value: int, what: str) -> None:
+        found = self._line.read(self._unit, address, 1, what)[0]
+        if found != value:
+            self._before[address] = found
+            self._line.write(self._unit, address, value, what)
+            self._read_back(address, value, what)
+
+    def _read_back(self, address: int, value: int, what: str) -> None:
+        found = self._line.read(self._unit, address, 1, what)[0]
+        if found != value:
+            raise ReportedError(
+                self._line.name,
+                f"{what} is {found} after {value} was written",
+                command=f"{address:04X}H",
+                remedy=_WITHOUT,
+            )
 
     def _feed(self, ending: threading.Event) -> None:
         while not ending.wait(self._time / QUESTIONS):

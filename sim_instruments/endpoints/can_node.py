@@ -1,4 +1,4 @@
-"""A CANopen node on a python-can bus, in process or over UDP multicast."""
+"""A CANopen node on a python-can bus in process."""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -9,7 +9,7 @@ from canopen import objectdictionary
 
 from sim_instruments.connection import Connection
 from sim_instruments.endpoints import can_direct
-from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
+from sim_instruments.endpoints.can_buses import INTERFACE, fresh_channel, open_bus
 from sim_instruments.endpoints.can_watch import ENTRIES, HeartbeatConsumer
 from sim_instruments.faults import Fault, FaultKind, Faults
 from sim_instruments.instruments.cia402_power import CONTROL_WORD, Entry, ObjectServer, SdoError, numbered
@@ -51,7 +51,6 @@ class CanNode:
         generator: np.random.Generator,
         *,
         node_id: int = 5,
-        interface: str = "virtual",
         channel: str | None = None,
         direct: can_direct.DirectBus | None = None,
     ) -> None:
@@ -60,10 +59,10 @@ class CanNode:
         self._device = device
         self._clock = clock
         self._random = generator
-        if direct is not None:
-            interface, channel = can_direct.INTERFACE, can_direct.CHANNEL
-        self._interface = interface
-        self._channel = channel or fresh_channel(interface)
+        if direct is None:
+            self._interface, self._channel = INTERFACE, channel or fresh_channel()
+        else:
+            self._interface, self._channel = can_direct.INTERFACE, can_direct.CHANNEL
         self._node_id = node_id
         # In process nobody can die and leave the drive on: it has no watch there.
         entries = device.entries if direct is not None else (*device.entries, *ENTRIES)
@@ -71,7 +70,7 @@ class CanNode:
         self._node.add_read_callback(self._read)
         self._node.add_write_callback(self._write)
         end = None if direct is None else direct.end()
-        self._network: Any = canopen.Network(open_bus(interface, self._channel) if end is None else end)
+        self._network: Any = canopen.Network(open_bus(self._channel) if end is None else end)
         self._network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE
         self._network.add_node(self._node)
         # Requests pass the faults before they reach the server.

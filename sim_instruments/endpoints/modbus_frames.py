@@ -5,7 +5,7 @@ import struct
 from sim_instruments.endpoints.modbus_faults import ReplyFaults, shown_unit
 from sim_instruments.endpoints.modbus_unit import ModbusLine
 from sim_instruments.faults import Fault, FaultKind, spoil
-from sim_instruments.instruments.registers import BitDevice, RegisterError
+from sim_instruments.instruments.registers import BitDevice, OutputDevice, RegisterError
 
 #: MBAP header: transaction, protocol, length of what follows the length, unit.
 HEADER = struct.Struct("!HHHB")
@@ -13,7 +13,9 @@ HEADER = struct.Struct("!HHHB")
 REQUEST_TIME = 2.0e-3
 _LONGEST, _SHORTEST = 254, 2
 _READ_BITS = (1, 2)
-_READ, _WRITE_SINGLE, _WRITE = 3, 6, 16
+_READ, _WRITE_COIL, _WRITE_SINGLE, _WRITE = 3, 5, 6, 16
+#: What a coil is written by.
+_COIL_VALUES = {0xFF00: True, 0x0000: False}
 _ILLEGAL_FUNCTION, _ILLEGAL_VALUE, _NO_SUCH_UNIT = 1, 3, 11
 _MOST_READ, _MOST_WRITTEN, _MOST_BITS = 125, 123, 2000
 
@@ -70,6 +72,8 @@ class ModbusFrames:
         device = self._line.units[unit]
         if function in _READ_BITS and isinstance(device, BitDevice):
             return self._bits(device, unit, function, data)
+        if function == _WRITE_COIL and isinstance(device, OutputDevice):
+            return self._coil(device, unit, data)
         if function not in (_READ, _WRITE_SINGLE, _WRITE):
             raise _RefusedError(_ILLEGAL_FUNCTION)
         if len(data) < 4 or (function != _WRITE and len(data) != 4):
@@ -98,6 +102,16 @@ class ModbusFrames:
         packed = sum(bit << place for place, bit in enumerate(device.read_bits(address, number)))
         content = packed.to_bytes((number + 7) // 8, "little")
         return bytes([function, len(content)]) + content, fault
+
+    def _coil(self, device: OutputDevice, unit: int, data: bytes) -> tuple[bytes, Fault | None]:
+        if len(data) != 4:
+            raise _RefusedError(_ILLEGAL_VALUE)
+        address, value = struct.unpack("!HH", data)
+        if value not in _COIL_VALUES:
+            raise _RefusedError(_ILLEGAL_VALUE)
+        fault, _ = self._struck("write", unit, address, 1)
+        device.write_bit(address, _COIL_VALUES[value])
+        return bytes([_WRITE_COIL]) + data, fault
 
     def _struck(self, verb: str, unit: int, address: int, count: int) -> tuple[Fault | None, str]:
         """Return the fault that strikes a request, and the request in words; one that refuses it does so."""

@@ -1,15 +1,24 @@
-"""Delta C2000 drive as the dynamometer's controller (C2000 user manual, parameter group 09, communication addresses)."""
+"""Delta C2000 drive as the dynamometer's controller (C2000 user manual, parameter group 09, communication addresses).
+
+Lost communication (09-02, 09-03, cE10) is as the manuals of its sisters VFD-B and VFD-S tell it: each valid message starts the time
+anew, and a drive that has heard none for so long warns and goes on, ramps or coasts to a stop, or does nothing.
+"""
 
 import math
 from typing import TYPE_CHECKING
 
 from sim_instruments.instruments.registers import ILLEGAL_ADDRESS, ILLEGAL_VALUE, RegisterError, exists, signed
+from sim_instruments.instruments.silence import SilenceWatch
 
 if TYPE_CHECKING:
     from sim_instruments.world import World
 
 _CONTROL_MODE, _STOP_METHOD = 0x000A, 0x0016
 _MAXIMUM_FREQUENCY, _ACCELERATION, _DECELERATION = 0x0100, 0x010C, 0x010D
+_LOST_TREATMENT, _LOST_TIME = 0x0902, 0x0903
+_WARN, _RAMP, _COAST, _NOTHING = 0, 1, 2, 3
+#: Warning CE10, in the high byte of the first status register.
+_TIME_OUT_WARNING = 5
 _TORQUE_COMMAND = 0x0B22
 _COMMAND, _FREQUENCY, _RESET = 0x2000, 0x2001, 0x2002
 _STATUS = 0x2100
@@ -24,6 +33,8 @@ _DEFAULTS = {
     _MAXIMUM_FREQUENCY: 20_000,
     _ACCELERATION: 1000,
     _DECELERATION: 1000,
+    _LOST_TREATMENT: _NOTHING,
+    _LOST_TIME: 0,
     _TORQUE_COMMAND: 0,
     _FREQUENCY: 0,
 }
@@ -33,6 +44,8 @@ _LIMITS = {
     _MAXIMUM_FREQUENCY: (0, 59_900),
     _ACCELERATION: (0, 60_000),
     _DECELERATION: (0, 60_000),
+    _LOST_TREATMENT: (_WARN, _NOTHING),
+    _LOST_TIME: (0, 1000),
     _FREQUENCY: (0, 59_900),
 }
 
@@ -40,7 +53,16 @@ _LIMITS = {
 class DeltaDrive:
     """Face of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives."""
 
-    ranges = ((0x000A, 1), (0x0016, 1), (0x0100, 1), (0x010C, 2), (0x0B22, 1), (0x2000, 3), (0x2100, 12))
+    ranges = (
+        (0x000A, 1),
+        (0x0016, 1),
+        (0x0100, 1),
+        (0x010C, 2),
+        (0x0902, 2),
+        (0x0B22, 1),
+        (0x2000, 3),
+        (0x2100, 12),
+    )
     readings = (0x2102, 10, 1)
 
     def __init__(self, world: "World", *, unit: int = 1, pole_pairs: int = 2, rated_torque: float = 5.0) -> None:
@@ -52,10 +74,16 @@ class DeltaDrive:
         self._rated_torque = rated_torque
         self._registers = dict(_DEFAULTS)
         self._running = self._stopping = self._reverse = False
-        self._error = 0
+        self._error = self._warning = 0
+        self._watch = SilenceWatch(self._lost)
+
+    def close(self) -> None:
+        """Watch nobody any more; again is allowed."""
+        self._watch.close()
 
     def read(self, address: int, count: int) -> list[int]:
         """Return registers. Raises RegisterError 2 for one that does not exist."""
+        self._watch.heard()
         if not exists(self.ranges, address, count):
             raise RegisterError(ILLEGAL_ADDRESS, f"C2000 has no registers {address:04X}H … {address + count - 1:04X}H")
         with self._world.lock:
@@ -65,6 +93,7 @@ class DeltaDrive:
 
     def write(self, address: int, values: list[int]) -> None:
         """Write registers. Raises RegisterError 2 for one that cannot be written, 3 for a value out of range."""
+        self._watch.heard()
         if not exists(self.ranges[:-1], address, len(values)):
             raise RegisterError(ILLEGAL_ADDRESS, f"C2000 register {address:04X}H cannot be written")
         for number, value in enumerate(values, address):
@@ -81,12 +110,15 @@ class DeltaDrive:
             self._act(value)
         elif number == _RESET:
             if value & 0b10:
-                self._error = 0
+                self._error = self._warning = 0
             if value & 0b01:
                 self._error = _EXTERNAL_FAULT
                 self._off()
         else:
             self._registers[number] = value
+            if number == _LOST_TIME:
+                self._watch.watch(value * 0.1)
+                self._watch.heard()
             if self._running and not self._stopping:
                 self._drive()
 
@@ -98,16 +130,29 @@ class DeltaDrive:
             self._reverse = direction == _REVERSE
         action = word & 0b11
         if action == _RUN and not self._error:
-            self._running, self._stopping = True, False
+            self._running, self._stopping, self._warning = True, False, 0
             self._drive()
         elif action == _STOP and self._running:
-            if self._registers[_STOP_METHOD] == 1 or self._torque_mode:
-                self._off()
-            else:
-                self._stopping = True
-                self._world.dynamometer.command(0.0)
+            self._stop(coast=self._registers[_STOP_METHOD] == 1)
         elif direction and self._running:
             self._drive()
+
+    def _stop(self, *, coast: bool) -> None:
+        if coast or self._torque_mode:
+            self._off()
+        else:
+            self._stopping = True
+            self._world.dynamometer.command(0.0)
+
+    def _lost(self) -> None:
+        """Do what is set for lost communication."""
+        with self._world.lock:
+            treatment = self._registers[_LOST_TREATMENT]
+            if treatment == _NOTHING:
+                return
+            self._warning = _TIME_OUT_WARNING
+            if treatment != _WARN and self._running:
+                self._stop(coast=treatment == _COAST)
 
     @property
     def _torque_mode(self) -> bool:
@@ -156,7 +201,7 @@ class DeltaDrive:
         status = state | (0b11 << 3 if self._reverse else 0) | 1 << 8 | 1 << 10
         current = round(100.0 * 3.0 * math.hypot(0.4, load)) if feeding else 0
         return [
-            self._error,
+            self._warning << 8 | self._error,
             status,
             self._command_frequency(),
             min(frequency, 0xFFFF),

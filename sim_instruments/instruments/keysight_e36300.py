@@ -108,6 +108,14 @@ class KeysightE36313A(ScpiInstrument):
             supply.set_over_current(False)
         self._apply()
 
+    def inhibit(self, inhibited: bool) -> None:
+        """Take all outputs off by the inhibit input, latched: allowed again, they stay off until they are switched on anew."""
+        with self._world.lock:
+            if inhibited:
+                for output in self._outputs.values():
+                    output.on = False
+            self._world.supply.inhibit(inhibited)
+
     def _add_commands(self) -> None:
         add = self.tree.add
         level = "[:LEVel][:IMMediate][:AMPLitude]"
@@ -203,6 +211,7 @@ class KeysightE36313A(ScpiInstrument):
             return False
         told = bool(getattr(self._outputs[channel], name))
         if name == "on" and channel == self._wired:
+            told = told and not self._world.supply.inhibited
             return self._world.supply.sticky.shown(told, self._world.supply.is_on)
         return told
 

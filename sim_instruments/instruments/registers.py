@@ -43,6 +43,14 @@ class BitDevice(Protocol):
         """Return bits. Raises RegisterError."""
 
 
+@runtime_checkable
+class OutputDevice(Protocol):
+    """A unit whose coils can be written."""
+
+    def write_bit(self, address: int, on: bool) -> None:
+        """Write a coil. Raises RegisterError."""
+
+
 def exists(ranges: tuple[tuple[int, int], ...], address: int, count: int) -> bool:
     """Return whether all the registers exist; the ranges are in ascending order."""
     end = address + count

@@ -257,8 +257,11 @@ def test_doctor_reports(call: Call) -> None:
     found = json.loads(out)
     assert found["libraries"]["numpy"]
     assert "@py" in found["visa_backends"]
+    assert found["guardian"]["said"].startswith("the guardian has ")
     assert code == (1 if found["problems"] else 0)
-    assert "PyVISA" in call("doctor")[1]
+    told = call("doctor")[1]
+    assert "PyVISA" in told
+    assert f"Guardian: {found['guardian']['said']}" in told
 
 
 def test_every_shipped_motor_is_listed_when_none_fits(call: Call) -> None:

@@ -163,7 +163,7 @@ def test_the_output_is_a_station_file_and_ctrl_c_ends_it(tmp_path: Path) -> None
     file.write_text(output, encoding="utf-8")
     station = load_station(file)
     assert station.control.startswith("http://127.0.0.1:")
-    assert "# inverter     can     can://udp_multicast/239." in output
+    assert "# inverter     can     can://slcan/socket://127.0.0.1:" in output
 
 
 @pytest.mark.parametrize("speedup", [0.0, -1.0, 5000.0, float("nan")])

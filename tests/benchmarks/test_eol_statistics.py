@@ -14,8 +14,8 @@ MOTORS = 1_000_000
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[str]:
-    with own_database() as address:
+def server(postgresql: str) -> Iterator[str]:
+    with own_database(postgresql) as address:
         yield address
 
 

@@ -91,10 +91,3 @@ def test_healthy_units_are_far_better_than_drawn_ones() -> None:
     assert Errors.drawn(np.random.default_rng(1)) == Errors.drawn(np.random.default_rng(1))
     assert isinstance(drawn[0].supply, SupplyErrors)
     assert isinstance(drawn[0].oscilloscope, ScopeErrors)
-
-
-def test_an_unknown_can_interface_is_named(bench_motor: VirtualMotor) -> None:
-    bench = VirtualBench(bench_motor, can_interface="nonsense")
-    with pytest.raises(Exception, match="nonsense"):
-        bench.address("inverter")
-    bench.close()

@@ -105,9 +105,9 @@ def by_cluster(seed: int, motors: int, address: str, procedures: tuple[str, ...]
             "--dask needs dask.distributed: install the extra, `pip install motorbench[cluster]`"
         ) from None
     handfuls = iter([range(k, min(k + _HANDFUL, motors)) for k in range(0, motors, _HANDFUL)])
-    with (
-        Client(processes=False, n_workers=2, threads_per_worker=1) if address == "local" else Client(address) as client
-    ):
+    # Over TCP on loopback: dask's way without sockets looks for a route to the internet.
+    here = {"processes": False, "n_workers": 2, "threads_per_worker": 1, "protocol": "tcp://"}
+    with Client(**here) if address == "local" else Client(address) as client:
 
         def submitted(number: int) -> Iterator[Any]:
             for some in islice(handfuls, number):

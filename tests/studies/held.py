@@ -24,15 +24,23 @@ PATIENCE = 30.0
 class Served:
     """`motorbench sim serve`, and what is really so on it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(
+        self, folder: Path, *more: str, motor: str = "lg-400w", speedup: float = 20.0, wired: bool = True
+    ) -> None:
         self.station = folder / "station.toml"
-        words = ("--motor", "lg-400w", "--json", "--speedup", "20", "--station-file", str(self.station))
+        pace = ("--speedup", str(speedup))
+        words = ("--motor", motor, "--json", *pace, "--station-file", str(self.station), *more)
         self.process = subprocess.Popen(
             [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=QUIET
         )
         assert self.process.stdout is not None
         self.told: dict[str, Any] = json.loads(self.process.stdout.readline())
         self.world = ServedWorld(self.told["control"])
+        if wired:
+            self.wire()
+
+    def wire(self) -> None:
+        """Put the motor on the inverter and the dynamometer."""
         self.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
         self.world.hold_shaft()
         self.world.couple_dynamometer()

@@ -12,6 +12,7 @@ from bench.errors import InputError, UsageError
 from bench.files.station import Station, make_station
 from bench.files.toml_file import Section, read, validate
 from bench.files.toml_text import toml_text
+from bench.files.watchdog_relays import check_addresses
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.safety.way_down_items import OFF_BY
 from bench.virtual_station import VIRTUAL
@@ -21,7 +22,7 @@ from procedures.text import text
 #: No line has more sockets.
 MOST_SOCKETS = 64
 #: Tables of a station file that a socket may have of its own.
-_OWN = ("instruments", "way_down", "interlocks", "guardian")
+_OWN = ("instruments", "way_down", "interlocks", "guardian", "watchdog_relays")
 
 
 class _Line(Section):
@@ -44,6 +45,7 @@ class _Socket(Section):
     instruments: dict[str, dict[str, Any]] = Field(default_factory=dict)
     way_down: list[dict[str, Any]] = Field(default_factory=list)
     interlocks: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    watchdog_relays: dict[str, dict[str, Any]] = Field(default_factory=dict)
     guardian: dict[str, Any] = Field(default_factory=dict)
 
 
@@ -152,6 +154,7 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
                 fixture=fixture[0],
             )
         )
+    check_addresses((relay for socket in sockets if socket.station for relay in socket.station.watchdog_relays), source)
     first = sockets[0].station
     name = first.name if first else ""
     return Line(source, name, tuple(sockets), frozenset(shared) if len(sockets) > 1 else frozenset(), line.timeout)

@@ -20,9 +20,9 @@ NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 
 
 @pytest.fixture
-def server() -> Iterator[str]:
+def server(postgresql: str) -> Iterator[str]:
     """A PostgreSQL database of its own."""
-    with own_database() as address:
+    with own_database(postgresql) as address:
         yield address
 
 

@@ -248,6 +248,8 @@ def test_a_charge_goes_through_the_pipe() -> None:
         ("tcp://192.0.2.7:502", True),
         ("can://socketcan/can0?node=5", True),
         ("can://udp_multicast/239.74.163.2?node=5", True),
+        ("can://slcan/socket://192.0.2.7:3333?node=5", True),
+        ("can://slcan//dev/ttyACM0?node=5", False),
         ("can://pcan/PCAN_USBBUS1?node=5", False),
         ("rtu:///dev/ttyUSB0?baudrate=9600", False),
         ("USB0::0x2A8D::0x1202::MY61000000::0::INSTR", False),

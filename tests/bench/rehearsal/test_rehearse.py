@@ -186,6 +186,13 @@ def test_nothing_of_the_station_is_touched_and_a_motor_is_assumed(
     said = " ".join(made["differences"])
     assert "output 2 of an E36313A is taken, at most 25.75 V and 2.06 A" in said
     assert "lcr_meter: keysight-e4980a stands for the station's manual" in said
+    watchdogs = {one["role"]: (one["watchdog"], one["armed"], one["by_hand"]) for one in made["watchdogs"]}
+    asked = {"time": 1.0, "action": "switches its voltage off", "setting": "0x1016, 0x6007"}
+    assert watchdogs == {
+        "inverter": (asked, False, False),
+        "dynamometer": (None, False, True),
+        "supply": (None, False, False),
+    }
 
 
 def test_a_limit_that_would_be_passed_is_named_and_the_rest_is_rehearsed_all_the_same(
@@ -264,8 +271,9 @@ def test_what_does_not_go_with_a_rehearsal_is_refused(
     ("language", "said"),
     [
         ("en", ["on a virtual twin of bench 7", "assumed were:", "left supply: energised voltage 12 V (at most 12 V",
-                "left supply: switched on", "☞ Lock the shaft", "Largest set points", "No limit is passed"]),
-        ("zh", ["bench 7", "☞", "✓", "left supply"]),
+                "left supply: switched on", "☞ Lock the shaft", "Largest set points", "No limit is passed",
+                "If all processes of the bench die at once:", "supply: no watchdog; it stays on where run and guardian die"]),
+        ("zh", ["bench 7", "☞", "✓", "left supply", "supply：没有看门狗"]),
     ],
 )  # fmt: skip
 def test_the_list_for_people(

@@ -66,6 +66,7 @@ class Node:
             self.values[0x6007, 0] = abort_option
         self.writes: list[tuple[int, bytes]] = []
         self.abort: dict[int, int] = {}
+        self.keeps: dict[int, int] = {}  # objects that acknowledge a write and stay what they are
         self.deaf: set[int] = set()  # controlwords that change nothing
         self.follows_mode = True
         self.lost = 0  # how many replies never come
@@ -110,7 +111,7 @@ class Node:
             raise SdoAbortedError(self.abort[index])
         self.writes.append((index, bytes(data)))
         value = int.from_bytes(data, "little", signed=od.data_type in SIGNED)
-        self.values[index, subindex] = value
+        self.values[index, subindex] = self.keeps.get(index, value)
         if index == 0x6040 and value not in self.deaf:
             self.command(value)
         if index == 0x6060 and self.follows_mode:

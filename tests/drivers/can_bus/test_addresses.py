@@ -16,6 +16,11 @@ from drivers.interfaces import CommunicationError
             "can://udp_multicast/239.74.163.2?node=127&bitrate=1000000",
             (BusAddress("udp_multicast", "239.74.163.2", 10**6), 127),
         ),
+        (
+            "can://slcan/socket://127.0.0.1:3333?node=5&bitrate=250000",
+            (BusAddress("slcan", "socket://127.0.0.1:3333", 250_000), 5),
+        ),
+        ("can://slcan//dev/ttyACM0?node=5", (BusAddress("slcan", "/dev/ttyACM0"), 5)),
     ],
 )
 def test_addresses(address: str, parts: Any) -> None:

@@ -1,6 +1,5 @@
 """CiA 402 inverter against a canopen node on a virtual bus: payloads, states, faults, and off at the end."""
 
-import secrets
 from collections.abc import Iterator
 from typing import Any
 
@@ -26,9 +25,9 @@ NODE = 5
 class Drive(Node):
     """The inverter's side: what is commanded is there at once."""
 
-    def __init__(self, interface: str = "virtual", channel: str = CHANNEL) -> None:
+    def __init__(self) -> None:
         self.follows = True
-        super().__init__(NODE, interface=interface, channel=channel)
+        super().__init__(NODE, channel=CHANNEL)
 
     def written(self, *, index: int, subindex: int, od: Any, data: bytes) -> None:
         super().written(index=index, subindex=subindex, od=od, data=data)
@@ -250,21 +249,6 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
     with inverter.driving_frequency(1.0, 10.0):
         assert drive.values[0x2000, 0] == 7071
     inverter.close()
-
-
-def test_between_processes_over_udp(clock: Any) -> None:
-    # A group of its own: other runs on this machine hear the same port.
-    group = f"239.74.{secrets.randbelow(254) + 1}.{secrets.randbelow(254) + 1}"
-    drive = Drive("udp_multicast", group)
-    try:
-        inverter = open_cia402_inverter(f"can://udp_multicast/{group}?node={NODE}", clock, OPTIONS)
-        with inverter.driving_frequency(-53.76, 2.5):
-            assert drive.state is PowerState.OPERATION_ENABLED
-            assert inverter.measure_frequency().value == -53.76
-        assert drive.state is PowerState.SWITCH_ON_DISABLED
-        inverter.close()
-    finally:
-        drive.network.disconnect()
 
 
 def test_a_bus_that_cannot_be_opened(clock: Any) -> None:

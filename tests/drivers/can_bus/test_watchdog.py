@@ -7,7 +7,7 @@ import pytest
 
 from drivers.can_bus.cia402_six_step import open_cia402_six_step
 from drivers.can_bus.options import Cia402SixStepOptions
-from drivers.interfaces import ReportedError, SetpointError
+from drivers.interfaces import ReportedError, SetpointError, Watchdog, WhenSilent
 
 CHANNEL = "six-step"
 ADDRESS = f"can://virtual/{CHANNEL}?node=6"
@@ -35,9 +35,14 @@ def test_a_consumer_heartbeat_is_armed_fed_and_put_back(clock: Any, make_node: A
         assert node.entry(1) == 0x00100064  # another's entry
         assert node.entry(2) == 0x7E << 16 | 150
         assert heartbeats(bus, 3) == [b"\x05"] * 3
+        action, setting = (
+            (WhenSilent.VOLTAGE_OFF, "0x1016, 0x6007") if with_option else (WhenSilent.AS_SET_UP, "0x1016")
+        )
+        assert drive.watchdog == Watchdog(0.15, action, setting)
     armed = [(0x6007, b"\x02\x00")] if with_option else []
     assert node.writes == [*armed, (0x1016, bytes.fromhex("96 00 7e 00"))]
     drive.close()
+    assert drive.watchdog is None
     assert node.entry(2) == 0
     assert node.values.get((0x6007, 0)) == (1 if with_option else None)
 
@@ -55,6 +60,7 @@ def test_a_drive_without_a_watch_stays_as_it_is(node: Any, clock: Any) -> None:
     drive = open_cia402_six_step(
         ADDRESS, clock, WATCHED, traffic=lambda direction, text: traffic.append((direction, text))
     )
+    assert drive.watchdog is None
     drive.close()
     assert node.writes == []
     assert ("read", "no such object") in traffic
@@ -99,3 +105,14 @@ def test_an_abort_other_than_absence_is_not_passed_over(clock: Any, make_node: A
     node.abort[0x1016] = 0x08000022
     with pytest.raises(ReportedError, match=r"read 0x1016:00'.*SDO abort"):
         open_cia402_six_step(ADDRESS, clock, WATCHED)
+
+
+@pytest.mark.parametrize(("index", "said"), [(0x1016, "0x1016:01 is 0 after"), (0x6007, "0x6007:00 is 1 after 2 was")])
+def test_a_drive_that_does_not_keep_what_is_written_is_refused_and_left_as_it_was(
+    clock: Any, make_node: Any, index: int, said: str
+) -> None:
+    node = make_node(consumer={1: 0}, abort_option=1)
+    node.keeps[index] = node.values[index, 1 if index == 0x1016 else 0]
+    with pytest.raises(ReportedError, match=said):
+        open_cia402_six_step(ADDRESS, clock, WATCHED)
+    assert (node.entry(1), node.values[0x6007, 0]) == (0, 1)

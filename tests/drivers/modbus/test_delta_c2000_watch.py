@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from drivers.interfaces import ReportedError, SetpointError
+from drivers.interfaces import ReportedError, SetpointError, Watchdog, WhenSilent
 from drivers.modbus.delta_dyn200 import open_delta_dyn200
 from drivers.modbus.options import DeltaDyn200Options
 from tests.drivers.modbus.units import TcpServer, Units
@@ -37,7 +37,7 @@ def test_parameters_that_are_so_already_are_not_written(units: Units, server: Tc
 
 
 def test_a_drive_without_such_a_watch_is_told_of(units: Units, server: TcpServer, clock: Any) -> None:
-    with pytest.raises(ReportedError, match=r"0902H.*09-02"):
+    with pytest.raises(ReportedError, match=r"0902H.*a drive without it has no watchdog: watchdog_time = 0"):
         open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
     with pytest.raises(SetpointError, match=r"watchdog_time = 0.1 s is outside 0.5 … 100 s"):
         open_delta_dyn200(server.address, clock, DeltaDyn200Options(maximum_speed=300.0, watchdog_time=0.1))
@@ -53,3 +53,25 @@ def test_a_guarding_process_asks_nothing_before_it_must_act(units: Units, server
     assert units.command == 0x01
     assert made.measure().speed == 0.0
     made.close()
+
+
+def test_what_is_armed_is_told(units: Units, server: TcpServer, clock: Any) -> None:
+    units.registers |= {(1, 0x0902): 2, (1, 0x0903): 0}
+    made = open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    assert made.watchdog == Watchdog(0.5, WhenSilent.COAST, "09-02, 09-03")
+    made.close()
+    assert made.watchdog is None
+    assert DeltaDyn200Options(maximum_speed=1.0).watchdog == Watchdog(2.0, WhenSilent.COAST, "09-02, 09-03")
+    assert DeltaDyn200Options(maximum_speed=1.0, watchdog_time=0.0).watchdog is None
+
+
+def test_a_drive_that_does_not_keep_what_is_written_is_refused_and_left_as_it_was(
+    units: Units, server: TcpServer, clock: Any
+) -> None:
+    units.registers |= {(1, 0x0902): 3, (1, 0x0903): 0}
+    units.keeps[1, 0x0903] = 0
+    with pytest.raises(
+        ReportedError, match=r"09-03 communication time-out is 0 after 5 was written.*watchdog_time = 0"
+    ):
+        open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    assert units.registers[1, 0x0902] == 3

@@ -153,7 +153,11 @@ def test_frequency_command_is_within_half_a_step(speed: float, pole_pairs: int) 
 def test_options_replace_accuracy_and_direction(server: TcpServer, units: Units, clock: Any) -> None:
     accuracy = Accuracy(gain=2e-3, source="certificate")
     options = DeltaDyn200Options(
-        maximum_speed=200.0, torque_accuracy=accuracy, speed_accuracy=accuracy, direction_from="command"
+        maximum_speed=200.0,
+        torque_accuracy=accuracy,
+        speed_accuracy=accuracy,
+        direction_from="command",
+        watchdog_time=0.0,
     )
     dynamometer = open_delta_dyn200(server.address, clock, options)
     with dynamometer.driving_speed(-20.0):

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from drivers.modbus.options import DeltaDyn200Options
 
 RPM = 2 * math.pi / 60
-OPTIONS = DeltaDyn200Options(maximum_speed=200.0, settle_timeout=2.0)
+OPTIONS = DeltaDyn200Options(maximum_speed=200.0, settle_timeout=2.0, watchdog_time=0.0)
 
 
 class Units:
@@ -26,6 +26,7 @@ class Units:
         }
         self.writes: list[tuple[int, int, list[int]]] = []
         self.refuse: dict[tuple[int, int], int] = {}  # (unit, address) → exception
+        self.keeps: dict[tuple[int, int], int] = {}  # registers that acknowledge a write and stay what they are
         self.stuck = False
         self.slip = 1.0
 
@@ -44,7 +45,7 @@ class Units:
         values = [third] if function == 6 else [int.from_bytes(pdu[i : i + 2], "big") for i in range(6, len(pdu), 2)]
         self.writes.append((unit, address, values))
         for offset, value in enumerate(values):
-            self.registers[unit, address + offset] = value
+            self.registers[unit, address + offset] = self.keeps.get((unit, address + offset), value)
         self.follow()
         return pdu[:5]
 

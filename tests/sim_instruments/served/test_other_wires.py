@@ -158,7 +158,7 @@ def test_the_tachometer_streams_on_its_terminal(bench: ServedBench) -> None:
 def upload(channel: object, index: int, node: int = 5) -> bytes:
     network = canopen.Network()
     network.NOTIFIER_CYCLE = 0.05
-    network.connect(interface="udp_multicast", channel=channel)
+    network.connect(interface="slcan", channel=channel, bitrate=500_000, sleep_after_open=0.0)
     try:
         remote = network.add_node(node, canopen.ObjectDictionary())
         remote.sdo.RESPONSE_TIMEOUT = 2.0
@@ -167,20 +167,22 @@ def upload(channel: object, index: int, node: int = 5) -> bytes:
         network.disconnect()
 
 
-def test_canopen_by_multicast(bench: ServedBench) -> None:
+def test_canopen_through_the_gateway(bench: ServedBench) -> None:
     address = bench.addresses()["inverter"]["can"]
     assert isinstance(address, dict)
-    assert (address["interface"], address["node_id"]) == ("udp_multicast", 5)
+    assert (address["interface"], address["node_id"]) == ("slcan", 5)
     assert upload(address["channel"], 0x1008) == b"Virtual inverter"
 
 
-def test_datagrams_that_are_no_frames_are_passed_over(bench: ServedBench) -> None:
+def test_bytes_that_are_no_frames_are_refused(bench: ServedBench) -> None:
     channel = dict(bench.addresses()["inverter"]["can"])["channel"]  # type: ignore[arg-type]
     chance = np.random.default_rng(2)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        for size in (0, 1, 30, 1400):
-            sender.sendto(chance.bytes(size), (channel, 43113))
-    assert upload(channel, 0x1000) == (0x00020192).to_bytes(4, "little")
+    with socket.create_connection(("127.0.0.1", wires.port_of(channel)), timeout=5.0) as sender:
+        for size in (1, 30, 1400):
+            sender.sendall(chance.bytes(size))
+        sender.sendall(b"\r")
+        assert sender.recv(1)
+        assert upload(channel, 0x1000) == (0x00020192).to_bytes(4, "little")
 
 
 def test_two_benches_do_not_meet_and_leave_nothing_behind() -> None:

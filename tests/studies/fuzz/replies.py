@@ -247,7 +247,7 @@ class Opener:
 def modbus(data: bytes, *, framed: bool) -> None:
     line = open_line("in-process://thing", "dynamometer", in_process=Opener(data, framed=framed))
     each([lambda: line.read(1, 0, 6, "registers"), lambda: line.write(1, 0, 1, "one")], ERRORS)
-    driver = DeltaDyn200(line, Clock(), DeltaDyn200Options(maximum_speed=100.0))
+    driver = DeltaDyn200(line, Clock(), DeltaDyn200Options(maximum_speed=100.0, watchdog_time=0.0))
     each([driver.measure, driver.zero_torque, lambda: driver.set_speed(1.0), driver.stop, driver.make_safe], ERRORS)
 
 

@@ -213,7 +213,7 @@ def test_a_motor_begun_anew_keeps_what_was_cut_off(tmp_path: Path) -> None:
 def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> None:
     path = bench.folder / "records.sqlite"
     open_database(str(path)).dispose()
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection, connection:
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
     with pytest.raises(InputError, match="9999"):
         bench.run()
@@ -260,3 +260,19 @@ def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None
     assert "the server takes nothing" in str(trouble.why)
     with own_records(str(bench.folder / "runs" / "records.sqlite")) as kept:
         assert kept.count("small") == 1
+
+
+def test_sockets_with_relays_of_their_own_and_one_relay_for_two_is_refused(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    relay = 'driver = "beckhoff-bk9000"\naddress = "tcp://10.0.0.9:502"\nroles = ["supply"]\n'
+    station.write_text(f"{REAL}\n[sockets.left.watchdog_relays.enable]\n{relay}", encoding="utf-8")
+    left, right = (socket.station for socket in load_line(str(station), None).sockets)
+    assert left is not None
+    assert right is not None
+    assert [each.name for each in left.watchdog_relays] == ["enable"]
+    assert right.watchdog_relays == ()
+    station.write_text(f"{REAL}\n[watchdog_relays.enable]\n{relay}", encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"watchdog_relays.enable.address: tcp://10.0.0.9:502 is the address of enable too"
+    ):
+        load_line(str(station), None)

@@ -3,7 +3,7 @@ import os
 import select
 import shutil
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -93,6 +93,15 @@ def serve(tmp_path: Path) -> Iterator[Callable[..., Server]]:
     yield make
     said = [server.stop() for server in started]
     assert not [words for words in said if "Traceback" in words]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Have all tests that lack the browser give one place, so that pytest says so in one line."""
+    report = yield
+    if CHROMIUM is None and report.skipped and isinstance(report.longrepr, tuple):
+        report.longrepr = (__file__, 0, report.longrepr[2])
+    return report
 
 
 @pytest.fixture(scope="package")

@@ -1,0 +1,135 @@
+"""Which watchdog takes the energy away from each role if every process of the bench dies, and which roles have none."""
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bench.files.station import Entry, Station
+from bench.files.watchdog_relays import RelayEntry
+from bench.safety.way_down_items import OFF_BY
+from drivers.interfaces import Instrument, Watchdog, Watching, WhenSilent
+from drivers.registry import MANUAL
+from procedures.bench import Role
+from procedures.text import Text, text
+
+_ACTIONS: Mapping[WhenSilent, Text] = {
+    WhenSilent.VOLTAGE_OFF: text("it switches its voltage off"),
+    WhenSilent.COAST: text("it coasts to a stop"),
+    WhenSilent.CONTACT_OPENS: text("its contact opens"),
+    WhenSilent.AS_SET_UP: text("it does what it is set up to do without a heartbeat"),
+}
+
+
+@dataclass(frozen=True)
+class RoleWatchdog:
+    """What there is for one role that feeds energy; `relay` names the relay whose watchdog it is.
+
+    `armed` is false for one that is only asked for. Without a watchdog `by_hand` says that a person switches it, `error` why
+    nobody knows.
+    """
+
+    role: Role
+    watchdog: Watchdog | None = None
+    relay: str = ""
+    armed: bool = False
+    by_hand: bool = False
+    error: str = ""
+
+    @property
+    def missing(self) -> bool:
+        """Whether nothing takes the energy away."""
+        return self.watchdog is None and not self.by_hand
+
+    @property
+    def words(self) -> Text:
+        """It, for a person."""
+        role = self.role.value
+        if self.by_hand:
+            return text("{role}: set by hand, and switched off by hand", role=role)
+        if self.error:
+            return text("{role}: whether it has a watchdog is not known ({error})", role=role, error=self.error)
+        if self.watchdog is None:
+            return text("{role}: no watchdog; it stays on where run and guardian die together", role=role)
+        told = {"role": role, "time": self.watchdog.time, "setting": self.watchdog.setting}
+        action = _ACTIONS[self.watchdog.action]
+        if self.relay:
+            return text(
+                "{role}: watchdog relay {relay}, {time:g} s, then {action} ({setting})",
+                **told,
+                relay=self.relay,
+                action=action,
+            )
+        if self.armed:
+            return text("{role}: watchdog armed, {time:g} s, then {action} ({setting})", **told, action=action)
+        return text(
+            "{role}: watchdog of {time:g} s, then {action} ({setting}), where the instrument has one",
+            **told,
+            action=action,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for a record."""
+        watchdog = self.watchdog
+        return {
+            "role": self.role.value,
+            "watchdog": None
+            if watchdog is None
+            else {"time": watchdog.time, "action": watchdog.action.value, "setting": watchdog.setting},
+            "relay": self.relay or None,
+            "armed": self.armed,
+            "by_hand": self.by_hand,
+            "error": self.error or None,
+        }
+
+
+def planned_watchdogs(station: Station, roles: Collection[Role]) -> list[RoleWatchdog]:
+    """Return what the station file asks for, by role, of those that feed energy; nothing is opened."""
+    return [one for entry in _feeding(station, roles) for one in _planned(station, entry)]
+
+
+def armed_watchdogs(
+    station: Station, opened: Mapping[Role, Instrument], errors: Mapping[Role, str]
+) -> list[RoleWatchdog]:
+    """Return what is armed on the instruments that are open, by role, of those that feed energy; `errors` kept the others from it."""
+    found = []
+    for entry in _feeding(station, station.entries):
+        relays = list(_behind(station, entry.role))
+        if entry.driver.name == MANUAL or (entry.role not in opened and relays):
+            found += _planned(station, entry)
+            continue
+        if entry.role in opened:
+            if (own := watchdog_of(opened[entry.role])) is not None:
+                found.append(RoleWatchdog(entry.role, own, armed=True))
+            elif not relays:
+                found.append(RoleWatchdog(entry.role))
+        else:
+            found.append(RoleWatchdog(entry.role, error=errors.get(entry.role, "")))
+        found += relays
+    return found
+
+
+def watchdog_of(owner: object) -> Watchdog | None:
+    """Return the watchdog of an instrument, or the one that its options ask for."""
+    return owner.watchdog if isinstance(owner, Watching) else None
+
+
+def _feeding(station: Station, roles: Collection[Role]) -> list[Entry]:
+    return [station.entries[role] for role in OFF_BY if role in station.entries and role in roles]
+
+
+def _planned(station: Station, entry: Entry) -> list[RoleWatchdog]:
+    if entry.driver.name == MANUAL:
+        return [RoleWatchdog(entry.role, by_hand=True)]
+    own = watchdog_of(entry.options)
+    found = [RoleWatchdog(entry.role, own)] if own else []
+    return [*found, *_behind(station, entry.role)] or [RoleWatchdog(entry.role)]
+
+
+def _behind(station: Station, role: Role) -> Iterator[RoleWatchdog]:
+    for relay in station.watchdog_relays:
+        if role in relay.roles and (watchdog := _of_relay(relay)) is not None:
+            yield RoleWatchdog(role, watchdog, relay=relay.name)
+
+
+def _of_relay(relay: RelayEntry) -> Watchdog | None:
+    return watchdog_of(relay.options)

@@ -1,0 +1,36 @@
+"""What python-can leaves to its users of the sockets under a bus."""
+
+import os
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import can
+
+#: Linux' option to receive only what comes for groups that this very socket has joined (ip(7)).
+_IP_MULTICAST_ALL = 49
+
+
+def keep_to_own_group(bus: "can.BusABC | None") -> None:
+    """Have Linux hand over what comes for this bus' multicast group only, and not for any other's on the same port."""
+    if sys.platform == "linux" and bus is not None:
+        with socket.socket(fileno=os.dup(bus.fileno())) as own:
+            own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)
+
+
+@contextmanager
+def leaving(bus: "can.BusABC | None") -> Iterator[None]:
+    """Shut a bus down in this block: errors are passed over, and its socket is closed in the end.
+
+    pyserial leaves the socket under an slcan bus open where the other end has gone.
+    """
+    import can
+
+    line = getattr(getattr(bus, "serialPortOrig", None), "_socket", None)
+    with suppress(can.CanError, OSError):
+        yield
+    if line is not None:
+        line.close()
