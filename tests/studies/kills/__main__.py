@@ -112,12 +112,12 @@ def main() -> None:
             with given.log.open("a", encoding="utf-8") as log:
                 log.write(json.dumps(asdict(trial)) + "\n")
 
-    quick = bursts(given.quick, f"{given.seed}-quick")
-    print(
-        f"The stop logic alone: {quick.bursts} bursts of two to four signals, {quick.hangs} hung, the slowest took {quick.longest:.2f} s."
-    )
-    print("\n".join(quick.found), flush=True)
-    found = study(counts, given.seed, given.workers, tell, given.keep)
+    with ThreadPoolExecutor(1) as beside:
+        bursting = beside.submit(bursts, given.quick, f"{given.seed}-quick")
+        found = study(counts, given.seed, given.workers, tell, given.keep)
+        quick = bursting.result()
+    print(f"The stop logic alone: {quick.bursts} bursts of two to four signals, {quick.hangs} of them hung.")
+    print("\n".join([*quick.found, ""]))
     print(table(found))
     print()
     print(summary(found))

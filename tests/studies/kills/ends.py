@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from time import monotonic
 
 from tests.studies.kills.held_trials import Plan
+from tests.studies.kills.peers import is_guardian
 from tests.studies.kills.proxy import Disturbance, Proxy
-from tests.studies.kills.victim import Victim
+from tests.studies.kills.victim import TRANSPORTS, Victim
 
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: What the run does meanwhile.
@@ -41,7 +42,7 @@ def plans(draw: random.Random) -> Iterator[Plan]:
         yield Plan("SIGSTOP, SIGCONT", *_work(draw), freeze, borne=True)
         yield Plan("SIGSTOP, SIGCONT: guardian", *_work(draw), freeze_guardian, borne=True, promised=3.0)
         yield Plan("clock jumps", "readings", ("clock-jumps", str(draw.randrange(1 << 16))), nothing, borne=True)
-        transport = draw.choice(("socket", "hislip", "tcp"))
+        transport = draw.choice(tuple(TRANSPORTS))
         busy = ("clock-jumps", str(draw.randrange(1 << 16)))
         yield Plan("clock jumps, instrument mute", transport, busy, mute, transport, heals=True)
 
@@ -95,6 +96,8 @@ def stop_container(victim: Victim, _: Proxy | None, draw: random.Random) -> floa
 
     def for_good() -> None:
         victim.process.send_signal(signal.SIGKILL)
+        if is_guardian(pid):
+            os.kill(pid, signal.SIGKILL)
 
     timer = threading.Timer(draw.uniform(2.0, 10.0), for_good)
     timer.daemon = True

@@ -107,7 +107,10 @@ def _disturb(bench: Bench, plan: Plan, draw: random.Random, trial: Trial, victim
     if plan.all_die:
         return
     off = victim.off_within(_BORNE if plan.borne else _LONGEST, plan.cut_off)
-    if off is None and plan.borne:
+    if off is None and plan.borne and victim.is_ending:
+        # It has met the disturbance and not borne it.
+        off = victim.off_within(_LONGEST, plan.cut_off)
+    elif off is None and plan.borne:
         trial.borne = True
         queues, at = victim.queues(), monotonic()
         victim.process.send_signal(signal.SIGTERM)
@@ -118,7 +121,8 @@ def _disturb(bench: Bench, plan: Plan, draw: random.Random, trial: Trial, victim
         victim.stacks(trial)
         return
     trial.off_after, trial.starved = off - at, queues.longest()
-    if proxy is not None and trial.energised:
+    if proxy is not None and trial.energised and trial.off_after < _BORNE:
+        # A run that calls no more leaves no call without an answer: what lasts longer counts from the disturbance.
         trial.unanswered = proxy.longest_wait(off)
     if plan.heals:
         bench.served.mend()

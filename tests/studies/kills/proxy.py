@@ -35,10 +35,14 @@ class Disturbance:
 
 
 class Proxy:
-    """Listens on `port` and speaks to the instrument at `host`:`target`."""
+    """Listens on `port` and speaks to the instrument at `host`:`target`.
 
-    def __init__(self, target: int, host: str = "127.0.0.1") -> None:
+    What contains `request` asks for an answer, and what contains `reply` is one: on a bus, others speak besides.
+    """
+
+    def __init__(self, target: int, host: str = "127.0.0.1", *, request: bytes = b"", reply: bytes = b"") -> None:
         self._target = host, target
+        self.request, self.reply = request, reply
         self._listening = socket.create_server(("127.0.0.1", 0))
         self.port = int(self._listening.getsockname()[1])
         self.disturbance = Disturbance("none")
@@ -156,7 +160,8 @@ class _Pair:
                     first = False
                     if content[:2] == b"HS":
                         self.channel = "async" if content[2] == _ASYNC_INITIALIZE else "sync"
-                self.asked = monotonic()
+                if self._proxy.request in content:
+                    self.asked = monotonic()
                 self._pass(content, self._far, "to")
         except OSError:
             self.over = True
@@ -167,7 +172,7 @@ class _Pair:
     def _from(self) -> None:
         try:
             while content := self._far.recv(1 << 16):
-                if self._pass(content, self._near, "from"):
+                if self._pass(content, self._near, "from") and self._proxy.reply in content:
                     self.answered = monotonic()
                     if not self.guardian:
                         self._proxy.answered()
@@ -180,7 +185,7 @@ class _Pair:
         """Pass bytes on as the disturbance will have it; tell whether all have been passed."""
         disturbance = self._proxy.disturbance
         struck = not self.guardian and disturbance.kind != "none" and disturbance.channel in ("", self.channel)
-        if struck and direction == "to" and disturbance.kind != "rewrite":
+        if struck and direction == "to" and disturbance.kind != "rewrite" and self._proxy.request in content:
             self._proxy.asked(self.asked)
         if not struck or disturbance.direction not in ("both", direction):
             on.sendall(content)

@@ -21,6 +21,7 @@ from bench.record.verification import Verdict
 from bench.record.verify import verify
 from bench.safety.ownership import holders
 from bench.safety.state_folder import state_folder
+from bench.virtual_station import as_text
 from tests.studies.forked import Forked
 from tests.studies.held import Served
 from tests.studies.kills.peers import is_guardian
@@ -33,9 +34,13 @@ _LOOK = 0.004
 _START = 60.0
 #: What is still on this (s) after a trial stays on.
 _LEFT_ON = 5.0
-_PORT = re.compile(r"(?<=[:,])(\d+)(?=::|$)")
+#: What stands in the journal of a run that does not go on.
+_ENDING = ("instrument_error", "de_energising", "step_failed", "procedure_failed", "way_down_started")
+_PORT = re.compile(r"(?<=[:,])(\d+)(?=::|$|\?)")
 #: What each way to a role's instrument is called in the served bench's addresses.
-TRANSPORTS = {"socket": "supply", "hislip": "supply", "tcp": "dynamometer"}
+TRANSPORTS = {"socket": "supply", "hislip": "supply", "tcp": "dynamometer", "can": "inverter"}
+#: SDO requests to the inverter's node and its replies, as a gateway's lines have them (LAWICEL).
+_SDO = {"request": b"t605", "reply": b"t585"}
 
 
 #: What of the bench's truth says that something is energised.
@@ -68,10 +73,10 @@ class Bench:
         proxy = None
         if transport:
             role = TRANSPORTS[transport]
-            address = str(self.served.told["addresses"][role][transport])
+            address = as_text(self.served.told["addresses"][role][transport])
             found = _PORT.search(address)
             assert found is not None, address
-            proxy = Proxy(int(found.group()))
+            proxy = Proxy(int(found.group()), **(_SDO if transport == "can" else {}))
             station["instruments"][role]["address"] = _PORT.sub(str(proxy.port), address)
         path.write_text(toml_text(station), encoding="utf-8")
         return path, proxy
@@ -154,6 +159,14 @@ class Victim:
     def guardian_pid(self) -> int:
         assert self.run is not None
         return [int(event["data"]["pid"]) for event in read_guardian(self.run) if event["kind"] == "started"][-1]
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether something has failed in the run, so that it ends by itself."""
+        if self.run is None:
+            return True
+        events = read_journal(self.run / "journal.jsonl").events
+        return any(event.kind in _ENDING for event in events)
 
     def off_within(self, seconds: float, cut_off: Collection[str] = ()) -> float | None:
         """Return when (s, monotonic) the bench itself says that all but what is `cut_off` is off, None where it is not in time."""

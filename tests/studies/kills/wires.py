@@ -82,7 +82,7 @@ def _proxied(draw: random.Random) -> Iterator[Plan]:
 def _wire(draw: random.Random, transport: str, disturbance: Disturbance, *, borne: bool = True) -> Plan:
     words = [transport, disturbance.channel, disturbance.direction if disturbance.kind != "reset" else ""]
     words += [f"{disturbance.seconds:g} s" if disturbance.seconds else "", "and again" if disturbance.again else ""]
-    busy = draw.choice((READINGS, COMMANDS)) if transport == "tcp" else READINGS
+    busy = READINGS if TRANSPORTS[transport] == "supply" else draw.choice((READINGS, COMMANDS))
     heals = draw.random() < 0.8
     return Plan(
         f"wire: {disturbance.kind}",
