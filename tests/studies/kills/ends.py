@@ -39,6 +39,10 @@ def plans(draw: random.Random) -> Iterator[Plan]:
             guardian_dies=True,
             heals=True,
         )
+        transport = draw.choice(tuple(TRANSPORTS))
+        yield Plan(
+            "signal while an instrument is mute", transport, ("readings",), mute_and_signal, transport, heals=True
+        )
         yield Plan("SIGSTOP, SIGCONT", *_work(draw), freeze, borne=True)
         yield Plan("SIGSTOP, SIGCONT: guardian", *_work(draw), freeze_guardian, borne=True, promised=3.0)
         yield Plan("clock jumps", "readings", ("clock-jumps", str(draw.randrange(1 << 16))), nothing, borne=True)
@@ -110,6 +114,15 @@ def stop_deaf(victim: Victim, proxy: Proxy | None, draw: random.Random) -> float
     assert proxy is not None
     proxy.disturb(Disturbance("mute"))
     return stop_container(victim, proxy, draw)
+
+
+def mute_and_signal(victim: Victim, proxy: Proxy | None, draw: random.Random) -> float:
+    """A stop that comes while the run waits for a reply, or just before."""
+    assert proxy is not None
+    at = proxy.disturb(Disturbance("mute", draw.choice(("to", "from", "both"))))
+    threading.Event().wait(draw.uniform(0.0, 0.6))
+    victim.process.send_signal(draw.choice(STOPS))
+    return at
 
 
 def freeze(victim: Victim, _: Proxy | None, draw: random.Random) -> float:
