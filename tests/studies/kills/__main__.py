@@ -89,6 +89,15 @@ def _use_own_state(folder: Path) -> None:
         os.environ[VARIABLE] = QUIET[VARIABLE] = str(state)
 
 
+def _report(found: list[Trial]) -> None:
+    print(table(found))
+    print()
+    print(summary(found))
+    for trial in found:
+        if not trial.good:
+            print(f"\n{trial}")
+
+
 def main() -> None:
     """Run the study as the command line says."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -101,7 +110,11 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--keep", type=Path, help="folder for the records of trials that broke a promise")
     parser.add_argument("--log", type=Path, help="file that gets every trial as a line of JSON, as soon as it is there")
+    parser.add_argument("--report", type=Path, help="no trials: report on those in a file that --log wrote")
     given = parser.parse_args()
+    if given.report:
+        _report([Trial(**json.loads(line)) for line in given.report.read_text(encoding="utf-8").splitlines()])
+        return
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     kinds = given.kind or list(SHARES)
     whole = sum(SHARES[kind] for kind in kinds)
@@ -118,12 +131,7 @@ def main() -> None:
         quick = bursting.result()
     print(f"The stop logic alone: {quick.bursts} bursts of two to four signals, {quick.hangs} of them hung.")
     print("\n".join([*quick.found, ""]))
-    print(table(found))
-    print()
-    print(summary(found))
-    for trial in found:
-        if not trial.good:
-            print(f"\n{trial}")
+    _report(found)
     enough = given.kind or (len(found) >= TRIALS and sum(trial.energised for trial in found) >= ENERGISED)
     sys.exit(0 if good(found) and enough and not quick.hangs and not quick.found else 1)
 
