@@ -62,6 +62,7 @@ def hold(bench: Bench, plan: Plan, draw: random.Random, kept: Path | None = None
         except NeverBegunError as error:
             _drop(bench, trial, victim, station, proxy)
             refused.append(str(error))
+            bench.replace()
             if len(refused) < _STARTS:
                 continue
             trial.faults.append(f"did not begin {_STARTS} times: {refused}")

@@ -95,10 +95,14 @@ class Bench:
         begun = monotonic()
         while self.truth()["energised"]:
             if monotonic() - begun > _LEFT_ON:
-                self.served.end()
-                self.served = Served(self.place("bench"))
+                self.replace()
                 return
             threading.Event().wait(0.02)
+
+    def replace(self) -> None:
+        """Begin with a new bench: of what a fault has left behind, nothing shall count for the next trial."""
+        self.served.end()
+        self.served = Served(self.place("bench"))
 
     def close(self) -> None:
         self.served.end()

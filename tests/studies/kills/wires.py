@@ -29,6 +29,7 @@ ODD = (
     "\xff",
 )
 _INVERTER = ("inverter_enabled",)
+_ON = {"supply": "output_on", "dynamometer": "dynamometer_enabled", "inverter": "inverter_enabled"}
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,11 @@ def _replies(draw: random.Random) -> Iterator[Plan]:
             fault = {"fault": kind, "role": role}
             if kind in ("stale", "garbage", "half"):
                 fault |= {"pattern": "", "times": draw.choice((1, 3, 10))}
-            yield Plan("odd replies", f"{role} {kind}", READINGS, Injected(fault), borne=True)
+            # What spoils ten messages of a role spoils its guardian's too.
+            cut_off = (_ON[role],) if fault.get("times") == 10 else ()
+            yield Plan(
+                "odd replies", f"{role} {kind}", READINGS, Injected(fault), borne=True, cut_off=cut_off, heals=True
+            )
 
 
 @dataclass(frozen=True)
