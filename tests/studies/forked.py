@@ -82,6 +82,10 @@ class Forked:
         self._process.join(timeout)
         return said[0], said[1]
 
+    def join(self, timeout: float | None = None) -> None:
+        """Wait for its end, no longer than `timeout` (s)."""
+        self._process.join(timeout)
+
     def close(self) -> None:
         """Leave nothing of it behind."""
         if self.returncode is None:
