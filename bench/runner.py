@@ -225,9 +225,10 @@ class Runner:
             # The way down does not need the journal; what needs it is said when the run is finished.
             pass
         unsafe = self._walk()
-        unsafe += self.instruments.close()
+        faults = self.instruments.close()
         self.sharing.release()
-        return [*unsafe, *self.guard.dismiss(journal_lost=self.journal.failure is not None)]
+        journal_lost = self.journal.failure is not None
+        return [*unsafe, *faults, *self.guard.dismiss(journal_lost=journal_lost, unsafe=bool(unsafe))]
 
     def _walk(self) -> list[str]:
         opened, hurry = self.instruments.opened(), self.interrupts.hurry

@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 
 MANUAL = "manual"
 #: How long (s) an energised instrument may take to answer unless its driver or the station says otherwise.
-REPLY_TIME = 0.7
+REPLY_TIME = 0.6
 OptionsT = TypeVar("OptionsT")
 InstrumentT = TypeVar("InstrumentT")
 

@@ -130,6 +130,8 @@ class Watch:
             self._ending = self._stopped = None
         elif "done" in message:
             self._done = True
+            if message.get("unsafe"):
+                return "the run could not switch everything off"
             if message.get("journal") is False:
                 # Nobody else can write down what the outcome is.
                 return "the run's journal cannot be written"
@@ -145,6 +147,7 @@ class Watch:
         failed = failures(outcomes)
         self._busy = {outcome.item.role for outcome in outcomes if outcome.pending}
         self._record.event("walked", seconds=monotonic() - begun, failed=failed)
+        self._say({"walked": failed})
         for words in failed:
             complain(words)
 

@@ -139,6 +139,7 @@ class _Energised(AbstractContextManager[Any]):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
+        noted = len(getattr(error, "__notes__", ()))
         if error is not None:
             # Said before it is tried, so that somebody may notice where it is not done.
             with suppress(OSError):
@@ -148,7 +149,9 @@ class _Energised(AbstractContextManager[Any]):
         except BaseException as failure:
             self._recorder.event("de_energised", **self._said, error=f"{type(failure).__name__}: {failure}")
             raise
-        self._recorder.event("de_energised", **self._said)
+        # An end that fails under an error is a note of that error.
+        failed = getattr(error, "__notes__", [])[noted:]
+        self._recorder.event("de_energised", **self._said, **({"error": "; ".join(failed)} if failed else {}))
         return swallowed
 
 

@@ -21,10 +21,14 @@ from procedures.text import Text, text
 
 #: How long (s) a guardian may take to be there, and to leave.
 _START, _LEAVE = 30.0, 5.0
+#: How long (s) it may take to leave when it first has to switch off what the run could not.
+_LEAVE_UNSAFE = 15.0
 #: How long (s) a guardian that lives may be silent.
 _SILENCE = 2.0
 #: A guardian that took the way down has let go of the instruments within this time (s) of hearing that the run is awake.
 _YIELD = 0.5
+#: How often between two beats it is looked whether a call is unanswered.
+_LOOKS = 5
 #: A run whose call to an energised source was not answered in time has met its driver's error after this further time (s).
 _NOTICE = 0.5
 #: A run that was interrupted so long (s) ago, and has neither begun its shutdown nor its guardian's trust any more, is ended as it is.
@@ -41,8 +45,11 @@ class Guard(Protocol):
     def going_down(self) -> None:
         """Be told that the run walks the way down itself."""
 
-    def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
-        """Be told that the run is over and everything off; return what is not well. May be called twice."""
+    def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
+        """Be told that the run is over and everything off, or that something is not (`unsafe`); return what is not well.
+
+        May be called twice.
+        """
 
     def record_in(self, journal: Recorder) -> None:
         """Have the journal hold how the guardian's own record begins."""
@@ -63,7 +70,7 @@ class Unguarded:
     def going_down(self) -> None:
         """Pass."""
 
-    def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
+    def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
         """Have nothing to say."""
         return ()
 
@@ -111,6 +118,8 @@ class GuardianLink:
         self._sent = self._echo = 0
         self._echoed = monotonic()
         self._down = self._taken = False
+        #: What the guardian's own shutdown could not do; None before it has made one.
+        self._walked: list[str] | None = None
         self._yielding: float | None = None
         self._process = subprocess.Popen(  # noqa: S603  our own interpreter, by systemd-run's own path
             [*scope.prefix, sys.executable, "-P", "-m", "bench.guardian"],
@@ -142,7 +151,9 @@ class GuardianLink:
             self._failing.add(data["instrument"])
             self._send({"ending": True})
         elif kind == "de_energised":
-            self._send({"ended": True})
+            # A block whose own end failed is still the guardian's to end.
+            if "error" not in data:
+                self._send({"ended": True})
         elif kind == "instrument_error":
             self._failing.add(data["instrument"])
         elif kind in ("reading", "setting"):
@@ -156,16 +167,19 @@ class GuardianLink:
         self._down = True
         self._send({"down": True})
 
-    def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
-        """Let it go; where the journal is lost, it walks the way down once more and writes down what it finds."""
+    def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
+        """Let it go; where the journal is lost or the run could not switch everything off, it walks the way down once more.
+
+        What it finds stands in its own record, and what it did in place of the run is returned.
+        """
         if self._leaving:
             return ()
         self._leaving = True
-        self._send({"done": True, "journal": not journal_lost})
+        self._send({"done": True, "journal": not journal_lost, "unsafe": unsafe})
         with suppress(OSError, ValueError):
             self._stdin.close()
         try:
-            self._process.wait(0.0 if self._ended == _MUTE else _LEAVE)
+            self._process.wait(0.0 if self._ended == _MUTE else _LEAVE_UNSAFE if unsafe else _LEAVE)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -174,7 +188,11 @@ class GuardianLink:
             for thread in self._threads:
                 thread.join()
             self._stdout.close()
-        return ()
+        if not unsafe or self._walked is None:
+            return ()
+        if self._walked:
+            return [f"the guardian could not either: {'; '.join(self._walked)}"]
+        return ["the guardian has switched off what the run could not"]
 
     def record_in(self, journal: Recorder) -> None:
         """Have the journal hold how the guardian's own record begins."""
@@ -226,6 +244,8 @@ class GuardianLink:
             self._yielding = self._yielding or monotonic() + _YIELD
         elif "yours" in message:
             self._end("")
+        elif "walked" in message:
+            self._walked = list(message["walked"])
 
     def _beat(self) -> None:
         interval = self._charge.heartbeat / BEATS
@@ -234,9 +254,9 @@ class GuardianLink:
         while not self._leaving:
             begun = monotonic()
             self._send_beat()
-            pause.wait(interval / 2.0)
-            self._report_unanswered()
-            pause.wait(interval / 2.0)
+            for _ in range(_LOOKS):
+                pause.wait(interval / _LOOKS)
+                self._report_unanswered()
             now = monotonic()
             if now - begun > _SILENCE:
                 # This process was asleep: the guardian gets its time to say what happened.

@@ -140,10 +140,10 @@ class RelayedGuard:
                 relay.going_down()
         self._guard.going_down()
 
-    def dismiss(self, *, journal_lost: bool) -> Sequence[str]:
+    def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
         """Open the contacts, then dismiss the guard; return what is not well."""
         faults = [fault for relay in self._relays for fault in relay.drop_out(self._recorder)]
-        return [*faults, *self._guard.dismiss(journal_lost=journal_lost)]
+        return [*faults, *self._guard.dismiss(journal_lost=journal_lost, unsafe=unsafe)]
 
     def record_in(self, journal: Recorder) -> None:
         """Have the journal hold how the guardian's own record begins."""

@@ -1,7 +1,6 @@
 """The virtual bench in a process of its own, measured by another process through the wires."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -18,10 +17,10 @@ from bench.errors import InputError, UsageError
 from bench.files.station import load_station
 from bench.served_clock import ServedClock
 from bench.served_world import ServedWorld
+from tests.studies.held import quiet
 
 MOTORBENCH = (sys.executable, "-m", "bench")
 SERVE = (*MOTORBENCH, "sim", "serve", "--motor", "lg-400w")
-QUIET = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 
 
 class Served:
@@ -34,7 +33,7 @@ class Served:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=QUIET,
+            env=quiet(),
         )
         assert self.process.stdout is not None
         self.told: dict[str, Any] = json.loads(self.process.stdout.readline())
@@ -55,7 +54,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 def motorbench(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*MOTORBENCH, *words], capture_output=True, text=True, timeout=60.0, env=QUIET, check=False)
+    return subprocess.run([*MOTORBENCH, *words], capture_output=True, text=True, timeout=60.0, env=quiet(), check=False)
 
 
 def test_the_station_file_is_ready(served: Served) -> None:
@@ -212,7 +211,7 @@ def test_time_goes_as_on_the_bench() -> None:
 def test_a_fixture_is_served_with_a_station_file_that_loads(tmp_path: Path) -> None:
     file = tmp_path / "station.toml"
     process = subprocess.Popen(
-        [*SERVE, "--fixture", "--json", "--station-file", str(file)], stdout=subprocess.PIPE, text=True, env=QUIET
+        [*SERVE, "--fixture", "--json", "--station-file", str(file)], stdout=subprocess.PIPE, text=True, env=quiet()
     )
     try:
         assert process.stdout is not None

@@ -20,6 +20,12 @@ def context() -> Any:
     return _CONTEXT
 
 
+def _work_with(state: str, work: Callable[..., None], *arguments: Any) -> None:
+    if state:
+        os.environ["MOTORBENCH_STATE"] = state
+    work(*arguments)
+
+
 class Forked:
     """A process with pipes to its standard streams, as subprocess.Popen has it.
 
@@ -31,7 +37,9 @@ class Forked:
         read_out, write_out = os.pipe()
         read_err, write_err = os.pipe()
         given = _Streams(read_in, write_out, write_err)
-        self._process = context().Process(target=work, args=(*arguments, given))
+        # The process that forks may have begun in another test's environment.
+        state = os.environ.get("MOTORBENCH_STATE", "")
+        self._process = context().Process(target=_work_with, args=(state, work, *arguments, given))
         self._process.start()
         for descriptor in (read_in, write_out, write_err):
             os.close(descriptor)

@@ -16,9 +16,13 @@ from bench.served_world import ServedWorld
 from tests.studies.forked import Forked
 from tests.studies.held_run import hold
 
-QUIET = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
 #: Nobody dies in a test for longer than this (s).
 PATIENCE = 30.0
+
+
+def quiet() -> dict[str, str]:
+    """Return the environment of processes for tests, as it is now."""
+    return {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
 
 
 class Served:
@@ -31,7 +35,7 @@ class Served:
         pace = ("--speedup", str(speedup))
         words = ("--motor", motor, "--json", *pace, "--station-file", str(self.station), *more)
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=QUIET
+            [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=quiet()
         )
         assert self.process.stdout is not None
         self.told: dict[str, Any] = json.loads(self.process.stdout.readline())

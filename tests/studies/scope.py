@@ -20,7 +20,7 @@ from pathlib import Path
 from pyvisa import ResourceManager
 
 from bench.guardian.record import read_guardian
-from tests.studies.held import PATIENCE, QUIET, Served
+from tests.studies.held import PATIENCE, Served, quiet
 from tests.studies.held_run import hold
 
 SYSTEMD = "/lib/systemd/systemd"
@@ -69,7 +69,7 @@ def _manager(folder: Path) -> Iterator[Mapping[str, str]]:
     for path in (Path("/run/systemd/system"), RUNTIME):
         path.mkdir(parents=True)
     RUNTIME.chmod(0o700)
-    environment = {**QUIET, "XDG_RUNTIME_DIR": str(RUNTIME)}
+    environment = {**quiet(), "XDG_RUNTIME_DIR": str(RUNTIME)}
     with (folder / "systemd.log").open("wb") as log:
         manager = subprocess.Popen([SYSTEMD, "--user", "--unit=basic.target"], env=environment, stdout=log, stderr=log)
         try:

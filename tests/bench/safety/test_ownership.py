@@ -36,7 +36,7 @@ from procedures.bench import Role
 from procedures.nameplate import Connection, Nameplate
 from sim_instruments.served_bench import ServedBench
 from tests.command_line import Call
-from tests.studies.held import QUIET, Run, Served
+from tests.studies.held import Run, Served, quiet
 
 STATION = """
 [station]
@@ -86,9 +86,7 @@ def station(tmp_path: Path, listening: tuple[int, list[object]]) -> Path:
 
 def motorbench(*words: object, **changed: Any) -> "subprocess.CompletedProcess[str]":
     command = [sys.executable, "-m", "bench", *map(str, words)]
-    return subprocess.run(
-        command, capture_output=True, text=True, timeout=120, check=False, env={**os.environ, **QUIET}, **changed
-    )
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, env=quiet(), **changed)
 
 
 def test_the_second_is_refused_with_the_holder_named_and_nothing_is_sent(
@@ -241,7 +239,7 @@ def test_two_runs_at_the_same_moment_one_is_refused(tmp_path: Path) -> None:
     try:
         both = [
             subprocess.Popen(
-                command, stderr=subprocess.PIPE, text=True, stdout=subprocess.DEVNULL, env=os.environ | QUIET
+                command, stderr=subprocess.PIPE, text=True, stdout=subprocess.DEVNULL, env=os.environ | quiet()
             )
             for _ in "ab"
         ]
