@@ -17,7 +17,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 from bench.safety.state_folder import VARIABLE
-from tests.studies.held import QUIET
 from tests.studies.kills import ends, measuring, panel_server, records, wires
 from tests.studies.kills.held_trials import hold
 from tests.studies.kills.quick import bursts
@@ -86,7 +85,7 @@ def _use_own_state(folder: Path) -> None:
         state = folder / "state"
         state.mkdir()
         state.chmod(0o1777)
-        os.environ[VARIABLE] = QUIET[VARIABLE] = str(state)
+        os.environ[VARIABLE] = str(state)
 
 
 def _report(found: list[Trial]) -> None:

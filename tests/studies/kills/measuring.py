@@ -18,7 +18,7 @@ from typing import Any
 from bench.guardian.record import read_guardian
 from bench.record.journal_file import read_journal
 from bench.served_world import ServedWorld
-from tests.studies.held import QUIET
+from tests.studies.held import quiet
 from tests.studies.kills.ends import STOPS
 from tests.studies.kills.trial import PATIENCE, Queues, Trial
 from tests.studies.kills.victim import judge_verification, wait_until_let_go
@@ -41,7 +41,7 @@ class Bench:
         self.station = folder / "station.toml"
         words = ("--motor", "lg-400w", "--json", "--speedup", f"{SPEEDUP}", "--station-file", str(self.station))
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=QUIET
+            [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=quiet()
         )
         assert self.process.stdout is not None
         self.world = ServedWorld(json.loads(self.process.stdout.readline())["control"])
@@ -57,7 +57,7 @@ class Bench:
     def run(self, name: str, *arguments: str) -> dict[str, Any]:
         """Run to the end and return what it told."""
         words = self.command(self.folder / name, *arguments)
-        done = subprocess.run(words, capture_output=True, text=True, env=QUIET, timeout=300, check=False)
+        done = subprocess.run(words, capture_output=True, text=True, env=quiet(), timeout=300, check=False)
         with suppress(ValueError):
             return dict(json.loads(done.stdout))
         return {"status": "no answer", "cause": done.stdout[-160:] + done.stderr[-300:]}
@@ -141,7 +141,7 @@ def disturb(bench: Bench, number: int, kind: str, draw: random.Random) -> Trial:
     said = bench.folder / f"run-{number}.err"
     with said.open("wb") as err:
         words = bench.command(runs, *bench.procedures)
-        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=err, env=QUIET)
+        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=err, env=quiet())
         if number % 4:
             while process.poll() is None and not bench.world.truth()["energised"]:
                 threading.Event().wait(0.005)

@@ -18,7 +18,7 @@ from typing import Any
 from bench.operators.line import FILE
 from bench.record.journal import read_journal
 from tests.bench.panel.conftest import CHROMIUM, FLAGS
-from tests.studies.held import QUIET
+from tests.studies.held import quiet
 from tests.studies.kills.measuring import Bench
 from tests.studies.kills.trial import PATIENCE, Trial
 from tests.studies.kills.victim import judge_verification, wait_until_let_go
@@ -46,7 +46,7 @@ class Server:
             [sys.executable, "-m", "bench", *words, "--records", str(folder / "records.sqlite")],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            env=QUIET,
+            env=quiet(),
         )
         began = monotonic()
         while True:

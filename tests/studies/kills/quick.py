@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass, field
 from time import monotonic
 
-from tests.studies.held import QUIET
+from tests.studies.held import quiet
 from tests.studies.kills.ends import STOPS
 
 #: Not heard for so long (s) is a hang, however busy the machine.
@@ -101,7 +101,7 @@ class _Victim:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            env=QUIET,
+            env=quiet(),
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None

@@ -15,7 +15,7 @@ from time import monotonic
 from typing import Any
 
 from bench.eol.store.spool import FOLDER
-from tests.studies.held import QUIET
+from tests.studies.held import quiet
 from tests.studies.kills.trial import PATIENCE, Trial
 
 _MOTOR = Path(__file__).parents[3] / "docs" / "examples" / "eol" / "motor.toml"
@@ -170,7 +170,7 @@ def _batch(here: Path, motors: int) -> "subprocess.Popen[str]":
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env=QUIET,
+        env=quiet(),
     )
 
 
