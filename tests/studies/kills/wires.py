@@ -111,8 +111,8 @@ def _replies(draw: random.Random) -> Iterator[Plan]:
             fault = {"fault": kind, "role": role}
             if kind in ("stale", "garbage", "half"):
                 fault |= {"pattern": "", "times": draw.choice((1, 3, 10))}
-            # What spoils ten messages of a role spoils its guardian's too.
-            cut_off = (_ON[role],) if fault.get("times") == 10 else ()
+            # What spoils several messages of a role spoils its guardian's too.
+            cut_off = (_ON[role],) if fault.get("times") in (3, 10) else ()
             yield Plan(
                 "odd replies", f"{role} {kind}", READINGS, Injected(fault), borne=True, cut_off=cut_off, heals=True
             )
