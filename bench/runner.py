@@ -217,6 +217,7 @@ class Runner:
             self.journal.event("lease_ended", faults=list(faults))
 
     def _down(self, causes: Sequence[str]) -> list[str]:
+        self.interrupts.shutdown_begins()
         self.guard.going_down()
         try:
             why = "\n".join(causes) or "the procedures have ended"

@@ -2,9 +2,10 @@
 
 Both ways one JSON object a line. The run says `beat` (with a number, and for how long it has not got on), `ending`
 and `ended` (an energised block after an error), `stop` (somebody requested it), `unanswered` (an energised source
-does not answer the run), `awake` (it has heard that the way down was taken), `down` (it walks the way down itself)
-and `done` (with `unsafe` where something could not be switched off); the guardian says `ready`, `echo`, `took`,
-`walked` (what its own shutdown could not do), `yours` (it leaves the instruments to a run that is awake) and `alarm`.
+does not answer the run), `awake` (it has heard that the way down was taken), `down` (with `on` where something is
+energised; it walks the way down itself) and `done` (with `unsafe` where something could not be switched off); the
+guardian says `ready`, `echo`, `took`, `walked` (what its own shutdown could not do), `yours` (it leaves the
+instruments to a run that is awake) and `alarm`.
 """
 
 import json

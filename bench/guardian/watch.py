@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from bench.guardian.charge import decode
 from bench.guardian.record import complain
 from bench.safety.way_down import Outcome, failures
-from bench.safety.way_down_items import Item
+from bench.safety.way_down_items import Do, Item
 from procedures.bench import Recorder, Role
 
 #: A run that is ending a block after an error, or was told of an open interlock, may take so long (s) itself.
@@ -60,7 +60,7 @@ class Watch:
         self._ending: float | None = None
         self._stopped: tuple[str, float] | None = None
         self._cause = ""
-        self._helping = self._alarmed = False
+        self._helping = self._alarmed = self._down = False
         self._busy: set[Role] = set()
         self._wake, self._waker = os.pipe()
         os.set_blocking(incoming, False)
@@ -106,6 +106,9 @@ class Watch:
             if self._stopped and monotonic() >= self._stopped[1]:
                 by, self._stopped, self._ending = self._stopped[0], None, None
                 return f"the run has not begun its shutdown {_BEGIN:g} s after it was requested by {by}"
+            if self._ending is not None and monotonic() >= self._ending and self._down:
+                self._ending, self._helping = None, True
+                return f"the run's shutdown has not switched everything off within {_GRACE:g} s"
             if self._ending is not None and monotonic() >= self._ending:
                 self._ending, self._helping = None, not self._cause
                 return self._cause or f"what was energised is not off {_GRACE:g} s after an error"
@@ -127,7 +130,12 @@ class Watch:
             self._helping = True
             return str(message["unanswered"])
         elif "down" in message:
-            self._ending = self._stopped = None
+            self._down, self._stopped = True, None
+            # What brakes needs the drive that the guardian would disable.
+            brakes = any(item.do is Do.BRAKE for item in self._hands.items)
+            self._ending = monotonic() + _GRACE if message.get("on") and not brakes else None
+        elif "off" in message:
+            self._ending = None
         elif "done" in message:
             self._done = True
             if message.get("unsafe"):

@@ -154,6 +154,8 @@ class GuardianLink:
             # A block whose own end failed is still the guardian's to end.
             if "error" not in data:
                 self._send({"ended": True})
+        elif kind == "made_safe" and self._down and not self._calls.any_energised:
+            self._send({"off": True})
         elif kind == "instrument_error":
             self._failing.add(data["instrument"])
         elif kind in ("reading", "setting"):
@@ -165,7 +167,7 @@ class GuardianLink:
     def going_down(self) -> None:
         """Tell it that the run walks the way down itself."""
         self._down = True
-        self._send({"down": True})
+        self._send({"down": True, "on": self._calls.any_energised})
 
     def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
         """Let it go; where the journal is lost or the run could not switch everything off, it walks the way down once more.

@@ -325,3 +325,18 @@ def test_two_guardians_of_one_run_do_not_write_into_each_others_lines(tmp_path: 
     waiting.join(10.0)
     told = read_guardian(tmp_path)
     assert [(event["n"], event["kind"]) for event in told] == [(1, "took"), (2, "left"), (3, "ready")]
+
+
+@pytest.mark.parametrize("off", [True, False])
+def test_a_shutdown_that_does_not_switch_everything_off_in_time_is_helped(watched: type[Watched], off: bool) -> None:
+    one = watched()
+    one.tell(down=True, on=True)
+    if off:
+        one.tell(off=True)
+    else:
+        while not one.hands.done:
+            one.thread.join(0.01)
+    one.tell(done=True, journal=True, unsafe=not off)
+    took = [] if off else ["the run's shutdown has not switched everything off within 0.4 s"]
+    assert one.ended() == [*took, *([] if off else ["the run could not switch everything off"])]
+    assert [message["walked"] for message in one.said if "walked" in message] == [[]] * (0 if off else 2)
