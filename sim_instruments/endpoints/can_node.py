@@ -121,6 +121,9 @@ class CanNode:
             index = int.from_bytes(data[1:3], "little")
             fault = self.faults.strike(f"{verb} {index:04X}H {data[3]}")
         self._fault = fault
+        if not self.faults:
+            # Mended: what was held back is lost, and the replies are in step again.
+            self._held = None
         if fault is None or fault.kind in _ANSWERED:
             server.on_request(identifier, data, timestamp)
         elif fault.kind is FaultKind.LATE:
