@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bench.panel.decimate import envelope
-from bench.record.waveforms import StoredWaveform
+from bench.journal.waveforms import StoredWaveform
 
 #: Points that a plot of a screen's width shows.
 POINTS = 3000

@@ -7,8 +7,8 @@ from types import TracebackType
 from typing import Any
 
 from bench.safety.interrupts import Interrupts
-from bench.safety.way_down_items import OFF_BY
-from procedures.bench import Role
+from bench.station.shutdown_items import OFF_BY
+from procedures.core.bench import Role
 
 #: The first of two tries at a reply gets this share of the time that an energised source has.
 _FIRST_TRY = 0.5

@@ -10,8 +10,8 @@ from time import monotonic
 from types import FrameType, TracebackType
 from typing import Any
 
-from bench.record.journal import CLOSING
-from procedures.text import Text, text
+from bench.journal.journal import CLOSING
+from drivers.interfaces.text import Text, text
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: What wakes the main thread out of a system call; its handler raises.

@@ -7,7 +7,7 @@ from drivers.interfaces import Clock, MeasurementError, Reading
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDriveOptions
 from drivers.manual.prompt import ATTEMPTS, Prompt
-from drivers.safety import always
+from drivers.bases.always import always
 
 
 class ManualDrive(InstrumentByHand[ManualDriveOptions]):

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.interfaces import Clock, Reading
-from drivers.limits import check_setpoint
+from drivers.bases.set_points import check_setpoint
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualInverterOptions
 from drivers.manual.prompt import Prompt
-from drivers.safety import always
+from drivers.bases.always import always
 
 
 class ManualInverter(InstrumentByHand[ManualInverterOptions]):

@@ -10,16 +10,16 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from bench.errors import InputError
-from bench.files.calibration import Calibration
-from bench.files.motor_file import load_motor
-from bench.files.station import Station, load_station
-from bench.record.journal import read_journal
-from bench.record.run_folder import RunFolder
-from bench.session import Wishes, run
-from bench.virtual_station import virtual_station
+from bench.i18n.errors import InputError
+from bench.station.calibration import Calibration
+from bench.motor.motor_file import load_motor
+from bench.station.station_file import Station, load_station
+from bench.journal.journal import read_journal
+from bench.journal.run_folder import RunFolder
+from bench.run.run import Wishes, run
+from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Accuracy
-from procedures.bench import Role
+from procedures.core.bench import Role
 from procedures.catalogue import catalogue
 from sim_instruments.bench import ROLES
 

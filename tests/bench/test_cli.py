@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from bench.files.motor_file import load_motor
-from bench.files.shipped_motors import shipped_motors
+from bench.motor.motor_file import load_motor
+from bench.motor.shipped_motors import shipped_motors
 from tests.command_line import Call
 
 ROOT = Path(__file__).parents[2]
@@ -306,7 +306,7 @@ def test_a_fault_of_the_program_is_still_a_message(call: Call, monkeypatch: pyte
     def broken(reference: str) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("bench.commands.demo.load_motor", broken)
+    monkeypatch.setattr("bench.cli.demo.load_motor", broken)
     code, _, err = call("demo")
     assert code == 1
     assert "a fault of the program: ZeroDivisionError" in err

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from bench.eol.plan import load_plan
-from bench.errors import InputError, UsageError, message
-from bench.files.motor_file import load_motor
-from bench.language import translator
+from bench.i18n.errors import InputError, UsageError, message
+from bench.motor.motor_file import load_motor
+from bench.i18n.language import translator
 from bench.panel.line_records import Choice, read_statistics
 from bench.panel.motor_store import save_motor
 from procedures.catalogue import catalogue
-from procedures.text import lines, text
+from drivers.interfaces.text import lines, text
 from tests.command_line import Call
 
 ROOT = Path(__file__).parents[2]
@@ -42,7 +42,7 @@ IN_CHINESE = [
     "未知的键 nameplate.rated_sped_rpm；是否指 rated_speed_rpm？",
 ]
 #: This speaks English to whoever writes tests.
-UNTRANSLATED = "bench/testing.py"
+UNTRANSLATED = "bench/testing/__init__.py"
 
 
 @pytest.fixture

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from bench.record.journal import Journal
-from bench.record.stored_result import store
-from procedures.result import Notice, ProcedureResult
-from procedures.text import text
-from procedures.uncertainty import Uncertainties
-from reports.exports.table import TARGETS
+from bench.journal.journal import Journal
+from bench.journal.stored_result import store
+from procedures.core.result import Notice, ProcedureResult
+from drivers.interfaces.text import text
+from procedures.core.budget import Uncertainties
+from reports.exports.catalogue import TARGETS
 from tests.command_line import Call
 
 MOTOR = """

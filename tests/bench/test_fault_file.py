@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from bench.errors import InputError, UsageError
-from bench.files.fault_file import given_faults, load_faults
-from bench.files.fault_phrase import parse_phrase
-from bench.record.journal import read_journal
-from sim_instruments.injection.on_lines import LineFault
+from bench.i18n.errors import InputError, UsageError
+from bench.virtual.fault_file import given_faults, load_faults
+from bench.virtual.fault_phrase import parse_phrase
+from bench.journal.journal import read_journal
+from sim_instruments.faults.on_lines import LineFault
 from tests.command_line import Call
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "faults.toml"

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from bench.cli import main
+from bench.cli.main import main
 from bench.operators.virtual import VirtualOperator
-from bench.record.journal import read_journal
+from bench.journal.journal import read_journal
 from bench.safety.interrupts import Interrupted
-from procedures.actions import Action, LockRotor, TurnToRest
+from procedures.core.actions import Action, LockRotor, TurnToRest
 from sim_instruments.bench import VirtualBench
-from sim_instruments.faults import Fault, FaultKind
+from sim_instruments.faults.line_faults import Fault, FaultKind
 
 Prepared = list[VirtualBench]
 

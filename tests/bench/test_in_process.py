@@ -7,19 +7,19 @@ from typing import Any
 import pytest
 from pyvisa import ResourceManager
 
-from bench.commands.run import load_motor
-from bench.instruments import StationInstruments
-from bench.virtual_station import virtual_station
-from drivers.can_bus.buses import CanBuses
-from drivers.can_bus.cia402_inverter import open_cia402_inverter
-from drivers.can_bus.options import Cia402Options
+from bench.cli.run import load_motor
+from bench.safety.station_instruments import StationInstruments
+from bench.virtual.virtual_station import virtual_station
+from drivers.transport.can.buses import CanBuses
+from drivers.cia402.inverter import open_cia402_inverter
+from drivers.cia402.options import Cia402Options
 from drivers.interfaces import CommunicationError, Waveform
-from drivers.modbus.line import open_line
-from drivers.serial_line.lutron_tachometer import open_lutron_tachometer
-from drivers.serial_line.options import LutronTachometerOptions
-from procedures.bench import Role
+from drivers.transport.modbus.line import open_line
+from drivers.lutron.tachometer import open_lutron_tachometer
+from drivers.lutron.options import LutronTachometerOptions
+from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
-from sim_instruments.faults import Fault
+from sim_instruments.faults.line_faults import Fault
 
 
 class Nothing:

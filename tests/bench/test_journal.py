@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.errors import InputError
-from bench.record.encoding import dumps
-from bench.record.journal import Event, Journal, read_journal
-from bench.record.run_view import view_of
-from procedures.actions import ALIGN_D
-from procedures.text import text
+from bench.i18n.errors import InputError
+from bench.journal.encoding import dumps
+from bench.journal.journal import Event, Journal, read_journal
+from bench.journal.run_view import view_of
+from procedures.core.actions import ALIGN_D
+from drivers.interfaces.text import text
 
 
 class Colour(Enum):

@@ -6,12 +6,12 @@ from string import Formatter
 
 import pytest
 
-from bench.errors import UsageError
-from bench.language import catalogue, language_of, translator
-from bench.phrasebook import translate_said
-from procedures.actions import ALIGN_D
-from procedures.bench import Role
-from procedures.text import text
+from bench.i18n.errors import UsageError
+from bench.i18n.language import catalogue, language_of, translator
+from bench.i18n.phrasebook import translate_said
+from procedures.core.actions import ALIGN_D
+from procedures.core.bench import Role
+from drivers.interfaces.text import text
 
 ROOT = Path(__file__).parents[2]
 
@@ -94,7 +94,7 @@ def templates() -> dict[str, str]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             for template in spoken_at(node):
                 found.setdefault(template, str(path.relative_to(ROOT)))
-    return found | {role.value: "procedures/bench.py" for role in Role}
+    return found | {role.value: "procedures/core/bench.py" for role in Role}
 
 
 def fields(template: str) -> list[str]:

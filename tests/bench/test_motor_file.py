@@ -3,14 +3,14 @@ from pathlib import Path
 
 import pytest
 
-from bench.errors import InputError
-from bench.files.motor_file import load_motor
-from bench.files.motor_sections import ExpectedSection
-from bench.files.shipped_motors import shipped_motors
-from bench.files.six_step_file import load_drive
-from bench.truth import truth_of
+from bench.i18n.errors import InputError
+from bench.motor.motor_file import load_motor
+from bench.motor.motor_sections import ExpectedSection
+from bench.motor.shipped_motors import shipped_motors
+from bench.motor.six_step_file import load_drive
+from bench.virtual.true_values import truth_of
 from procedures.catalogue import catalogue
-from procedures.nameplate import Connection
+from procedures.core.nameplate import Connection
 from sim_instruments.physics.hall import HallSensors
 
 LG = (Path(__file__).parents[2] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")

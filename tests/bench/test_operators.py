@@ -8,40 +8,18 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from bench.errors import InputError
-from bench.files.motor_file import load_motor
-from bench.language import catalogue, translator
+from bench.i18n.errors import InputError
+from bench.motor.motor_file import load_motor
+from bench.i18n.language import catalogue, translator
 from bench.operators.answers import AnswersOperator, load_answers
 from bench.operators.terminal import TerminalOperator, TerminalPrompt
 from bench.operators.virtual import VirtualOperator
 from bench.safety.interrupts import Interrupted
-from procedures.actions import (
-    ALIGN_D,
-    ALL_OPEN,
-    ConnectProbes,
-    ConnectVoltmeter,
-    CoupleDynamometer,
-    CurrentProbe,
-    DisconnectVoltmeter,
-    EnterReading,
-    LockRotor,
-    MarkRestPositions,
-    Mend,
-    Node,
-    ReleaseRotor,
-    SeparateMeterLeads,
-    ShortMeterLeads,
-    StartTurning,
-    StopTurning,
-    Terminal,
-    TurnToRest,
-    UncoupleDynamometer,
-    VoltageProbe,
-)
-from procedures.bench import ProcedureError
-from procedures.text import text
-from sim_instruments.clock import VirtualClock
-from sim_instruments.world import World
+from procedures.core.actions import (ALIGN_D, ALL_OPEN, ConnectProbes, ConnectVoltmeter, CoupleDynamometer, CurrentProbe, DisconnectVoltmeter, EnterReading, LockRotor, MarkRestPositions, Mend, Node, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads, StartTurning, StopTurning, Terminal, TurnToRest, UncoupleDynamometer, VoltageProbe)
+from procedures.core.bench import ProcedureError
+from drivers.interfaces.text import text
+from sim_instruments.clock.virtual_clock import VirtualClock
+from sim_instruments.world.world import World
 
 READING = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -50.0, 200.0)
 

@@ -2,8 +2,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from bench.errors import InputError, UsageError
-from bench.plan import make_plan
+from bench.i18n.errors import InputError, UsageError
+from bench.run.plan import make_plan
 from procedures.catalogue import catalogue
 
 

@@ -2,7 +2,7 @@ import io
 
 from rich.console import Console
 
-from bench.progress import Progress
+from bench.run.progress import Progress
 
 STARTED = {"procedure": "inertia", "steps": {"3.5/2": "加速" * 60}}
 STEP = {"step": "3.5/2", "text": "accelerate", "time": 1.0}

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 from bench.testing import assert_holds_truth, virtual_motor
-from procedures.result import Parameter
+from procedures.core.result import Parameter
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs" / "examples" / "ci-project"
@@ -20,8 +20,8 @@ EXAMPLE = ROOT / "docs" / "examples" / "ci-project"
 
 def run(*arguments: str, folder: Path = EXAMPLE) -> subprocess.CompletedProcess[str]:
     # An installation that is older than the entry point gets the plugin by name.
-    installed = any(point.value == "bench.pytest_plugin" for point in entry_points(group="pytest11"))
-    by_name = [] if installed else ["-p", "bench.pytest_plugin"]
+    installed = any(point.value == "bench.testing.pytest_plugin" for point in entry_points(group="pytest11"))
+    by_name = [] if installed else ["-p", "bench.testing.pytest_plugin"]
     return subprocess.run(
         [
             sys.executable,
@@ -58,7 +58,7 @@ def test_the_entry_point_names_the_plugin() -> None:
 
 def test_who_does_not_use_it_loads_nothing() -> None:
     program = (
-        "import sys, pytest, bench.pytest_plugin\n"
+        "import sys, pytest, bench.testing.pytest_plugin\n"
         "print([name for name in ('numpy', 'scipy', 'pyvisa', 'sqlalchemy', 'bench.testing', 'sim_instruments') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)

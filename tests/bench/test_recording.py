@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
-from bench.record.journal import Journal, read_journal
-from bench.record.recording import Recording
-from bench.record.waveforms import StoredRecord
+from bench.journal.journal import Journal, read_journal
+from bench.journal.recording import Recording
+from bench.journal.waveforms import StoredRecord
 from drivers.interfaces import CommunicationError, Waveform
-from procedures.bench import Role
+from procedures.core.bench import Role
 
 
 class Sink:

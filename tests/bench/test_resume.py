@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from bench.errors import InputError
-from bench.files.motor_file import MotorFile, load_motor
-from bench.files.station import Station, load_station
-from bench.record.journal import Journal
-from bench.record.journal_file import Event
-from bench.record.run_folder import RunFolder
-from bench.resume import begun, check_identities, check_unchanged, left_unsafe
+from bench.i18n.errors import InputError
+from bench.motor.motor_file import MotorFile, load_motor
+from bench.station.station_file import Station, load_station
+from bench.journal.journal import Journal
+from bench.journal.journal_file import Event
+from bench.journal.run_folder import RunFolder
+from bench.run.resume import (begun, check_identities, check_unchanged, left_unsafe)
 from drivers.interfaces import Identity
-from procedures.bench import Role
+from procedures.core.bench import Role
 from tests.command_line import Call
 
 STATION = """
@@ -216,7 +216,7 @@ def test_another_virtual_instrument_is_refused_and_nothing_is_written(
     at = next(number for number, line in enumerate(lines) if b'"procedure_finished"' in line and b"stator" in line)
     journal.write_bytes(b"".join(lines[:at]))
     before = journal.read_bytes()
-    monkeypatch.setattr("bench.session.check_identities", refuse)
+    monkeypatch.setattr("bench.run.run.check_identities", refuse)
     code, _, err = call("run", "--resume", str(folder))
     assert code == 1
     assert "lcr_meter" in err

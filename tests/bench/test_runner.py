@@ -5,15 +5,15 @@ from typing import Any
 
 import pytest
 
-from bench.attempt import never_stop
-from bench.plan import Planned
-from bench.record.journal import Journal, read_journal
-from bench.record.run_view import view_of
-from bench.runner import Runner
-from bench.safety.way_down_items import default_items
+from bench.run.retry_policy import never_stop
+from bench.run.plan import Planned
+from bench.journal.journal import Journal, read_journal
+from bench.journal.run_view import view_of
+from bench.run.sequencer import Runner
+from bench.station.shutdown_items import default_items
 from drivers.interfaces import CommunicationError
-from procedures.actions import Action
-from procedures.bench import Role
+from procedures.core.actions import Action
+from procedures.core.bench import Role
 
 MakeRunner = Callable[..., Runner]
 

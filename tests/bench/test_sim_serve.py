@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from bench.commands.run import run
-from bench.commands.sim_serve import serve
-from bench.errors import InputError, UsageError
-from bench.files.station import load_station
-from bench.served_clock import ServedClock
-from bench.served_world import ServedWorld
+from bench.cli.run import run
+from bench.cli.sim_serve import serve
+from bench.i18n.errors import InputError, UsageError
+from bench.station.station_file import load_station
+from bench.virtual.served_clock import ServedClock
+from bench.virtual.served_world import ServedWorld
 from tests.studies.held import quiet
 
 MOTORBENCH = (sys.executable, "-m", "bench")

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.commands.six_step import six_step
-from bench.errors import InputError, UsageError
-from bench.files.six_step_file import EXAMPLE, load_drive
+from bench.cli.six_step import six_step
+from bench.i18n.errors import InputError, UsageError
+from bench.motor.six_step_file import EXAMPLE, load_drive
 
 FILE = (resources.files("bench") / "motors" / f"{EXAMPLE}.toml").read_text(encoding="utf-8")
 

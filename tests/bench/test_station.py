@@ -3,17 +3,17 @@ from typing import Any
 
 import pytest
 
-from bench.clock import ReplayClock, SystemClock
-from bench.errors import InputError
-from bench.files.motor_file import load_motor
-from bench.files.station import Station, load_station
-from bench.instruments import StationInstruments
+from bench.station.clock import ReplayClock, SystemClock
+from bench.i18n.errors import InputError
+from bench.motor.motor_file import load_motor
+from bench.station.station_file import Station, load_station
+from bench.safety.station_instruments import StationInstruments
 from bench.operators.answers import Answers, AnswersPrompt
-from bench.record.journal import Journal, read_journal
-from bench.virtual_station import describe, virtual_station
+from bench.journal.journal import Journal, read_journal
+from bench.virtual.virtual_station import describe, virtual_station
 from drivers.interfaces import CommunicationError, InstrumentError, Waveform
-from drivers.visa.options import InfiniiVisionOptions
-from procedures.bench import Role
+from drivers.keysight.options import InfiniiVisionOptions
+from procedures.core.bench import Role
 from sim_instruments.bench import ROLES
 
 GOOD = """

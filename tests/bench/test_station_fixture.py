@@ -4,15 +4,15 @@ from typing import Any
 
 import pytest
 
-from bench.errors import InputError
-from bench.files.station import Station, make_station
-from bench.guardian.hands import GuardedInstruments
-from bench.safety.limiting import limited
-from bench.safety.limits import limits_of
-from bench.safety.way_down_items import Do
+from bench.i18n.errors import InputError
+from bench.station.station_file import Station, make_station
+from bench.safety.guardian.guarded_instruments import GuardedInstruments
+from bench.safety.limits.limiting import limited
+from bench.safety.limits.bounds import limits_of
+from bench.station.shutdown_items import Do
 from drivers.interfaces import SetpointError
-from procedures.bench import Role
-from procedures.nameplate import Connection, Nameplate
+from procedures.core.bench import Role
+from procedures.core.nameplate import Connection, Nameplate
 
 MATRIX = {"driver": "keysight-34970a", "address": "TCPIP0::192.0.2.20::inst0::INSTR"}
 ACTUATOR = {"driver": "cia402-rotor-actuator", "address": "can://socketcan/can0?node=7", "maximum_speed": 6.0}

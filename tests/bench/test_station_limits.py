@@ -3,9 +3,9 @@ from typing import Any
 
 import pytest
 
-from bench.errors import InputError
-from bench.files.station import Station, load_station
-from procedures.bench import Role
+from bench.i18n.errors import InputError
+from bench.station.station_file import Station, load_station
+from procedures.core.bench import Role
 
 STATION = """
 [station]

@@ -7,8 +7,8 @@ import pytest
 import pyvisa
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from sim_instruments.clock import VirtualClock
-from sim_instruments.endpoints.visa import InProcessVisaLibrary
+from sim_instruments.clock.virtual_clock import VirtualClock
+from sim_instruments.transports.visa.library import InProcessVisaLibrary
 from sim_instruments.scpi.instrument import ScpiInstrument
 
 NAME = "TCPIP0::box::inst0::INSTR"

@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 from pyvisa import ResourceManager
 
-from bench.instruments import StationInstruments
+from bench.safety.station_instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
-from bench.plan import Planned, make_plan
-from bench.record.waveforms import StoredRecord, WaveformLike
-from bench.safety.limits import known_pole_pairs
-from bench.safety.way_down import WayDown
-from bench.truth import truth_of
-from bench.virtual_station import virtual_station
+from bench.run.plan import Planned, make_plan
+from bench.journal.waveforms import StoredRecord, WaveformLike
+from bench.safety.limits.bounds import known_pole_pairs
+from bench.safety.shutdown_sequence import WayDown
+from bench.virtual.true_values import truth_of
+from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError
-from procedures.bench import Bench, ProcedureError
+from procedures.core.bench import Bench, ProcedureError
 from procedures.catalogue import catalogue
-from procedures.estimation.fit import EstimationError
-from procedures.nameplate import Nameplate
-from procedures.parameter_set import merge
-from procedures.result import Parameter, ProcedureResult
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.core.nameplate import Nameplate
+from procedures.core.parameter_set import merge
+from procedures.core.result import Parameter, ProcedureResult
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor import VirtualMotor

@@ -10,8 +10,8 @@ from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.plots import waveform_plot
-from bench.record.waveforms import StoredWaveform, read_waveform
-from procedures.text import text
+from bench.journal.waveforms import StoredWaveform, read_waveform
+from drivers.interfaces.text import text
 
 
 class WaveformsPart:

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from bench.commands.run import run as motorbench_run
-from bench.errors import InputError
+from bench.cli.run import run as motorbench_run
+from bench.i18n.errors import InputError
 from bench.safety.interrupts import Interrupted
 
 #: Whatever the end, everything is off soon (s); how soon is measured in tests/benchmarks.

@@ -9,17 +9,17 @@ from typing import Any
 
 import pytest
 
-from bench.commands.results import results
-from bench.errors import InputError
-from bench.files.station import load_station
-from bench.guardian.charge import Charge, charge_of, decode, encode
-from bench.guardian.hands import is_shared, needs_guardian
-from bench.guardian.record import FILE, GuardianRecord, read_guardian
-from bench.guardian.watch import Watch
-from bench.record.journal import Journal as RunJournal
-from bench.safety.way_down import Outcome
-from bench.safety.way_down_items import Do, Item, Measured, item
-from procedures.bench import Recorder, Role
+from bench.cli.results import results
+from bench.i18n.errors import InputError
+from bench.station.station_file import load_station
+from bench.safety.guardian.protocol import (Charge, charge_of, decode, encode)
+from bench.safety.guardian.guarded_instruments import is_shared, needs_guardian
+from bench.journal.guardian_record import FILE, GuardianRecord, read_guardian
+from bench.safety.guardian.watch import Watch
+from bench.journal.journal import Journal as RunJournal
+from bench.safety.shutdown_sequence import Outcome
+from bench.station.shutdown_items import (Do, Item, Measured, item)
+from procedures.core.bench import Recorder, Role
 
 OFF, DECAYED = item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.VOLTAGE_DECAYED, Role.SUPPLY)
 

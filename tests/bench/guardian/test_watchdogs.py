@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from bench.commands.run import run as motorbench_run
-from bench.commands.station import check
+from bench.cli.run import run as motorbench_run
+from bench.cli.station import check
 from tests.studies.forked import Forked
 from tests.studies.held import PATIENCE, Served
 from tests.studies.held_driver import hold_driver

@@ -5,7 +5,7 @@ from hypothesis.extra.numpy import arrays
 
 from bench.panel.decimate import envelope
 from bench.panel.plots import POINTS, waveform_plot
-from bench.record.waveforms import StoredWaveform
+from bench.journal.waveforms import StoredWaveform
 
 samples = arrays(np.float64, st.integers(0, 400), elements=st.floats(-1e6, 1e6))
 

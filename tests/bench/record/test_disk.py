@@ -11,16 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.errors import InputError
-from bench.record.disk import RESERVE, Reserve, write_file
-from bench.record.errors import RecordError
-from bench.record.journal import CLOSING, Journal, read_journal
-from bench.record.run_folder import RunFolder
-from bench.record.run_result import conclude
-from bench.record.run_view import RunView
-from bench.record.wall import WallTime
-from bench.record.waveforms import StoredWaveform, WaveformFolder
-from procedures.text import english
+from bench.i18n.errors import InputError
+from bench.journal.disk import RESERVE, Reserve, write_file
+from bench.journal.errors import RecordError
+from bench.journal.journal import CLOSING, Journal, read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.run_result import conclude
+from bench.journal.run_view import RunView
+from bench.journal.wall import WallTime
+from bench.journal.waveforms import StoredWaveform, WaveformFolder
+from drivers.interfaces.text import english
 
 Full = Callable[[int], None]
 WRITE = os.write

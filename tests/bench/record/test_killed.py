@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from bench.record.journal import Journal, read_journal
-from bench.record.run_folder import RunFolder
-from bench.record.verification import Verdict
-from bench.record.verify import verify
+from bench.journal.journal import Journal, read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.verification import Verdict
+from bench.journal.verify import verify
 
 WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from bench.record.disk import Reserve
-from bench.record.journal import Journal
-from bench.record.waveforms import StoredWaveform, WaveformFolder
+from bench.journal.disk import Reserve
+from bench.journal.journal import Journal
+from bench.journal.waveforms import StoredWaveform, WaveformFolder
 folder = Path(sys.argv[1])
 wave = StoredWaveform(np.arange(5000) * 1e-6, np.sin(np.arange(5000)), "V", 0.01)
 journal = Journal(folder / "journal.jsonl", lambda: 0.0, reserve=Reserve(folder / ".reserve"))

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from bench.errors import InputError
-from bench.record.journal import Journal
-from bench.record.journal_file import read_journal
-from bench.record.run_folder import RunFolder
-from bench.record.signatures import sign, signatures
+from bench.i18n.errors import InputError
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.signatures import sign, signatures
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 

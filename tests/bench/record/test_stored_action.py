@@ -2,24 +2,10 @@ import json
 
 import pytest
 
-from bench.record.encoding import dumps
-from bench.record.stored_action import restore_action
-from procedures.actions import (
-    ALIGN_Q,
-    Action,
-    ConnectProbes,
-    ConnectVoltmeter,
-    CurrentProbe,
-    EnterReading,
-    LockRotor,
-    MarkRestPositions,
-    Mend,
-    Node,
-    StartTurning,
-    Terminal,
-    VoltageProbe,
-)
-from procedures.text import text
+from bench.journal.encoding import dumps
+from bench.journal.stored_action import restore_action
+from procedures.core.actions import (ALIGN_Q, Action, ConnectProbes, ConnectVoltmeter, CurrentProbe, EnterReading, LockRotor, MarkRestPositions, Mend, Node, StartTurning, Terminal, VoltageProbe)
+from drivers.interfaces.text import text
 
 
 @pytest.mark.parametrize(

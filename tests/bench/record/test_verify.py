@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from bench.cli import main
-from bench.guardian.record import GuardianRecord
-from bench.record.run_folder import RunFolder
-from bench.record.verification import Verdict, Verification
-from bench.record.verify import verify
+from bench.cli.main import main
+from bench.journal.guardian_record import GuardianRecord
+from bench.journal.run_folder import RunFolder
+from bench.journal.verification import Verdict, Verification
+from bench.journal.verify import verify
 
 
 @pytest.fixture(scope="module")

@@ -14,13 +14,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bench.cli import main
-from bench.guardian.record import GuardianRecord, journal_head
-from bench.record.journal import Journal, read_journal
-from bench.record.journal_file import last_whole_line
-from bench.record.run_folder import RunFolder
-from bench.record.verification import Verdict, Verification
-from bench.record.verify import verify
+from bench.cli.main import main
+from bench.journal.guardian_record import GuardianRecord, journal_head
+from bench.journal.journal import Journal, read_journal
+from bench.journal.journal_file import last_whole_line
+from bench.journal.run_folder import RunFolder
+from bench.journal.verification import Verdict, Verification
+from bench.journal.verify import verify
 from tests.studies.held import Run, Served
 
 GUARDIAN = "guardian.jsonl"

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from bench.safety.way_down import WayDown, failures
-from bench.safety.way_down_items import OFF_BY, ROLES_OF, Do, Item, default_items, item
+from bench.safety.shutdown_sequence import WayDown, failures
+from bench.station.shutdown_items import (OFF_BY, ROLES_OF, Do, Item, default_items, item)
 from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, Reading
-from procedures.bench import Role
+from procedures.core.bench import Role
 from tests.bench.conftest import Clock
 
 

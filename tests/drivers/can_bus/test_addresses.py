@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from drivers.can_bus.addresses import BusAddress, parse_address
+from drivers.transport.can.addresses import BusAddress, parse_address
 from drivers.interfaces import CommunicationError
 
 

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.interfaces import CommunicationError
-from drivers.modbus.delta_dyn200 import DeltaDyn200
-from drivers.modbus.line import open_line, signed_16, signed_32
-from drivers.modbus.options import DeltaDyn200Options
+from drivers.delta.dynamometer import DeltaDyn200
+from drivers.transport.modbus.line import open_line, signed_16, signed_32
+from drivers.delta.options import DeltaDyn200Options
 from tests.drivers.modbus.units import TcpServer
 
 

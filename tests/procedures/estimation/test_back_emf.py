@@ -1,15 +1,8 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.back_emf import (
-    fit_back_emf,
-    flux_by_integration,
-    line_to_phase,
-    peak_amplitude,
-    peak_to_peak,
-    period_of,
-)
-from procedures.estimation.fit import EstimationError
+from procedures.estimation.emf.back_emf import (fit_back_emf, flux_by_integration, line_to_phase, peak_amplitude, peak_to_peak, period_of)
+from procedures.estimation.fitting.fit import EstimationError
 from tests.studies.simulated import FLUX, SPEED, emf_record
 
 TIME = np.arange(2000) * 5e-5

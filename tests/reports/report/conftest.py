@@ -9,27 +9,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bench.language import translator
+from bench.i18n.language import translator
 from drivers.interfaces import Accuracy
-from procedures.nameplate import Connection, Nameplate
-from procedures.parameter_set import merge
-from procedures.result import Notice, Parameter, ProcedureResult
-from procedures.text import text
-from procedures.uncertainty import Uncertainties
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.parameter_set import merge
+from procedures.core.result import Notice, Parameter, ProcedureResult
+from drivers.interfaces.text import text
+from procedures.core.budget import Uncertainties
 from reports.plots.draw import svg
-from reports.report.compose import compose
-from reports.report.model import Figure
-from reports.report.record import (
-    Calibration,
-    InstrumentRecord,
-    JournalEnd,
-    ProcedureRecord,
-    Readings,
-    RunRecord,
-    StepRecord,
-)
-from reports.report.render import render
-from reports.report.speech import Speech
+from reports.document.compose import compose
+from reports.document.model import Figure
+from reports.document.record import (Calibration, InstrumentRecord, JournalEnd, ProcedureRecord, Readings, RunRecord, StepRecord)
+from reports.document.render import render
+from reports.document.speech import Speech
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from procedures.parameter_set import merge
-from procedures.result import Notice
-from procedures.text import text
-from reports.report.compose import compose
-from reports.report.model import Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table
-from reports.report.record import JournalEnd, RunRecord, SignOff
+from procedures.core.parameter_set import merge
+from procedures.core.result import Notice
+from drivers.interfaces.text import text
+from reports.document.compose import compose
+from reports.document.model import (Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table)
+from reports.document.record import JournalEnd, RunRecord, SignOff
 from tests.reports.report.conftest import result, total
 
 Run = Callable[..., RunRecord]

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from procedures.nameplate import Connection, Nameplate
-from reports.report.page import page
+from procedures.core.nameplate import Connection, Nameplate
+from reports.document.page import page
 
 Rendered = Callable[..., dict[str, Any]]
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(1)>{{ 7*7 }}"

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from pypdf import PdfReader
 
-from bench.language import catalogue
+from bench.i18n.language import catalogue
 from reports import fonts
-from reports.report.paper import paper
-from reports.report.render import words_of
+from reports.document.paper import paper
+from reports.document.render import words_of
 from tests.reports.report.test_page import hostile
 
 Rendered = Callable[..., dict[str, Any]]

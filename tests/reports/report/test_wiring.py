@@ -1,7 +1,7 @@
 """How connections were verified, as a report's table."""
 
-from bench.language import translator
-from reports.report.wiring import wiring_table
+from bench.i18n.language import translator
+from reports.document.wiring import wiring_table
 
 COLOURS = {"A": "white", "B": "green", "C": "black"}
 BRIDGE = {

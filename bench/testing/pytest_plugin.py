@@ -1,0 +1,71 @@
+"""pytest plugin: virtual motors, benches, runs and end-of-line plans as fixtures. Nothing is imported before one is asked for."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from bench.motor.motor_file import MotorFile
+    from bench.testing import BenchUnderTest, PlanUnderTest, Ran
+
+
+@pytest.fixture
+def virtual_motor() -> "Callable[..., MotorFile]":
+    """Make a virtual motor: `virtual_motor("lg-400w", flux_linkage=0.012)`, a shipped name or a file, true values changed."""
+    from bench.testing import virtual_motor as make
+
+    return make
+
+
+@pytest.fixture
+def virtual_bench() -> "Iterator[Callable[..., BenchUnderTest]]":
+    """Make a virtual bench in this process: `virtual_bench(motor, seed=1, faults=["supply: silence at 12"])`; it is closed after."""
+    from bench.testing import BenchUnderTest
+    from bench.testing import virtual_motor as motor_of
+
+    opened: list[BenchUnderTest] = []
+
+    def make(motor: "MotorFile | str" = "lg-400w", *, seed: int = 0, faults: Sequence[str] = ()) -> BenchUnderTest:
+        opened.append(BenchUnderTest(motor_of(motor) if isinstance(motor, str) else motor, seed, faults))
+        return opened[-1]
+
+    yield make
+    for each in reversed(opened):
+        each.close()
+
+
+@pytest.fixture
+def run_procedure(tmp_path: Path) -> "Callable[..., Ran]":
+    """Measure a virtual motor: `run_procedure("back-emf-constant", motor=…, seed=1, faults=[…], settings={"repeats": 3})`."""
+    from bench.testing import run_procedures
+    from bench.testing import virtual_motor as motor_of
+
+    def run(
+        *names: str,
+        motor: "MotorFile | str" = "lg-400w",
+        seed: int = 0,
+        settings: Mapping[str, Any] | None = None,
+        faults: Sequence[str] = (),
+    ) -> "Ran":
+        made = motor_of(motor) if isinstance(motor, str) else motor
+        return run_procedures(names, made, tmp_path / "runs", seed=seed, settings=settings or {}, faults=faults)
+
+    return run
+
+
+@pytest.fixture
+def eol_plan(tmp_path: Path) -> "Callable[[Path | str], PlanUnderTest]":
+    """Read an end-of-line plan: `eol_plan("plan.toml").measure(flux_linkage=0.012).verdict`."""
+    from bench.testing import PlanUnderTest
+
+    return lambda path: PlanUnderTest(Path(path), tmp_path / "runs")
+
+
+@pytest.fixture
+def assert_holds_truth() -> Callable[..., None]:
+    """Assert that what was measured holds what is true: `assert_holds_truth(run_procedure("inertia"))`."""
+    from bench.testing import assert_holds_truth as holds
+
+    return holds
