@@ -4,9 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from drivers.transport.can.buses import CanBuses
 from drivers.cia402.options import Cia402Options, Cia402RotorActuatorOptions, Cia402SixStepOptions
-from drivers.transport.in_process import InProcess
+from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import (
     UNWATCHED,
     BldcDrive,
@@ -26,6 +25,15 @@ from drivers.interfaces import (
     Traffic,
     Voltmeter,
 )
+from drivers.keysight.options import (
+    E4980AOptions,
+    E36300Options,
+    Gpt9800Options,
+    InfiniiVisionOptions,
+    Keysight34461AOptions,
+    Keysight34970AOptions,
+)
+from drivers.lutron.options import LutronTachometerOptions
 from drivers.manual.drive import ManualDrive
 from drivers.manual.dynamometer import ManualDynamometer
 from drivers.manual.inverter import ManualInverter
@@ -45,9 +53,8 @@ from drivers.manual.prompt import Prompt
 from drivers.manual.supply import ManualSupply
 from drivers.manual.tachometer import ManualTachometer
 from drivers.manual.voltmeter import ManualVoltmeter
-from drivers.delta.options import DeltaDyn200Options
-from drivers.lutron.options import LutronTachometerOptions
-from drivers.keysight.options import (E4980AOptions, E36300Options, Gpt9800Options, InfiniiVisionOptions, Keysight34461AOptions, Keysight34970AOptions)
+from drivers.transport.can.buses import CanBuses
+from drivers.transport.in_process import InProcess
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager

@@ -3,28 +3,28 @@
 from collections.abc import Mapping
 from typing import Any
 
-from procedures.note.back_emf_constant import BackEmfConstant
+from procedures.core.procedure import Procedure
 from procedures.end_of_line.back_emf_shape import BackEmfShape
 from procedures.end_of_line.cogging_torque import CoggingTorque
-from procedures.note.dq_inductance_aligned import DqInductanceAligned
-from procedures.note.dq_inductance_extremes import DqInductanceExtremes
-from procedures.note.dq_inductance_time_constant import DqInductanceTimeConstant
-from procedures.six_step.equivalent_resistance import EquivalentResistance
 from procedures.end_of_line.hall_sensors import HallSensors
-from procedures.note.inertia import Inertia
 from procedures.end_of_line.insulation_resistance import InsulationResistance
-from procedures.note.nameplate import NameplateData
 from procedures.end_of_line.no_load_current import NoLoadCurrent
 from procedures.end_of_line.no_load_current_six_step import NoLoadCurrentSixStep
 from procedures.end_of_line.phase_order import PhaseOrder
+from procedures.end_of_line.winding_balance import WindingBalance
+from procedures.note.back_emf_constant import BackEmfConstant
+from procedures.note.dq_inductance_aligned import DqInductanceAligned
+from procedures.note.dq_inductance_extremes import DqInductanceExtremes
+from procedures.note.dq_inductance_time_constant import DqInductanceTimeConstant
+from procedures.note.inertia import Inertia
+from procedures.note.nameplate import NameplateData
 from procedures.note.pole_pairs_back_emf import PolePairsBackEmf
 from procedures.note.pole_pairs_inverter import PolePairsInverter
 from procedures.note.pole_pairs_static import PolePairsStatic
-from procedures.core.procedure import Procedure
 from procedures.note.stator_resistance import StatorResistance
 from procedures.note.stator_resistance_dc import StatorResistanceDc
 from procedures.note.torque_constant import TorqueConstant
-from procedures.end_of_line.winding_balance import WindingBalance
+from procedures.six_step.equivalent_resistance import EquivalentResistance
 
 _ORDER: tuple[type[Procedure[Any]], ...] = (
     NameplateData,

@@ -14,10 +14,18 @@ from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import Capture, CaptureError, read_captures
 from bench.i18n.errors import said_by
-from procedures.estimation.emf.back_emf import (BackEmfFit, FluxEstimate, fit_back_emf, flux_by_integration, line_to_phase, peak_amplitude, peak_to_peak)
+from drivers.interfaces.text import text
+from procedures.estimation.emf.back_emf import (
+    BackEmfFit,
+    FluxEstimate,
+    fit_back_emf,
+    flux_by_integration,
+    line_to_phase,
+    peak_amplitude,
+    peak_to_peak,
+)
 from procedures.estimation.mechanics.pole_pairs import from_frequency
 from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_factor
-from drivers.interfaces.text import text
 
 ProbeConnection = Literal["line", "phase"]
 _PROBES = {

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 
 from bench.i18n.errors import InputError, said_by
-from procedures.estimation.fitting.fit import EstimationError, Fit
 from drivers.interfaces.text import text
+from procedures.estimation.fitting.fit import EstimationError, Fit
 
 #: Changes below this share of the estimate's own uncertainty are the solver's, not the error's.
 _NEGLIGIBLE = 1e-3

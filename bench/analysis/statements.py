@@ -8,8 +8,8 @@ from pathlib import Path
 from pydantic import Field
 
 from bench.captures.units import si
-from bench.i18n.errors import InputError, UsageError, at
 from bench.files.toml_file import Section, read, validate
+from bench.i18n.errors import InputError, UsageError, at
 from drivers.interfaces.text import Text, text
 
 _RELATIVE = {"%": 1e-2, "ppm": 1e-6}

@@ -13,12 +13,12 @@ from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import CaptureError, Channel, read_captures
 from bench.i18n.errors import said_by
-from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from drivers.interfaces.text import text
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
 from procedures.techniques.temperature_correction import copper_factor
 from procedures.techniques.temperature_settings import COLD
-from drivers.interfaces.text import text
 
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"

@@ -4,7 +4,8 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from bench.cli.output import console_on, print_json
+from bench.cli.output import print_json
+from bench.run.console import console_on
 
 
 def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None:
@@ -15,8 +16,8 @@ def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None
     from rich import box
     from rich.table import Table
 
-    from reports.tables.figures import (decimals_for, figure, percent, scale_of)
     from reports.labels import parameter_name, unit_for_readers
+    from reports.tables.figures import decimals_for, figure, percent, scale_of
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name, justify in (

@@ -4,11 +4,12 @@ import sys
 from pathlib import Path
 
 from bench.cli.options import Seed
-from bench.cli.output import (console_on, print_end, print_json, print_page, print_summary)
+from bench.cli.output import print_end, print_json, print_page, print_summary
 from bench.cli.run import given_faults_of
-from bench.motor.motor_file import load_motor
 from bench.i18n.language import language_of, translator
+from bench.motor.motor_file import load_motor
 from bench.report.ahead import ReportAhead
+from bench.run.console import console_on
 from bench.run.run import Finished, Wishes
 from bench.run.run import run as run_session
 from procedures.catalogue import catalogue

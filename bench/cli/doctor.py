@@ -7,8 +7,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from bench.cli.output import console_on, print_json
+from bench.cli.output import print_json
 from bench.i18n.errors import InputError
+from bench.run.console import console_on
 from bench.safety.guardian.scope import guardian_scope
 from bench.safety.ownership.owner import holders
 from bench.safety.ownership.state_folder import state_folder

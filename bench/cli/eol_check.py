@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bench.cli.options import Seed
-from bench.cli.output import console_on, print_json
+from bench.cli.output import print_json
 from bench.eol.line.batch import BatchWishes
 from bench.eol.line.dry_run import DryRun, dry_run
+from bench.run.console import console_on
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -6,7 +6,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from bench.cli.options import Seed
-from bench.cli.output import console_on, print_json
+from bench.cli.output import print_json
 from bench.eol.labels import label_of
 from bench.eol.line.admission import Refused
 from bench.eol.line.batch import BatchWishes, Counts, run_batch
@@ -17,6 +17,7 @@ from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, said_by
 from bench.i18n.language import language_of, translator
+from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, text
 
 if TYPE_CHECKING:

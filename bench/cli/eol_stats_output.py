@@ -5,16 +5,30 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bench.cli.output import console_on
 from bench.eol.line_statistics import LineStatistics, ParameterStatistics
 from bench.eol.statistics.gauge import GaugeStudy
 from bench.eol.statistics.pareto import pareto
-from bench.eol.statistics_messages import (RULE_WORDS, VERDICTS, bounds, drift_figures, drift_words, index, interval, latest_of, outside, percentage, scale_for, signals, trimmed)
+from bench.eol.statistics_messages import (
+    RULE_WORDS,
+    VERDICTS,
+    bounds,
+    drift_figures,
+    drift_words,
+    index,
+    interval,
+    latest_of,
+    outside,
+    percentage,
+    scale_for,
+    signals,
+    trimmed,
+)
 from bench.eol.store.tallies import Failures
 from bench.eol.verdict import Verdict
+from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, text
-from reports.tables.figures import decimals_for, figure, scale_of
 from reports.labels import parameter_name
+from reports.tables.figures import decimals_for, figure, scale_of
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from bench.cli.output import print_json
-from bench.i18n.errors import InputError, UsageError, at
 from bench.files.toml_file import nearest
+from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
@@ -49,10 +49,10 @@ def export(
         Folder of the runs.
 
     """
-    from bench.report.exporting import subject_of
     from bench.journal.finished_run import read_run
-    from reports.exports.checks import ExportRefusedError, Limits
+    from bench.report.exporting import subject_of
     from reports.exports.catalogue import TARGETS
+    from reports.exports.checks import ExportRefusedError, Limits
     from reports.exports.target import sheet_for
 
     target = TARGETS.get(for_)

@@ -3,26 +3,13 @@
 import json
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bench.journal.encoding import plain
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView
+from bench.run.console import console_on
 from drivers.interfaces.text import Translate, text
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-#: Width of what is written into a file or a pipe, where no terminal sets one.
-_PLAIN_WIDTH = 120
-
-
-def console_on(stream: Any) -> "Console":
-    """Return a console on a stream; one that is no terminal is 120 columns wide."""
-    from rich.console import Console
-
-    width = None if stream.isatty() else _PLAIN_WIDTH
-    return Console(file=stream, width=width, highlight=False, soft_wrap=False)
 
 
 def print_json(made: Mapping[str, Any]) -> None:

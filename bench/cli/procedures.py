@@ -3,11 +3,12 @@
 import sys
 from typing import Any
 
-from bench.cli.output import console_on, print_json
+from bench.cli.output import print_json
 from bench.i18n.language import language_of, translator
+from bench.run.console import console_on
+from drivers.interfaces.text import Translate, text
 from procedures.catalogue import catalogue
 from procedures.core.procedure import Procedure
-from drivers.interfaces.text import Translate, text
 
 
 def procedures(*, json: bool = False, markdown: bool = False, language: str = "auto") -> None:

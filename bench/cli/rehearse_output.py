@@ -5,9 +5,9 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from bench.cli.output import console_on
 from bench.rehearsal.rehearse import SCRIPT, Rehearsed
 from bench.rehearsal.script import Line, ProcedureScript
+from bench.run.console import console_on
 from bench.safety.limits.bounds import RPM, SetPoint
 from drivers.interfaces.text import Text, Translate, text
 

@@ -7,18 +7,19 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from bench.cli.output import (console_on, print_end, print_json, print_summary)
-from bench.i18n.errors import UsageError
+from bench.cli.output import print_end, print_json, print_summary
 from bench.files.toml_file import nearest
-from bench.journal.guardian_record import read_guardian
+from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
+from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal
 from bench.journal.overview import overview
 from bench.journal.run_folder import RunFolder, existing_run_folder, run_folders
 from bench.journal.run_result import end_of
 from bench.journal.run_view import RunView, view_of
-from procedures.core.result import Parameter as Measured
+from bench.run.console import console_on
 from drivers.interfaces.text import Translate, text
+from procedures.core.result import Parameter as Measured
 
 #: Procedures that a list names one by one.
 _NAMED = 3

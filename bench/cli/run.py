@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from bench.cli.options import Seed
-from bench.cli.output import (console_on, print_end, print_json, print_summary)
+from bench.cli.output import print_end, print_json, print_summary
 from bench.i18n.errors import UsageError
-from bench.motor.motor_file import MotorFile, load_motor
 from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
+from bench.motor.motor_file import MotorFile, load_motor
+from bench.run.console import console_on
 from bench.run.run import Wishes
 from bench.run.run import run as run_session
-from procedures.catalogue import catalogue
 from drivers.interfaces.text import text
+from procedures.catalogue import catalogue
 
 if TYPE_CHECKING:
     from bench.virtual.fault_file import GivenFault

@@ -58,9 +58,9 @@ def serve(
         With a relay that must be fed: while it has dropped out, the supply's output is off.
 
     """
-    from bench.virtual.fault_file import given_faults, inject
     from bench.motor.motor_file import load_motor
     from bench.safety.interrupts import Interrupted, Interrupts
+    from bench.virtual.fault_file import given_faults, inject
     from bench.virtual.true_values import truth_of
     from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
     from sim_instruments.server.served_bench import ServedBench

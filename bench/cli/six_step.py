@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.i18n.errors import (InputError, UsageError, at, said_by)
+from bench.i18n.errors import InputError, UsageError, at, said_by
 from drivers.interfaces.text import text
 
 if TYPE_CHECKING:

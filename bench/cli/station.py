@@ -6,26 +6,27 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from bench.station.clock import SystemClock, wall_date
-from bench.cli.output import console_on, print_json
+from bench.cli.output import print_json
 from bench.eol.line.line_file import load_line
 from bench.i18n.errors import InputError, UsageError, message
-from bench.station.station_file import Entry, Station, load_station
-from bench.safety.station_instruments import StationInstruments, system_visa
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
-from bench.safety.ownership.claims import claim_of, interlock_claims, relay_claims
+from bench.run.console import console_on
 from bench.safety.interlocks import Interlocks, closed, stood
-from bench.safety.trip_latch import Latch, Trip
+from bench.safety.ownership.claims import claim_of, interlock_claims, relay_claims
 from bench.safety.ownership.owner import HeldError, Ownership, owning
 from bench.safety.ownership.state_folder import StateFolder, state_folder
+from bench.safety.station_instruments import StationInstruments, system_visa
+from bench.safety.trip_latch import Latch, Trip
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
+from bench.station.clock import SystemClock, wall_date
+from bench.station.station_file import Entry, Station, load_station
 from drivers.interfaces import InstrumentError
+from drivers.interfaces.text import Translate, english, text
 from drivers.manual.prompt import Prompt
 from procedures.core.bench import Role
 from procedures.core.nameplate import Connection, Nameplate
-from drivers.interfaces.text import Translate, english, text
 
 
 class _Nobody:

@@ -15,9 +15,18 @@ from bench.drawings.motor_symbol import (
     draw_remark,
     node_place,
 )
-from procedures.core.actions import (Connect, ConnectProbes, ConnectVoltmeter, CurrentProbe, Node, Socket, Terminal, VoltageProbe)
+from drivers.interfaces.text import Text, Translate, english, text
+from procedures.core.actions import (
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CurrentProbe,
+    Node,
+    Socket,
+    Terminal,
+    VoltageProbe,
+)
 from procedures.core.nameplate import Nameplate
-from drivers.interfaces.text import (Text, Translate, english, text)
 
 _WIDTH, _HEIGHT = 820, 520
 _STAR = (380.0, 205.0)

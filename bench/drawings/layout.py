@@ -3,7 +3,25 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from procedures.core.actions import (Action, Connect, ConnectProbes, ConnectVoltmeter, CoupleDynamometer, CurrentProbe, DisconnectVoltmeter, LockRotor, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads, Socket, StartTurning, StopTurning, Terminal, UncoupleDynamometer, VoltageProbe)
+from procedures.core.actions import (
+    Action,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CoupleDynamometer,
+    CurrentProbe,
+    DisconnectVoltmeter,
+    LockRotor,
+    ReleaseRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    Socket,
+    StartTurning,
+    StopTurning,
+    Terminal,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,8 @@ from bench.eol.store.tallies import (
     without_compiling,
 )
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError
 from bench.files.toml_file import nearest
+from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 
 #: Rules of the control chart that are looked for where none are named (Nelson's numbers).

@@ -10,7 +10,7 @@ from bench.eol.statistics.drift import Drift
 from bench.eol.statistics.proportion import Proportion
 from bench.eol.verdict import Verdict
 from drivers.interfaces.text import Text, text
-from reports.tables.figures import (Scale, decimals_for, figure, scale_of)
+from reports.tables.figures import Scale, decimals_for, figure, scale_of
 
 if TYPE_CHECKING:
     # The database's library takes a second to load; who only writes figures down need not have it.

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.i18n.errors import InputError
-from bench.motor.motor_file import recorded_motor
 from bench.journal.journal import Event, read_journal
 from bench.journal.run_folder import RunFolder, existing_run_folder
 from bench.journal.run_view import RunView, view_of
-from procedures.core.nameplate import Nameplate
+from bench.motor.motor_file import recorded_motor
 from drivers.interfaces.text import text
+from procedures.core.nameplate import Nameplate
 
 
 @dataclass(frozen=True)

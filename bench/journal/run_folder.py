@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from bench.i18n.errors import InputError
 from bench.files.toml_file import nearest
+from bench.i18n.errors import InputError
 from bench.journal.disk import write_file
 from bench.journal.encoding import plain, to_bytes
 from drivers.interfaces.text import Text, text

@@ -7,9 +7,9 @@ from typing import Any
 from bench.i18n.errors import InputError, said_by
 from bench.journal.journal_file import Event
 from bench.journal.stored_result import restore, restore_notice
+from drivers.interfaces.text import Translate, english, text
 from procedures.core.parameter_set import ParameterSet, merge
 from procedures.core.result import Notice, ProcedureResult
-from drivers.interfaces.text import Translate, english, text
 
 #: What comes of an event whose data are of another form.
 _MISFITS = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError)

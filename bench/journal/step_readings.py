@@ -5,8 +5,8 @@ from typing import Any, TypeGuard
 
 from bench.journal.journal_file import Event
 from bench.journal.stored_action import restore_action
-from procedures.core.actions import EnterReading
 from drivers.interfaces.text import Text, text
+from procedures.core.actions import EnterReading
 from reports.document.record import Readings
 
 #: Quantities of readings that have several, with their units; what is not named here is no reading of its own.

@@ -4,8 +4,20 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, cast, get_args
 
-from procedures.core.actions import (Action, Connect, ConnectProbes, ConnectVoltmeter, CurrentProbe, EnterReading, Mend, Node, Socket, Terminal, VoltageProbe)
 from drivers.interfaces.text import Text
+from procedures.core.actions import (
+    Action,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CurrentProbe,
+    EnterReading,
+    Mend,
+    Node,
+    Socket,
+    Terminal,
+    VoltageProbe,
+)
 
 _KINDS: Mapping[str, type[Any]] = {kind.__name__: kind for kind in get_args(Action)}
 

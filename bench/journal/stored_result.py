@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from string import Formatter
 from typing import Any
 
-from procedures.core.result import (Contribution, Notice, Parameter, ProcedureResult)
 from drivers.interfaces.text import Text
+from procedures.core.result import Contribution, Notice, Parameter, ProcedureResult
 
 #: How a value may be formatted: with a short width, so that no file can ask for a line of any length.
 _FORM = re.compile(r"[<>^]?[-+ ]?0?\d{0,2}(\.\d{1,2})?[a-zA-Z%]?")

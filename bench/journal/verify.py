@@ -11,7 +11,7 @@ from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.journal.chain import first_fault
 from bench.journal.encoding import plain
-from bench.journal.journal_file import (Event, JournalFile, Line, read_lines)
+from bench.journal.journal_file import Event, JournalFile, Line, read_lines
 from bench.journal.run_folder import RunFolder, stored_form
 from bench.journal.run_result import result_of
 from bench.journal.verification import Finding, Verification

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bench.journal.guardian_record import FILE, sealed_entry
 from bench.journal.chain import first_fault
 from bench.journal.encoding import dumps, to_bytes
-from bench.journal.journal_file import (Event, Line, parse_line, read_lines)
+from bench.journal.guardian_record import FILE, sealed_entry
+from bench.journal.journal_file import Event, Line, parse_line, read_lines
 from bench.journal.verification import Finding, Verification
-from bench.virtual.virtual_station import VIRTUAL
+from bench.station.station_file import VIRTUAL
 from drivers.catalogue import MANUAL
 
 _JOURNAL = "journal.jsonl"

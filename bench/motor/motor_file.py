@@ -9,14 +9,14 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
+from bench.files.toml_file import Section, parse, validate
 from bench.i18n.errors import InputError, at, said_by
 from bench.motor.motor_insides import InsideSection
 from bench.motor.motor_sections import ExpectedSection, NameplateSection, number
 from bench.motor.shipped_motors import motor_content
 from bench.motor.six_step_file import drive_file_of, holds_drive
-from bench.files.toml_file import Section, parse, validate
-from procedures.core.nameplate import Connection, Nameplate
 from drivers.interfaces.text import text
+from procedures.core.nameplate import Connection, Nameplate
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import virtual_motor

@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from bench.motor.motor_sections import number
 from bench.files.toml_file import Section
+from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
 from sim_instruments.physics.hall import HallSensors
 

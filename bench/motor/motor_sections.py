@@ -5,8 +5,8 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from bench.files.toml_file import Section
-from procedures.core.nameplate import Connection, Nameplate
 from drivers.interfaces.text import text
+from procedures.core.nameplate import Connection, Nameplate
 
 
 def number(

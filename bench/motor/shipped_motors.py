@@ -5,8 +5,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from bench.i18n.errors import InputError
 from bench.files.toml_file import nearest, parse, read
+from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 
 

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from bench.files.toml_file import Section, validate
 from bench.i18n.errors import InputError, at, said_by
 from bench.motor.motor_insides import InsideSection
 from bench.motor.motor_sections import ExpectedSection, NameplateSection, number
 from bench.motor.shipped_motors import motor_content
-from bench.files.toml_file import Section, validate
 from drivers.interfaces.text import text
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
 

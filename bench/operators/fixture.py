@@ -5,9 +5,29 @@ from typing import Any, assert_never, cast
 
 from bench.operators.rest import RestFinder
 from drivers.interfaces import Clock, Instrument, RotorActuator, SwitchMatrix
-from procedures.core.actions import (Action, Connect, ConnectProbes, ConnectVoltmeter, CoupleDynamometer, CurrentProbe, DisconnectVoltmeter, EnterReading, LockRotor, MarkRestPositions, Mend, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads, Socket, StartTurning, StopTurning, TurnToRest, UncoupleDynamometer)
-from procedures.core.bench import ProcedureError, Role
 from drivers.interfaces.text import text
+from procedures.core.actions import (
+    Action,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CoupleDynamometer,
+    CurrentProbe,
+    DisconnectVoltmeter,
+    EnterReading,
+    LockRotor,
+    MarkRestPositions,
+    Mend,
+    ReleaseRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    Socket,
+    StartTurning,
+    StopTurning,
+    TurnToRest,
+    UncoupleDynamometer,
+)
+from procedures.core.bench import ProcedureError, Role
 
 #: The roles that a fixture consists of.
 ROLES = frozenset({Role.SWITCH_MATRIX, Role.ROTOR_ACTUATOR})

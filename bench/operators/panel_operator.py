@@ -8,12 +8,12 @@ from time import monotonic
 from typing import Any
 
 from bench.i18n.errors import said_by
-from bench.operators.operator_channel import OperatorLine
 from bench.journal.stored_result import store_text
+from bench.operators.operator_channel import OperatorLine
 from bench.safety.interrupts import Interrupted, Interrupts
-from procedures.core.actions import (Action, EnterReading, MarkRestPositions, Mend)
-from procedures.core.bench import Operator
 from drivers.interfaces.text import Text, text
+from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
+from procedures.core.bench import Operator
 
 #: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
 _SLICE = 0.05

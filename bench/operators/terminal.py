@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from bench.i18n.phrasebook import translate_said
 from bench.safety.interrupts import Interrupted, Interrupts
-from procedures.core.actions import (Action, EnterReading, MarkRestPositions, Mend)
 from drivers.interfaces.text import Text, Translate, text
+from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -13,9 +13,9 @@ from pathlib import Path
 
 from pydantic import Field
 
-from bench.i18n.errors import InputError, UsageError
 from bench.files.toml_file import Section, read, validate
 from bench.files.toml_text import toml_text
+from bench.i18n.errors import InputError, UsageError
 from bench.panel.sessions import Right
 from bench.panel.throttle import LoginThrottle, network_of
 from drivers.interfaces.text import text

@@ -10,8 +10,8 @@ from bench.journal.journal import Event
 from bench.journal.run_view import RunView
 from bench.journal.step_readings import quantities_read
 from bench.journal.stored_action import restore_action
-from procedures.core.actions import Action
 from drivers.interfaces.text import Text
+from procedures.core.actions import Action
 
 #: Readings kept for the live plot, per instrument and quantity.
 _KEPT = 20_000

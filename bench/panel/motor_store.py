@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.i18n.errors import InputError, said_by
-from bench.motor.motor_sections import NameplateSection
 from bench.files.toml_file import validate
 from bench.files.toml_text import toml_text
+from bench.i18n.errors import InputError, said_by
 from bench.journal.disk import write_file
+from bench.motor.motor_sections import NameplateSection
 from drivers.interfaces.text import text
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.i18n.errors import InputError
+from bench.journal.run_folder import existing_run_folder
 from bench.operators.operator_channel import FILE
 from bench.panel.archive import Archive
 from bench.panel.control import Control
@@ -15,7 +16,6 @@ from bench.panel.live_run import LiveRun
 from bench.panel.offer import Offer
 from bench.panel.sessions import Sessions
 from bench.panel.tail import JournalTail
-from bench.journal.run_folder import existing_run_folder
 from drivers.interfaces.text import text
 
 

@@ -6,15 +6,15 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from bench.motor.motor_file import MotorFile
-from bench.station.station_file import Entry, Station
 from bench.operators.virtual import VirtualOperator
 from bench.rehearsal.assumed import Assumption, assumed_drive, assumed_motor
 from bench.run.context import Place
+from bench.station.station_file import Entry, Station
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import ProbeKind
+from drivers.interfaces.text import Text, text
 from drivers.keysight.options import Probe
 from procedures.core.bench import Role
-from drivers.interfaces.text import Text, text
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.keysight.e36300 import RATINGS
 from sim_instruments.six_step.machine import virtual_motor

@@ -11,11 +11,19 @@ from bench.journal.procedure_events import ProcedurePassage, StepPassage, passag
 from bench.journal.signatures import signatures
 from bench.journal.step_readings import readings_of
 from bench.journal.waveforms import StoredWaveform, read_waveform
+from drivers.interfaces.text import Text
 from procedures.catalogue import catalogue
 from procedures.core.procedure import Procedure
 from procedures.core.steps import Step
-from drivers.interfaces.text import Text
-from reports.document.record import (Calibration, InstrumentRecord, JournalEnd, ProcedureRecord, RunRecord, SignOff, StepRecord)
+from reports.document.record import (
+    Calibration,
+    InstrumentRecord,
+    JournalEnd,
+    ProcedureRecord,
+    RunRecord,
+    SignOff,
+    StepRecord,
+)
 
 
 def record_of(run: FinishedRun) -> RunRecord:

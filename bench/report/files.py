@@ -44,10 +44,10 @@ def rendered(run: "FinishedRun", language: str, drawn: Mapping[str, str] | None 
 def rendered_by_two(run: "FinishedRun", language: str) -> dict[str, Any]:
     """Return a run's report in its languages, its plots drawn by two processes; not for a process with threads."""
     from bench.report.evidence import record_of
-    from reports.plots.together import drawn
     from reports.document.compose import compose
     from reports.document.model import Figure
     from reports.document.render import render
+    from reports.plots.together import drawn
 
     document, said = compose(record_of(run)), speech(language)
     figures = [block for section in document.sections for block in section.blocks if isinstance(block, Figure)]

@@ -6,24 +6,23 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.station.clock import ReplayClock, SystemClock
 from bench.i18n.errors import UsageError
-from bench.virtual.fault_hooks import FaultHeard, StepStarted
-from bench.motor.motor_file import MotorFile
-from bench.station.station_file import Station, load_station
-from bench.safety.station_instruments import Prompts, system_visa
 from bench.i18n.language import catalogue, translator
+from bench.motor.motor_file import MotorFile
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Ownership, Unowned
 from bench.safety.ownership.stations import owning_stations
+from bench.safety.station_instruments import Prompts, system_visa
+from bench.station.clock import ReplayClock, SystemClock
 from bench.station.sharing import Alone, Sharing
+from bench.station.station_file import VIRTUAL, Station, load_station
+from bench.virtual.fault_hooks import FaultHeard, StepStarted
 from bench.virtual.true_values import truth_of
-from bench.virtual.virtual_station import VIRTUAL
 from drivers import catalogue as registry
-from drivers.transport.in_process import InProcess
 from drivers.interfaces import Clock, Instrument
-from procedures.core.bench import Operator, Role
 from drivers.interfaces.text import text
+from drivers.transport.in_process import InProcess
+from procedures.core.bench import Operator, Role
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -265,8 +264,8 @@ def _replayed(station: Station, answers: Path) -> Place:
 
 @contextmanager
 def _served(station: Station, seed: int, faults: "Sequence[GivenFault]", *, fixture: bool = False) -> Iterator[Place]:
-    from bench.virtual.fault_file import inject
     from bench.operators.virtual import VirtualOperator
+    from bench.virtual.fault_file import inject
     from bench.virtual.served_world import ServedWorld
 
     with ServedWorld(station.control) as world:
@@ -290,8 +289,8 @@ def _served(station: Station, seed: int, faults: "Sequence[GivenFault]", *, fixt
 def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]", *, fixture: bool) -> Iterator[Place]:
     from pyvisa import ResourceManager
 
-    from bench.virtual.fault_file import inject
     from bench.operators.virtual import VirtualOperator
+    from bench.virtual.fault_file import inject
     from bench.virtual.virtual_station import virtual_station
     from sim_instruments.bench import VirtualBench
 

@@ -6,15 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 from uuid import uuid4
 
-from bench.safety.guardian.protocol import Charge
-from bench.safety.guardian.guarded_instruments import needs_guardian
+from bench.run.context import Place
 from bench.safety.calls import CallWatches
+from bench.safety.guardian.guarded_instruments import needs_guardian
 from bench.safety.guardian.link import Guard, GuardianLink, Unguarded
+from bench.safety.guardian.protocol import Charge
 from bench.safety.guardian.scope import guardian_scope
 from bench.safety.interrupts import Interrupts
-from bench.safety.liveness import (SignsOfLife, Waits, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts)
-from bench.run.context import Place
-from bench.virtual.virtual_station import VIRTUAL
+from bench.safety.liveness import SignsOfLife, Waits, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
+from bench.station.station_file import VIRTUAL
 from procedures.core.bench import Role
 
 

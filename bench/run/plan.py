@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import InputError, UsageError
 from bench.station.station_file import Station
-from bench.files.toml_file import nearest, validate
-from procedures.core.procedure import Procedure, Settings
 from drivers.interfaces.text import Translate, text
+from procedures.core.procedure import Procedure, Settings
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from bench.i18n.errors import InputError
-from bench.motor.motor_file import MotorFile
-from bench.station.station_file import Station
 from bench.journal.encoding import plain
 from bench.journal.journal_file import Event, JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
+from bench.motor.motor_file import MotorFile
+from bench.station.station_file import Station
 from drivers.interfaces import Instrument
-from procedures.core.bench import Role
 from drivers.interfaces.text import Text, lines, text
+from procedures.core.bench import Role
 
 _FILES = {"motor": text("motor"), "station": text("station")}
 #: Changes that a message tells.

@@ -7,15 +7,7 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.run.retry_policy import After, never_stop, stop_at_failure
-from bench.station.clock import wall_date
-from bench.virtual.fault_hooks import StepTeller, recording
-from bench.motor.motor_file import MotorFile
-from bench.safety.station_instruments import StationInstruments
 from bench.i18n.language import translator
-from bench.station.library_logs import quieten_libraries
-from bench.run.plan import (Catalogue, Planned, check_roles, make_plan, possible)
-from bench.run.progress import Progress
 from bench.journal.disk import Reserve
 from bench.journal.journal import DURABLE, Journal, Listener
 from bench.journal.journal_file import JournalFile
@@ -25,24 +17,32 @@ from bench.journal.run_result import conclude
 from bench.journal.run_view import RunView, view_of
 from bench.journal.unrecorded import Unrecorded
 from bench.journal.waveforms import WaveformFolder
-from bench.run.resume import (begun, check_identities, check_unchanged, left_unsafe)
-from bench.run.sequencer import Runner, secure
-from bench.safety.calls import CallWatches
+from bench.motor.motor_file import MotorFile
+from bench.run.context import Place, place
 from bench.run.guarding import guarded
+from bench.run.plan import Catalogue, Planned, check_roles, make_plan, possible
+from bench.run.progress import Progress
+from bench.run.resume import begun, check_identities, check_unchanged, left_unsafe
+from bench.run.retry_policy import After, never_stop, stop_at_failure
+from bench.run.sequencer import Runner, secure
+from bench.run.software import software
+from bench.safety.calls import CallWatches
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import known_pole_pairs
+from bench.safety.shutdown import failures, shut_down
+from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdog_relays import relays_ready
 from bench.safety.watchdogs import planned_watchdogs
-from bench.safety.shutdown_sequence import failures
-from bench.station.shutdown_items import OFF_BY, Do
-from bench.run.software import software
-from bench.run.context import Place, place
-from bench.virtual.virtual_station import VIRTUAL
+from bench.station.clock import wall_date
+from bench.station.library_logs import quieten_libraries
+from bench.station.shutdown_sequence import OFF_BY, Do
+from bench.station.station_file import VIRTUAL
+from bench.virtual.fault_hooks import StepTeller, recording
 from drivers.interfaces import Clock, InstrumentError
+from drivers.interfaces.text import Translate
 from procedures.core.bench import Role
 from procedures.core.result import Notice
-from drivers.interfaces.text import Translate
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -300,7 +300,7 @@ def _secure(instruments: StationInstruments, previous: JournalFile, where: Place
     sources = {role for role in used - way_down.by_hand if role in OFF_BY and role in where.station.entries}
 
     def walk() -> list[str]:
-        return failures(way_down.walk(instruments.opened(), Unrecorded(), where.clock))
+        return failures(shut_down(way_down, instruments.opened(), Unrecorded(), where.clock))
 
     if unsafe := secure(instruments, sources, walk):
         raise InstrumentError("the bench", "; ".join(unsafe), remedy="Switch it off by hand, then go on with --resume")

@@ -6,25 +6,25 @@ from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any, Protocol
 
-from bench.run.retry_policy import (After, Attempt, Next, stop_at_failure)
 from bench.i18n.errors import message, said_by
-from bench.run.plan import Planned
 from bench.journal.errors import RecordError
 from bench.journal.journal import Journal
 from bench.journal.run_view import RunView
 from bench.journal.stored_result import store, store_notice
+from bench.run.plan import Planned
+from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
 from bench.safety.guardian.link import Guard, Unguarded
 from bench.safety.interrupts import Interrupted, Interrupts
-from bench.safety.shutdown_sequence import WayDown, failures
-from bench.station.shutdown_items import OFF_BY
+from bench.safety.shutdown import failures, shut_down
 from bench.station.sharing import Alone, Sharing
+from bench.station.shutdown_sequence import OFF_BY, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
-from procedures.core.bench import (Bench, Operator, ProcedureError, Role)
-from procedures.plausibility.consistency import check_consistency
-from procedures.estimation.fitting.fit import EstimationError
+from drivers.interfaces.text import Translate, text
+from procedures.core.bench import Bench, Operator, ProcedureError, Role
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Notice
-from drivers.interfaces.text import Translate, text
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.plausibility.consistency import check_consistency
 
 
 class Instruments(Protocol):
@@ -54,7 +54,7 @@ class Runner:
     view: RunView
     nameplate: Nameplate
     translate: Translate
-    way_down: WayDown = field(default_factory=WayDown)
+    way_down: ShutdownSequence = field(default_factory=ShutdownSequence)
     interrupts: Interrupts = field(default_factory=Interrupts)
     guard: Guard = field(default_factory=Unguarded)
     sharing: Sharing = field(default_factory=Alone)
@@ -233,7 +233,7 @@ class Runner:
 
     def _walk(self) -> list[str]:
         opened, hurry = self.instruments.opened(), self.interrupts.hurry
-        return failures(self.way_down.walk(opened, self.journal, self.clock, hurry=hurry))
+        return failures(shut_down(self.way_down, opened, self.journal, self.clock, hurry=hurry))
 
     def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:
         ended: dict[str, Any] = {

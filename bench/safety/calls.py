@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any
 
 from bench.safety.interrupts import Interrupts
-from bench.station.shutdown_items import OFF_BY
+from bench.station.shutdown_sequence import OFF_BY
 from procedures.core.bench import Role
 
 #: The first of two tries at a reply gets this share of the time that an energised source has.

@@ -4,21 +4,21 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from bench.station.station_file import Entry, Station
 from bench.journal.errors import RecordError
 from bench.journal.recording import Recording, WaveformSink
 from bench.safety.calls import CallWatches
-from bench.safety.ownership.claims import Claim, identity_keys
+from bench.safety.limits.bounds import Observer, limits_of, nobody
 from bench.safety.limits.limited import PolePairs
 from bench.safety.limits.limiting import limited
-from bench.safety.limits.bounds import Observer, limits_of, nobody
-from bench.safety.ownership.owner import (HeldError, HeldInstrumentError, Ownership, Unowned)
+from bench.safety.ownership.claims import Claim, identity_keys
+from bench.safety.ownership.owner import HeldError, HeldInstrumentError, Ownership, Unowned
 from bench.safety.watchdogs import watchdog_of
-from drivers.transport.can.buses import CanBuses
-from drivers.transport.in_process import InProcess
+from bench.station.station_file import Entry, Station
+from drivers.catalogue import Surroundings
 from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
 from drivers.manual.prompt import Prompt
-from drivers.catalogue import Surroundings
+from drivers.transport.can.buses import CanBuses
+from drivers.transport.in_process import InProcess
 from procedures.core.bench import Recorder, Role
 from procedures.core.nameplate import Nameplate
 

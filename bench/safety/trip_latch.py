@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any
 
-from bench.station.interlock_entries import InterlockEntry
-from bench.station.station_file import Station
 from bench.journal.errors import RecordError
 from bench.safety.ownership.state_folder import FolderBusyError, StateFolder
+from bench.station.interlock_entries import InterlockEntry
+from bench.station.station_file import Station
 from drivers.interlocks.catalogue import contact_names
 
 #: A line for every trip, reset, and record that holds a reset; lines are only added.

@@ -4,13 +4,13 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from bench.station.shutdown_sequence import OFF_BY
 from bench.station.station_file import Entry, Station
 from bench.station.watchdog_relay_entries import RelayEntry
-from bench.station.shutdown_items import OFF_BY
-from drivers.interfaces import Instrument, Watchdog, Watching, WhenSilent
 from drivers.catalogue import MANUAL
-from procedures.core.bench import Role
+from drivers.interfaces import Instrument, Watchdog, Watching, WhenSilent
 from drivers.interfaces.text import Text, text
+from procedures.core.bench import Role
 
 _ACTIONS: Mapping[WhenSilent, Text] = {
     WhenSilent.VOLTAGE_OFF: text("it switches its voltage off"),

@@ -7,10 +7,10 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from bench.i18n.errors import InputError
 from bench.files.toml_file import Section, validate
-from procedures.core.result import Notice
+from bench.i18n.errors import InputError
 from drivers.interfaces.text import lines, text
+from procedures.core.result import Notice
 
 #: Key of an instrument's table under which both the entry and a driver's own accuracies stand.
 KEY = "calibration"

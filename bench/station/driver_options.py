@@ -9,8 +9,8 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, g
 from pydantic import Field as ModelField
 from pydantic import Strict, create_model
 
-from bench.i18n.errors import InputError, at
 from bench.files.toml_file import Section, validate
+from bench.i18n.errors import InputError, at
 
 T = TypeVar("T")
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import Field
 
+from bench.files.toml_file import Section, validate
 from bench.i18n.errors import InputError, at, said_by
 from bench.station.driver_options import read_options
-from bench.files.toml_file import Section, validate
 from drivers.interlocks.catalogue import InterlockOptions, options_for
 
 

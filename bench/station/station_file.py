@@ -9,21 +9,22 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from bench.files.toml_file import Section, nearest, read, validate
 from bench.i18n.errors import InputError
 from bench.station import calibration
 from bench.station.calibration import Calibration
-from bench.station.interlock_entries import InterlockEntry, interlocks_of
-from bench.station.station_limits import take_limits
 from bench.station.driver_options import read_options
-from bench.files.toml_file import Section, nearest, read, validate
+from bench.station.interlock_entries import InterlockEntry, interlocks_of
+from bench.station.shutdown_sequence import ShutdownSection, ShutdownSequence, shutdown_sequence_of
+from bench.station.station_limits import take_limits
 from bench.station.watchdog_relay_entries import RelayEntry, relays_of
-from bench.station.shutdown_section import WayDownSection, way_down_of
-from bench.safety.shutdown_sequence import WayDown
 from drivers import catalogue as registry
+from drivers.interfaces.text import text
 from procedures.core.bench import Role
 from procedures.core.result import Notice
-from drivers.interfaces.text import text
 
+#: What stands in place of a file for the virtual bench in this process.
+VIRTUAL = "virtual"
 #: Keys of an instrument's table that are not its driver's.
 _COMMON = ("driver", "address", "name", "reply_time")
 
@@ -64,7 +65,7 @@ class _File(Section):
     fixture: FixtureSection = Field(default_factory=FixtureSection)
     guardian: GuardianSection = Field(default_factory=GuardianSection)
     instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
-    way_down: list[WayDownSection] = Field(default_factory=list)
+    way_down: list[ShutdownSection] = Field(default_factory=list)
     interlocks: dict[str, dict[str, Any]] = Field(default_factory=dict)
     watchdog_relays: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
@@ -104,7 +105,7 @@ class Station:
     entries: Mapping[Role, Entry]
     overdue: Literal["warn", "refuse"] = "warn"
     control: str = ""
-    way_down: WayDown = field(default_factory=WayDown)
+    way_down: ShutdownSequence = field(default_factory=ShutdownSequence)
     guardian: GuardianSection = field(default_factory=GuardianSection)
     interlocks: tuple[InterlockEntry, ...] = ()
     fixture: FixtureSection = field(default_factory=FixtureSection)
@@ -150,7 +151,7 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
         entries,
         file.station.overdue,
         file.station.control,
-        way_down_of(
+        shutdown_sequence_of(
             file.way_down, {role: entry.driver.name == registry.MANUAL for role, entry in entries.items()}, source
         ),
         file.guardian,

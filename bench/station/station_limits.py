@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
+from bench.files.toml_file import Section, validate
 from bench.i18n.errors import InputError
 from bench.motor.motor_sections import number
-from bench.files.toml_file import Section, validate
-from procedures.core.bench import Role
 from drivers.interfaces.text import text
+from procedures.core.bench import Role
 
 #: Key of an instrument's table under which its limits stand.
 KEY = "limits"

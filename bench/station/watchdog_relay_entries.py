@@ -6,13 +6,13 @@ from typing import Any
 
 from pydantic import Field
 
+from bench.files.toml_file import Section, nearest, validate
 from bench.i18n.errors import InputError
 from bench.station.driver_options import read_options
-from bench.files.toml_file import Section, nearest, validate
-from bench.station.shutdown_items import OFF_BY
+from bench.station.shutdown_sequence import OFF_BY
 from drivers.beckhoff.catalogue import RelayDriver, find_relay, relay_names
-from procedures.core.bench import Role
 from drivers.interfaces.text import text
+from procedures.core.bench import Role
 
 #: Keys of a relay's table that are not its driver's.
 _COMMON = ("driver", "address", "roles")

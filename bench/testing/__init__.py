@@ -7,23 +7,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from bench.cli.output import console_on
 from bench.eol.limits import Limits
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.preparation import check_parameters, planned_of
 from bench.eol.plan import Plan, load_plan
 from bench.eol.record import CheckRecord, Measured
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError
-from bench.virtual.fault_file import given_faults, inject
-from bench.motor.motor_file import MotorFile, load_motor
 from bench.files.toml_file import nearest
-from bench.station.library_logs import quieten_libraries
-from bench.run.plan import Planned, check_roles, make_plan
+from bench.i18n.errors import InputError
 from bench.journal.run_folder import RunFolder
-from bench.safety.interrupts import Interrupts
-from bench.run.run import How, Wishes, carry_out
+from bench.motor.motor_file import MotorFile, load_motor
+from bench.run.console import console_on
 from bench.run.context import place
+from bench.run.plan import Planned, check_roles, make_plan
+from bench.run.run import How, Wishes, carry_out
+from bench.safety.interrupts import Interrupts
+from bench.station.library_logs import quieten_libraries
+from bench.virtual.fault_file import given_faults, inject
 from bench.virtual.true_values import truth_of
 from procedures.catalogue import catalogue
 from procedures.core.result import Parameter

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.files.toml_file import nearest, read, validate
 from bench.i18n.errors import InputError, at, said_by
 from bench.virtual.fault_phrase import parse_phrase
-from bench.files.toml_file import nearest, read, validate
-from procedures.catalogue import catalogue
 from drivers.interfaces.text import text
+from procedures.catalogue import catalogue
 from sim_instruments.faults.catalogue import kinds
 from sim_instruments.faults.description import Description
 

@@ -4,9 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from bench.station.station_file import Station, make_station
-
-VIRTUAL = "virtual"
+from bench.station.station_file import VIRTUAL, Station, make_station
 
 #: What the virtual units' individual errors are drawn from.
 _DRAWN = "specification of the virtual unit"

@@ -6,10 +6,10 @@ digital outputs are coils from 0. The watchdog begins with the first telegram th
 
 from contextlib import suppress
 
-from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog
 from drivers.bases.set_points import check_setpoint
-from drivers.transport.modbus.line import ModbusLine, open_line
 from drivers.delta.options import BeckhoffRelayOptions
+from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog
+from drivers.transport.modbus.line import ModbusLine, open_line
 
 STATUS, TIME, RESET, TYPE = 0x100C, 0x1120, 0x1121, 0x1122
 #: Status: the watchdog has run out.

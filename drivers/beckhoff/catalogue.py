@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from drivers.interfaces import WatchdogRelay
 from drivers.delta.options import BeckhoffRelayOptions
+from drivers.interfaces import WatchdogRelay
 
 
 @dataclass(frozen=True)

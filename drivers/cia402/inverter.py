@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from drivers.bases.always import always
+from drivers.bases.set_points import check_setpoint
 from drivers.cia402.node import VELOCITY_COUNTS, Cia402Node
 from drivers.cia402.opening import Opener, opener
 from drivers.cia402.options import Cia402Options
 from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, ReportedError, Watchdog
-from drivers.bases.set_points import check_setpoint
-from drivers.bases.always import always
 
 #: Objects of CiA 402; the phase current of the open-loop mode is the maker's.
 PHASE_CURRENT = 0x2000

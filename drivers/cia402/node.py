@@ -2,12 +2,12 @@
 
 from typing import Protocol
 
-from drivers.transport.can.objects import NodeObjects, SdoClient
+from drivers.bases.identification import check_serial_number
 from drivers.cia402.options import NodeOptions
 from drivers.cia402.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.cia402.watchdog import HeartbeatWatchdog
-from drivers.bases.identification import check_serial_number
 from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Identity, IdentityError, Traffic, Watchdog
+from drivers.transport.can.objects import NodeObjects, SdoClient
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018

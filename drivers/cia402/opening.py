@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
-from drivers.transport.can.buses import CanBuses
 from drivers.cia402.node import Cia402Node
 from drivers.interfaces import UNWATCHED, Calls, Clock, Traffic
+from drivers.transport.can.buses import CanBuses
 
 OptionsT_contra = TypeVar("OptionsT_contra", contravariant=True)
 DriverT_co = TypeVar("DriverT_co", covariant=True)

@@ -2,8 +2,8 @@
 
 from enum import Enum
 
-from drivers.transport.can.objects import NodeObjects
 from drivers.interfaces import Clock, CommunicationError, ReportedError
+from drivers.transport.can.objects import NodeObjects
 
 CONTROLWORD, STATUSWORD, ERROR_CODE = 0x6040, 0x6041, 0x603F
 

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Callable
 
+from drivers.bases.always import always
+from drivers.bases.set_points import check_setpoint
 from drivers.cia402.node import ACTUAL_VELOCITY, Cia402Node
 from drivers.cia402.opening import Opener, opener
 from drivers.cia402.options import Cia402RotorActuatorOptions
@@ -17,8 +19,6 @@ from drivers.interfaces import (
     ReportedError,
     Watchdog,
 )
-from drivers.bases.set_points import check_setpoint
-from drivers.bases.always import always
 
 ACTUAL_POSITION, TARGET_POSITION, PROFILE_SPEED, TARGET_VELOCITY = 0x6064, 0x607A, 0x6081, 0x60FF
 ENCODER_RESOLUTION, INPUTS, OUTPUTS = 0x608F, 0x60FD, 0x60FE

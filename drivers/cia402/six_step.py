@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from drivers.bases.always import always
 from drivers.cia402.node import VELOCITY_COUNTS, Cia402Node
 from drivers.cia402.opening import Opener, opener
 from drivers.cia402.options import Cia402SixStepOptions
 from drivers.cia402.power_state import UnreachedStateError
 from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, Watchdog
-from drivers.bases.always import always
 
 #: DC link voltage is the profile's (mV), the other two are the maker's (mA; bits 0 … 2 are H1 … H3).
 BUS_VOLTAGE, BUS_CURRENT, HALL_STATE = 0x6079, 0x2010, 0x2011

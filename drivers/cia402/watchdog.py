@@ -5,9 +5,9 @@ CiA 301: 0x1016, consumer heartbeat time. CiA 402: 0x6007, abort connection opti
 
 from typing import Protocol
 
-from drivers.transport.can.objects import NodeObjects
-from drivers.interfaces import InstrumentError, ReportedError, Watchdog, WhenSilent
 from drivers.bases.set_points import check_setpoint
+from drivers.interfaces import InstrumentError, ReportedError, Watchdog, WhenSilent
+from drivers.transport.can.objects import NodeObjects
 
 CONSUMER_HEARTBEAT, ABORT_CONNECTION = 0x1016, 0x6007
 #: What a drive does when the connection is lost: the command Disable voltage.

@@ -7,10 +7,10 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from drivers.interfaces import InstrumentError, ReportedError, Watchdog
 from drivers.bases.set_points import check_setpoint
-from drivers.transport.modbus.line import ModbusLine
 from drivers.delta.options import communication_watchdog
+from drivers.interfaces import InstrumentError, ReportedError, Watchdog
+from drivers.transport.modbus.line import ModbusLine
 
 TREATMENT, TIME_OUT, STATUS = 0x0902, 0x0903, 0x2101
 #: Treatment "warn and coast to stop".

@@ -5,7 +5,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 
-from drivers.transport.in_process import InProcess
+from drivers.bases.always import always
+from drivers.bases.set_points import check_setpoint, lesser
+from drivers.delta.c2000 import COAST_TO_STOP, ControlMode, DeltaC2000, maximum_speed
+from drivers.delta.c2000_watchdog import CommunicationWatchdog
+from drivers.delta.dyn200 import RPM, Dyn200
+from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import (
     UNWATCHED,
     Accuracy,
@@ -18,13 +23,8 @@ from drivers.interfaces import (
     Traffic,
     Watchdog,
 )
-from drivers.bases.set_points import check_setpoint, lesser
-from drivers.delta.c2000 import (COAST_TO_STOP, ControlMode, DeltaC2000, maximum_speed)
-from drivers.delta.dyn200 import RPM, Dyn200
+from drivers.transport.in_process import InProcess
 from drivers.transport.modbus.line import ModbusLine, open_line
-from drivers.delta.options import DeltaDyn200Options
-from drivers.delta.c2000_watchdog import CommunicationWatchdog
-from drivers.bases.always import always
 
 #: Share of full scale that is the limit of error of strain-gauge transducers of this class.
 TORQUE_SHARE = 1e-3

@@ -5,7 +5,10 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from drivers.bases.always import always
 from drivers.bases.identification import check_serial_number
+from drivers.bases.set_points import check_setpoint, lesser
+from drivers.gwinstek import gpt9800_data as data
 from drivers.interfaces import (
     UNWATCHED,
     Calls,
@@ -20,11 +23,8 @@ from drivers.interfaces import (
     SetpointError,
     Traffic,
 )
-from drivers.bases.set_points import check_setpoint, lesser
-from drivers.bases.always import always
-from drivers.gwinstek import gpt9800_data as data
-from drivers.transport.visa.opening import open_driver, open_session
 from drivers.keysight.options import Gpt9800Options
+from drivers.transport.visa.opening import open_driver, open_session
 from drivers.transport.visa.session import IDENTITY_QUERY, WAY_DOWN_TIME, ScpiSession
 
 if TYPE_CHECKING:

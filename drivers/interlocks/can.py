@@ -1,11 +1,11 @@
 """An interlock contact as a bit of a cyclic CAN frame."""
 
+from drivers.bases.set_points import check_setpoint
+from drivers.cia402.options import CanInterlockOptions
+from drivers.interfaces import CommunicationError
 from drivers.transport.can.addresses import parse_bus
 from drivers.transport.can.buses import LISTENING_TIME
-from drivers.cia402.options import CanInterlockOptions
 from drivers.transport.can.sockets import keep_to_own_group, leaving
-from drivers.interfaces import CommunicationError
-from drivers.bases.set_points import check_setpoint
 
 
 class CanInterlock:

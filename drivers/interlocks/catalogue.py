@@ -1,9 +1,9 @@
 """Interlock contacts by the scheme of their address; importing this imports no transport library."""
 
 from drivers.cia402.options import CanInterlockOptions
-from drivers.transport.canonical_address import canonical_addresses
-from drivers.interfaces import Interlock
 from drivers.delta.options import ModbusInterlockOptions
+from drivers.interfaces import Interlock
+from drivers.transport.canonical_address import canonical_addresses
 
 InterlockOptions = ModbusInterlockOptions | CanInterlockOptions
 

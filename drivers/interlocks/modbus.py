@@ -4,10 +4,10 @@ from typing import Protocol
 
 from pymodbus.pdu import ModbusPDU
 
-from drivers.interfaces import CommunicationError, ReportedError
 from drivers.bases.set_points import check_setpoint
-from drivers.transport.modbus.line import EXCEPTION_NAMES, LINE_ERRORS, client_for
 from drivers.delta.options import ModbusInterlockOptions
+from drivers.interfaces import CommunicationError, ReportedError
+from drivers.transport.modbus.line import EXCEPTION_NAMES, LINE_ERRORS, client_for
 
 _HIGHEST_NUMBER, _HIGHEST_UNIT = 0xFFFF, 247
 

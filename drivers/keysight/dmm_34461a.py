@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from drivers.bases.set_points import check_setpoint
 from drivers.interfaces import (
     UNWATCHED,
     Accuracy,
@@ -14,10 +15,9 @@ from drivers.interfaces import (
     Reading,
     Traffic,
 )
-from drivers.bases.set_points import check_setpoint
 from drivers.keysight import dmm_34461a_data as data
-from drivers.transport.visa.opening import (KEYSIGHT, identify, open_driver, open_session)
 from drivers.keysight.options import Keysight34461AOptions
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from drivers.bases.always import always
+from drivers.bases.set_points import check_setpoint, lesser
 from drivers.interfaces import (
     UNWATCHED,
     Accuracy,
@@ -19,13 +21,11 @@ from drivers.interfaces import (
     ReportedError,
     Traffic,
 )
-from drivers.bases.set_points import check_setpoint, lesser
-from drivers.bases.always import always
 from drivers.keysight.e36300_channel import Channel
 from drivers.keysight.e36300_data import OUTPUTS
 from drivers.keysight.e36300_protection import Protection
-from drivers.transport.visa.opening import (KEYSIGHT, identify, open_driver, open_session)
 from drivers.keysight.options import E36300Options
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
 

@@ -1,7 +1,7 @@
 """Over-current and over-voltage protection of an E36300's output, as far as they trip and latch."""
 
-from drivers.interfaces import ReportedError
 from drivers.bases.set_points import check_setpoint
+from drivers.interfaces import ReportedError
 from drivers.keysight.e36300_channel import Channel
 
 #: Longest delay (s) of the over-current protection (the same in Keysight's N6700 and E36731A).

@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
+from drivers.bases.set_points import check_setpoint, lesser
 from drivers.interfaces import (
     UNWATCHED,
     Accuracy,
@@ -17,10 +18,9 @@ from drivers.interfaces import (
     Traffic,
     Wanted,
 )
-from drivers.bases.set_points import check_setpoint, lesser
 from drivers.keysight import e4980a_data as data
-from drivers.transport.visa.opening import (KEYSIGHT, identify, open_driver, open_session)
 from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from drivers.bases.set_points import check_setpoint, probe_on
 from drivers.interfaces import (
     UNWATCHED,
     Accuracy,
@@ -20,13 +21,12 @@ from drivers.interfaces import (
     Trigger,
     Waveform,
 )
-from drivers.bases.set_points import check_setpoint, probe_on
 from drivers.keysight import infiniivision_data as data
-from drivers.transport.visa.opening import (KEYSIGHT, identify, open_driver, open_session)
 from drivers.keysight.options import InfiniiVisionOptions, Probe
+from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
-from drivers.keysight.waveform import (codes_from_block, parse_preamble, to_time, to_values)
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager

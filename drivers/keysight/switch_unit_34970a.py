@@ -14,8 +14,8 @@ from drivers.interfaces import (
     ReportedError,
     Traffic,
 )
-from drivers.transport.visa.opening import (KEYSIGHT, identify, open_driver, open_session)
 from drivers.keysight.options import Keysight34970AOptions
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
 
 if TYPE_CHECKING:

@@ -6,7 +6,6 @@ from typing import Protocol
 
 import serial
 
-from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.interfaces import (
     UNWATCHED,
     Accuracy,
@@ -18,8 +17,9 @@ from drivers.interfaces import (
     Reading,
     Traffic,
 )
-from drivers.lutron.frame import (END, LENGTH, START, Frame, parse_frame)
+from drivers.lutron.frame import END, LENGTH, START, Frame, parse_frame
 from drivers.lutron.options import LutronTachometerOptions
+from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.transport.serial.stream_port import StreamPort
 
 RPM = 2 * math.pi / 60

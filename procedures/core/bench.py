@@ -18,9 +18,9 @@ from drivers.interfaces import (
     Voltmeter,
 )
 from drivers.interfaces import Role as Role
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import Action, Mend
 from procedures.core.steps import Step
-from drivers.interfaces.text import Text, text
 from procedures.verification.bench_state import Standing
 
 
@@ -68,8 +68,8 @@ class Bench:
         self.clock = clock
         self.recorder = recorder
         # Late: whoever only needs the roles, as a guardian does, is ready in half the time without.
-        from procedures.techniques.thermometer import Thermometer
         from procedures.core.budget import Uncertainties
+        from procedures.techniques.thermometer import Thermometer
 
         self.uncertainties: Uncertainties = Uncertainties(session)
         self.thermometer: Thermometer = Thermometer(self.uncertainties)

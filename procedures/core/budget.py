@@ -8,8 +8,8 @@ from GTC import inf, reporting, ureal
 from GTC.lib import UncertainReal
 
 from drivers.interfaces import Accuracy
-from procedures.estimation.fitting.expanded import half_width as expanded_half_width
 from procedures.core.result import Contribution, Parameter
+from procedures.estimation.fitting.expanded import half_width as expanded_half_width
 
 #: Standard deviation of a rectangular distribution of half-width one.
 _RECTANGULAR = 1.0 / math.sqrt(3.0)

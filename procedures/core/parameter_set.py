@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from procedures.core.result import Notice, Parameter, ProcedureResult
 from drivers.interfaces.text import text
+from procedures.core.result import Notice, Parameter, ProcedureResult
 
 #: Two figures disagree beyond this multiple of their combined standard uncertainty (about 99 %).
 DISAGREEMENT = 2.6

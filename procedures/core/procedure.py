@@ -6,14 +6,14 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args
 
 from GTC.lib import UncertainReal
 
+from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.nameplate import Connection, Nameplate
 from procedures.core.result import Notice, Parameter, ProcedureResult
 from procedures.core.settings import Settings
 from procedures.core.steps import Step, steps_of
-from drivers.interfaces.text import Text, text
-from procedures.verification.verification import Proof
 from procedures.verification.settings import levels_of
+from procedures.verification.verification import Proof
 from procedures.verification.verifier import Wiring
 
 __all__ = ["Procedure", "Settings"]

@@ -9,15 +9,15 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, ProbeKind
-from procedures.core.actions import (ALL_OPEN, CoupleDynamometer, ReleaseRotor, phases_on)
+from drivers.interfaces.text import text
+from procedures.core.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, phases_on
 from procedures.core.bench import ProcedureError, Role
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
 from procedures.estimation.emf.emf_shape import EmfShape, emf_shape
 from procedures.estimation.winding.unbalance import largest_deviation
-from procedures.core.procedure import Procedure
 from procedures.techniques.acquisition import ranged_record
-from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.verification.settings import TurnedWiringSettings
 
 _PHASES = 3

@@ -7,14 +7,14 @@ import numpy as np
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, DynamometerReading
+from drivers.interfaces.text import text
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
+from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
 _RPM = math.pi / 30.0

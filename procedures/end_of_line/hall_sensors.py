@@ -9,15 +9,15 @@ from GTC import ureal
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind
-from procedures.core.actions import (ALL_OPEN, ConnectProbes, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe)
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import ALL_OPEN, ConnectProbes, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
 from procedures.core.bench import ProcedureError, Role
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.estimation.emf.hall import (SENSORS, HallFault, HallFinding, HallJudgement, Switching, judge, switching)
 from procedures.core.procedure import Procedure
-from procedures.techniques.acquisition import ranged_record
 from procedures.core.settings import Settings
 from procedures.core.steps import step
-from drivers.interfaces.text import Text, text
+from procedures.estimation.emf.hall import SENSORS, HallFault, HallFinding, HallJudgement, Switching, judge, switching
+from procedures.techniques.acquisition import ranged_record
+from procedures.techniques.driven_shaft import driving_speed_rad
 
 _NODES = {1: Node.HALL_1, 2: Node.HALL_2, 3: Node.HALL_3}
 #: First full-scale range (V) for a sensor's signal.

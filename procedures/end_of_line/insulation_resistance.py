@@ -6,14 +6,14 @@ from typing import ClassVar
 from pydantic import Field
 
 from drivers.interfaces import InsulationReading
-from procedures.core.actions import (ALL_OPEN, Connect, ConnectProbes, DisconnectVoltmeter, LockRotor, Socket, Terminal)
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import ALL_OPEN, Connect, ConnectProbes, DisconnectVoltmeter, LockRotor, Socket, Terminal
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.settings import Settings
 from procedures.core.steps import step
-from drivers.interfaces.text import Text, text
 
 #: All three terminals to the tester's high side; its low side is on the frame.
 ALL_HIGH = Connect(dict.fromkeys(Terminal, Socket.INSULATION_HIGH))

@@ -9,13 +9,13 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy
-from procedures.core.actions import (ALL_OPEN, INVERTER, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer)
+from drivers.interfaces.text import text
+from procedures.core.actions import ALL_OPEN, INVERTER, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.fitting.repeats import mean_of_readings
+from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.verification.settings import DrivenWiringSettings
 
 _RPM = math.pi / 30.0

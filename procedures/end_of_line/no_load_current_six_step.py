@@ -5,13 +5,13 @@ from typing import ClassVar
 from pydantic import Field
 
 from drivers.interfaces import Reading
+from drivers.interfaces.text import text
 from procedures.core.actions import DRIVE, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
-from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.core.procedure import Procedure
 from procedures.core.settings import Settings
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.fitting.repeats import mean_of_readings
 
 
 class NoLoadCurrentSixStepSettings(Settings):

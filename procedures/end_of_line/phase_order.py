@@ -5,12 +5,12 @@ from typing import ClassVar
 from GTC import ureal
 
 from drivers.interfaces import ProbeKind
-from procedures.core.actions import (ALL_OPEN, CoupleDynamometer, ReleaseRotor, Terminal, phases_on)
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, Terminal, phases_on
 from procedures.core.bench import ProcedureError, Role
-from procedures.estimation.winding.wiring import Outcome
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from drivers.interfaces.text import Text, text
+from procedures.estimation.winding.wiring import Outcome
 from procedures.verification import messages as words
 from procedures.verification.check import Check
 from procedures.verification.settings import TurnedWiringSettings

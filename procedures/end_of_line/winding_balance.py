@@ -8,14 +8,22 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, Aperture, Wanted
-from procedures.core.actions import (LINE_PAIRS, LockRotor, SeparateMeterLeads, ShortMeterLeads, Terminal, UncoupleDynamometer, meter_across)
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    LINE_PAIRS,
+    LockRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    Terminal,
+    UncoupleDynamometer,
+    meter_across,
+)
 from procedures.core.bench import Role
-from procedures.estimation.winding import resistance
-from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.winding import resistance
+from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
 from procedures.verification.settings import WiringSettings
 
 _AXES = ("d_axis_inductance", "q_axis_inductance")

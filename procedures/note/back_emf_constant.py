@@ -14,18 +14,23 @@ from pydantic import Field
 
 from drivers.interfaces import Accuracy, ProbeKind, Reading
 from drivers.interfaces.oscilloscope import ScreenReadings
-from procedures.core.actions import (ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on)
+from drivers.interfaces.text import text
+from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
-from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
-from procedures.estimation.emf.back_emf import (BackEmfFit, fit_back_emf, flux_by_integration, peak_amplitude)
-from procedures.estimation.fitting.repeats import mean_of_estimates
 from procedures.core.procedure import Procedure
-from procedures.techniques.acquisition import ranged_record
 from procedures.core.steps import step
+from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf, flux_by_integration, peak_amplitude
+from procedures.estimation.fitting.repeats import mean_of_estimates
+from procedures.techniques.acquisition import ranged_record
+from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
-from procedures.techniques.temperature_settings import (MagnetCoefficient, MagnetCoefficientUncertainty, MagnetsTemperature, TemperatureUncertainty)
-from drivers.interfaces.text import text
+from procedures.techniques.temperature_settings import (
+    MagnetCoefficient,
+    MagnetCoefficientUncertainty,
+    MagnetsTemperature,
+    TemperatureUncertainty,
+)
 from procedures.verification.settings import TurnedWiringSettings
 
 _POINTS = 20_000

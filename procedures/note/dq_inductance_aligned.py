@@ -10,20 +10,29 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Aperture, ImpedanceReading, Wanted
-from procedures.core.actions import (ALIGN_D, ALIGN_Q, LockRotor, ReleaseRotor, Terminal, UncoupleDynamometer, meter_across, meter_series_parallel)
-from procedures.techniques.alignment import aligning
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    ALIGN_D,
+    ALIGN_Q,
+    LockRotor,
+    ReleaseRotor,
+    Terminal,
+    UncoupleDynamometer,
+    meter_across,
+    meter_series_parallel,
+)
 from procedures.core.bench import Bench, Role
-from procedures.estimation.winding.connections import ReadingConnection, phase_factor
-from procedures.estimation.winding.held_angle import held_angle
-from procedures.estimation.winding.misalignment import Held, excess
-from procedures.estimation.fitting.repeats import mean_of_readings
-from procedures.techniques.dq_axes import (CONVENTION, connection_of, require, short_correct)
-from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.fitting.repeats import mean_of_readings
+from procedures.estimation.winding.connections import ReadingConnection, phase_factor
+from procedures.estimation.winding.held_angle import held_angle
+from procedures.estimation.winding.misalignment import Held, excess
+from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
+from procedures.techniques.alignment import aligning
+from procedures.techniques.dq_axes import CONVENTION, connection_of, require, short_correct
 from procedures.verification.by_bridge import BridgeSettings
 from procedures.verification.settings import SupplyWiringSettings
 

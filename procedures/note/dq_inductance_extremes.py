@@ -11,19 +11,27 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, Aperture, Wanted
-from procedures.core.actions import (EnterReading, ReleaseRotor, StartTurning, StopTurning, Terminal, UncoupleDynamometer, meter_across)
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    EnterReading,
+    ReleaseRotor,
+    StartTurning,
+    StopTurning,
+    Terminal,
+    UncoupleDynamometer,
+    meter_across,
+)
 from procedures.core.bench import Bench, Role
 from procedures.core.curves import curve
-from procedures.estimation.winding import rotor_sweep
-from procedures.estimation.winding.connections import phase_factor
-from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
-from procedures.techniques.dq_axes import CONVENTION, connection_of, short_correct
-from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.winding import rotor_sweep
+from procedures.estimation.winding.connections import phase_factor
+from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
+from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
+from procedures.techniques.dq_axes import CONVENTION, connection_of, short_correct
 from procedures.verification.by_bridge import BridgeSettings
 from procedures.verification.settings import WiringSettings
 

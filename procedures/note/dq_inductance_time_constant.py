@@ -10,19 +10,31 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, ProbeKind, Slope, Trigger, Waveform
-from procedures.core.actions import (ALIGN_D, ALIGN_Q, STEP_NEGATIVE, STEP_POSITIVE, CurrentProbe, LockRotor, Node, ReleaseRotor, Terminal, UncoupleDynamometer, VoltageProbe)
-from procedures.techniques.alignment import Alignment, aligning
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    ALIGN_D,
+    ALIGN_Q,
+    STEP_NEGATIVE,
+    STEP_POSITIVE,
+    CurrentProbe,
+    LockRotor,
+    Node,
+    ReleaseRotor,
+    Terminal,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
 from procedures.core.bench import Role
 from procedures.core.curves import curve
-from procedures.estimation.winding.connections import ReadingConnection, phase_factor
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_estimates, mean_of_readings
+from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.estimation.winding.step_look import look_at_step
 from procedures.estimation.winding.step_response import apparent_inductance, fit_step_response, time_constant_63
-from procedures.techniques.dq_axes import CONVENTION
-from procedures.core.procedure import Procedure
 from procedures.techniques.acquisition import configure, record
-from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.techniques.alignment import Alignment, aligning
+from procedures.techniques.dq_axes import CONVENTION
 from procedures.verification.settings import SupplyWiringSettings
 
 _POINTS = 10_000

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, DynamometerReading
+from drivers.interfaces.text import text
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.estimation.mechanics import inertia as estimation
-from procedures.estimation.fitting.fit import Fit
-from procedures.estimation.fitting.noise import white_noise
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.fitting.fit import Fit
+from procedures.estimation.fitting.noise import white_noise
+from procedures.estimation.mechanics import inertia as estimation
+from procedures.techniques.driven_shaft import driving_speed_rad
 
 #: Share of the dynamometer's torque at which the search for the ramp's torque begins.
 _SMALLEST_TORQUE = 0.002

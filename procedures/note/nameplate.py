@@ -2,12 +2,12 @@
 
 from typing import ClassVar
 
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import EnterReading
 from procedures.core.bench import Role
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.result import Parameter
 from procedures.core.steps import step
-from drivers.interfaces.text import Text, text
 
 
 class NameplateSettings(Settings):

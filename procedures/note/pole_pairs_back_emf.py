@@ -7,14 +7,14 @@ import numpy as np
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind, Reading
-from procedures.core.actions import (ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe)
+from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
 from procedures.core.bench import Role
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.estimation.emf.back_emf import fit_back_emf
-from procedures.techniques.pole_pair_count import count, frequency_reading
 from procedures.core.procedure import Procedure
-from procedures.techniques.acquisition import ranged_record
 from procedures.core.steps import step
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.techniques.acquisition import ranged_record
+from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.pole_pair_count import count, frequency_reading
 from procedures.verification.settings import TurnedWiringSettings
 
 _POINTS = 20_000

@@ -8,14 +8,14 @@ import numpy as np
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind, Reading
-from procedures.core.actions import (INVERTER, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer)
-from procedures.core.bench import ProcedureError, Role
-from procedures.estimation.emf.back_emf import fit_back_emf
-from procedures.techniques.pole_pair_count import (count, frequency_reading, is_clear, ratio)
-from procedures.core.procedure import Procedure
-from procedures.techniques.acquisition import ranged_record
-from procedures.core.steps import step
 from drivers.interfaces.text import text
+from procedures.core.actions import INVERTER, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.techniques.acquisition import ranged_record
+from procedures.techniques.pole_pair_count import count, frequency_reading, is_clear, ratio
 from procedures.verification.settings import FedWiringSettings
 
 _RECORD_PERIODS = 10

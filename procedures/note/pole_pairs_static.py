@@ -7,13 +7,13 @@ from typing import ClassVar
 from GTC import ureal
 from pydantic import Field
 
-from procedures.core.actions import (ALIGN_D, MarkRestPositions, ReleaseRotor, TurnToRest, UncoupleDynamometer)
-from procedures.techniques.alignment import aligning
+from drivers.interfaces.text import text
+from procedures.core.actions import ALIGN_D, MarkRestPositions, ReleaseRotor, TurnToRest, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
-from procedures.estimation.mechanics import pole_pairs
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from drivers.interfaces.text import text
+from procedures.estimation.mechanics import pole_pairs
+from procedures.techniques.alignment import aligning
 from procedures.verification.settings import SupplyWiringSettings
 
 #: A mark so near (rad) to the first one come round again is that one.

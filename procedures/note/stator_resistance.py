@@ -9,18 +9,24 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, Wanted
-from procedures.core.actions import (LINE_PAIRS, SeparateMeterLeads, ShortMeterLeads, Terminal, meter_across)
+from drivers.interfaces.text import text
+from procedures.core.actions import LINE_PAIRS, SeparateMeterLeads, ShortMeterLeads, Terminal, meter_across
 from procedures.core.bench import Bench, Role
-from procedures.estimation.winding import resistance
-from procedures.estimation.fitting.repeats import mean_of_readings
-from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
+from procedures.estimation.fitting.repeats import mean_of_readings
+from procedures.estimation.winding import resistance
+from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
 from procedures.techniques.temperature_correction import copper_factor, winding_temperature
-from procedures.techniques.temperature_settings import (COLD, CopperCoefficient, ReferenceTemperature, TemperatureUncertainty, WindingTemperature)
-from drivers.interfaces.text import text
+from procedures.techniques.temperature_settings import (
+    COLD,
+    CopperCoefficient,
+    ReferenceTemperature,
+    TemperatureUncertainty,
+    WindingTemperature,
+)
 from procedures.verification.settings import WiringSettings
 
 Pair = tuple[Terminal, Terminal]

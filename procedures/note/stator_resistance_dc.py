@@ -10,17 +10,31 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, Reading, Regulated
-from procedures.core.actions import (LINE_PAIRS, Connect, ConnectVoltmeter, LockRotor, Socket, Terminal, UncoupleDynamometer)
-from procedures.techniques.alignment import flowing_current
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    LINE_PAIRS,
+    Connect,
+    ConnectVoltmeter,
+    LockRotor,
+    Socket,
+    Terminal,
+    UncoupleDynamometer,
+)
 from procedures.core.bench import ProcedureError, Role
-from procedures.estimation.winding import resistance
-from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.fitting.linear import least_squares
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.techniques.temperature_correction import (check_temperature, copper_factor, warmed, winding_temperature)
-from procedures.techniques.temperature_settings import (COLD, CopperCoefficient, ReferenceTemperature, TemperatureUncertainty, WindingTemperature)
-from drivers.interfaces.text import text
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.winding import resistance
+from procedures.techniques.alignment import flowing_current
+from procedures.techniques.temperature_correction import check_temperature, copper_factor, warmed, winding_temperature
+from procedures.techniques.temperature_settings import (
+    COLD,
+    CopperCoefficient,
+    ReferenceTemperature,
+    TemperatureUncertainty,
+    WindingTemperature,
+)
 from procedures.verification.settings import SupplyWiringSettings
 
 Pair = tuple[Terminal, Terminal]

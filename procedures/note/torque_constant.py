@@ -8,15 +8,20 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import text
 from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.estimation.mechanics.torque_constant import fit_torque_constant
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
+from procedures.estimation.mechanics.torque_constant import fit_torque_constant
+from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
-from procedures.techniques.temperature_settings import (MagnetCoefficient, MagnetCoefficientUncertainty, MagnetsTemperature, TemperatureUncertainty)
-from drivers.interfaces.text import text
+from procedures.techniques.temperature_settings import (
+    MagnetCoefficient,
+    MagnetCoefficientUncertainty,
+    MagnetsTemperature,
+    TemperatureUncertainty,
+)
 from procedures.verification.settings import DrivenWiringSettings
 
 CONVENTION = "per peak phase ampere, amplitude-invariant, at 25 °C"

@@ -3,9 +3,9 @@
 import math
 
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
 from procedures.core.result import Notice
-from drivers.interfaces.text import Text, text
 
 _RECTANGULAR = 1.0 / math.sqrt(3.0)
 

@@ -5,13 +5,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from procedures.plausibility import factor_errors as mistakes
-from procedures.plausibility.factor_errors import Mistake, Ratio, quotient
+from drivers.interfaces.text import Text, text
 from procedures.core.nameplate import Nameplate
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter
-from drivers.interfaces.text import Text, text
 from procedures.note.torque_constant import DERIVED
+from procedures.plausibility import factor_errors as mistakes
+from procedures.plausibility.factor_errors import Mistake, Ratio, quotient
 
 Findings = Mapping[str, Mapping[str, Any]]
 _Keyed = tuple[tuple[str, str], Notice]

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from drivers.interfaces import Aperture, MeasurementError, SetpointError
+from drivers.interfaces.text import text
 from procedures.core.bench import Bench, Role
-from procedures.plausibility.capability import cannot_support, relative_uncertainty
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Notice
-from drivers.interfaces.text import text
+from procedures.plausibility.capability import cannot_support, relative_uncertainty
 
 #: Test frequencies that are tried instead, as multiples of the one that is set.
 _HIGHER = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)

@@ -11,16 +11,16 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, ProbeKind, Reading
-from procedures.core.actions import (DRIVE, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal)
+from drivers.interfaces.text import text
+from procedures.core.actions import DRIVE, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal
 from procedures.core.bench import ProcedureError, Role
-from procedures.estimation.six_step import currents as six_step
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.linear import least_squares
-from procedures.core.procedure import Procedure
+from procedures.estimation.six_step import currents as six_step
 from procedures.techniques.acquisition import ranged_record
-from procedures.core.steps import step
-from drivers.interfaces.text import text
 from procedures.verification.settings import WiringSettings
 
 _POINTS = 50_000

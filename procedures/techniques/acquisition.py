@@ -6,8 +6,8 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 
 from drivers.interfaces import ChannelSettings, Oscilloscope, SetpointError, Trigger, Waveform
-from procedures.core.bench import Bench, ProcedureError
 from drivers.interfaces.text import text
+from procedures.core.bench import Bench, ProcedureError
 
 #: The signal fills this share of the screen, so that noise and overshoot do not clip.
 _FILL = 0.8

@@ -5,8 +5,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from drivers.interfaces import OutputMode, Reading, Regulated
-from procedures.core.bench import Bench, ProcedureError
 from drivers.interfaces.text import text
+from procedures.core.bench import Bench, ProcedureError
 
 #: The supply regulates when it gives no more than this times the wanted current, besides its meter's error.
 _EXCEEDED = 1.05

@@ -1,10 +1,10 @@
 """What the three ways to Ld and Lq share."""
 
 from drivers.interfaces import LcrMeter
-from procedures.core.actions import (Connect, SeparateMeterLeads, ShortMeterLeads, Socket)
+from drivers.interfaces.text import text
+from procedures.core.actions import Connect, SeparateMeterLeads, ShortMeterLeads, Socket
 from procedures.core.bench import Bench, ProcedureError
 from procedures.estimation.winding.connections import ReadingConnection
-from drivers.interfaces.text import text
 
 #: One sentence for reports: what the figures of Ld and Lq are.
 CONVENTION = "per phase of the Y-equivalent"

@@ -3,9 +3,9 @@
 import math
 
 from drivers.interfaces import Reading
+from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.nameplate import Nameplate
-from drivers.interfaces.text import text
 
 #: A tachometer that differs by more than this share from the speed that was commanded reads something else.
 _AGREE = 0.1

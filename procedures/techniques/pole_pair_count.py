@@ -7,11 +7,11 @@ from GTC import ureal
 
 from drivers.interfaces import Reading
 from drivers.interfaces.oscilloscope import ScreenReadings
+from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
+from procedures.core.procedure import Procedure
 from procedures.estimation.mechanics import pole_pairs
 from procedures.estimation.mechanics.pole_pairs import FrequencyRatio
-from procedures.core.procedure import Procedure
-from drivers.interfaces.text import text
 
 #: rpm in a rad/s.
 _RPM = 30.0 / math.pi

@@ -2,12 +2,12 @@
 
 from GTC.lib import UncertainReal
 
+from drivers.interfaces.text import text
 from procedures.core.actions import EnterReading
 from procedures.core.bench import Bench, ProcedureError
+from procedures.core.budget import Uncertainties
 from procedures.core.nameplate import Nameplate
 from procedures.techniques.temperature_settings import COLD
-from drivers.interfaces.text import text
-from procedures.core.budget import Uncertainties
 
 #: By which share the temperature coefficient of the remanence differs between grades of one magnet material.
 MAGNET_SPREAD = 0.3

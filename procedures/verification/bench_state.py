@@ -1,6 +1,6 @@
 """What the actions done so far leave: the terminals' connection, and whether the shaft is locked."""
 
-from procedures.core.actions import (Action, Connect, LockRotor, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads)
+from procedures.core.actions import Action, Connect, LockRotor, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads
 from procedures.verification.lines import Lines
 
 

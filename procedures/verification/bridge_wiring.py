@@ -8,8 +8,8 @@ from procedures.estimation.winding.wiring import Outcome
 from procedures.verification import by_bridge
 from procedures.verification.by_bridge import BridgeSettings
 from procedures.verification.check import Check
-from procedures.verification.verification import Proof
 from procedures.verification.two_poles import poles_of
+from procedures.verification.verification import Proof
 
 #: Test frequencies (Hz) up to which a winding shows its direct-current resistance, and the one to ask a bridge for.
 _NEARLY_DIRECT, _LOW = 120.0, 20.0

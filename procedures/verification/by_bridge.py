@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drivers.interfaces import Aperture, ImpedanceReading, LcrMeter, OverloadError, Wanted
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect
 from procedures.estimation.fitting.intervals import Interval, around
-from procedures.estimation.winding.wiring import (Kind, Leads, Mistake, Outcome, Pole, mistakes, odd_line)
-from drivers.interfaces.text import Text, text
+from procedures.estimation.winding.wiring import Kind, Leads, Mistake, Outcome, Pole, mistakes, odd_line
 from procedures.verification.check import Check, mistake_record, records
 from procedures.verification.lines import Reference
-from procedures.verification.two_poles import (NO_PATH, THIRD, alike, expected, loop, poles_of)
+from procedures.verification.two_poles import NO_PATH, THIRD, alike, expected, loop, poles_of
 from procedures.verification.two_poles import judged as judged_alike
 
 #: Clips against each other read within so many limits of error of zero, and this (Ω) where no more is stated.

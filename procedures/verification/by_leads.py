@@ -3,14 +3,25 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from procedures.core.actions import (Connect, ConnectVoltmeter, CurrentProbe, Node, Socket, Terminal, VoltageProbe)
-from procedures.estimation.fitting.intervals import ANY, Interval, around
-from procedures.estimation.winding.wiring import (Kind, Leads, Mistake, Observation, Outcome, current_sensed, loop_resistance, mistakes, odd_line, voltage_sensed)
 from drivers.interfaces.text import Text, text
-from procedures.verification.by_supply import (Fed, evidence, figures, middle)
+from procedures.core.actions import Connect, ConnectVoltmeter, CurrentProbe, Node, Socket, Terminal, VoltageProbe
+from procedures.estimation.fitting.intervals import ANY, Interval, around
+from procedures.estimation.winding.wiring import (
+    Kind,
+    Leads,
+    Mistake,
+    Observation,
+    Outcome,
+    current_sensed,
+    loop_resistance,
+    mistakes,
+    odd_line,
+    voltage_sensed,
+)
+from procedures.verification.by_supply import Fed, evidence, figures, middle
 from procedures.verification.check import TERMINALS, Check, records
 from procedures.verification.lines import Reference
-from procedures.verification.two_poles import (ALIKE, THIRD, alike, expected, loop, poles_of)
+from procedures.verification.two_poles import ALIKE, THIRD, alike, expected, loop, poles_of
 from procedures.verification.two_poles import judged as judged_alike
 
 #: Shares of voltage and current between unlike phases are off by this at most.

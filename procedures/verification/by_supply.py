@@ -5,13 +5,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivers.interfaces import OutputMode, Reading, Supply
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect
 from procedures.estimation.fitting.intervals import Interval, around
 from procedures.estimation.winding.wiring import Leads, Outcome, mistakes
-from drivers.interfaces.text import Text, text
 from procedures.verification.check import Check, records
 from procedures.verification.lines import Reference
-from procedures.verification.two_poles import (ANY_PATH, NO_PATH, expected, loop, poles_of)
+from procedures.verification.two_poles import ANY_PATH, NO_PATH, expected, loop, poles_of
 from procedures.verification.two_poles import judged as judged_alike
 
 

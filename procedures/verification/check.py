@@ -4,9 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from procedures.core.actions import (Connect, ConnectProbes, ConnectVoltmeter, CurrentProbe, Node, Socket, Terminal, VoltageProbe)
-from procedures.estimation.winding.wiring import (Judgement, Kind, Leads, Mistake, Outcome)
 from drivers.interfaces.text import Text
+from procedures.core.actions import (
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CurrentProbe,
+    Node,
+    Socket,
+    Terminal,
+    VoltageProbe,
+)
+from procedures.estimation.winding.wiring import Judgement, Kind, Leads, Mistake, Outcome
 
 TERMINALS = tuple(Terminal)
 Connection = Connect | ConnectProbes | ConnectVoltmeter

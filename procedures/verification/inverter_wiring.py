@@ -6,15 +6,15 @@ from collections.abc import Callable
 import numpy as np
 
 from drivers.interfaces import ReportedError, Waveform
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect, ConnectProbes, CurrentProbe
 from procedures.core.bench import Role
-from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.winding.wiring import Kind, Outcome
-from drivers.interfaces.text import Text, text
+from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.verification.check import Check
-from procedures.verification.verification import Proof
 from procedures.verification.steady import alternating
+from procedures.verification.verification import Proof
 
 #: Frequency (Hz) of a harmless rotating field, the time (s) until it has settled, and the periods recorded.
 _FREQUENCY, _SETTLE, _PERIODS = 10.0, 0.1, 3.0

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from procedures.core.result import Parameter
 from procedures.estimation.fitting.intervals import Interval, around
 from procedures.estimation.winding.wiring import Poles, loop_resistance
-from procedures.core.result import Parameter
 
 #: A winding may be warmer or colder by about 20 K than when its resistance was read in this run.
 _WARMING = 0.08

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from drivers.interfaces.text import Text, text
 from procedures.estimation.emf.probed_phases import Fault
 from procedures.estimation.winding.wiring import Kind, Outcome
-from drivers.interfaces.text import Text, text
 
 Colours = Mapping[str, str]
 

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from procedures.core.actions import (ALL_OPEN, ConnectProbes, Terminal, VoltageProbe)
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.estimation.emf.probed_phases import (Fault, Pattern, fitting, patterns, phasors)
-from procedures.estimation.winding.wiring import Outcome
 from drivers.interfaces.text import text
+from procedures.core.actions import ALL_OPEN, ConnectProbes, Terminal, VoltageProbe
+from procedures.estimation.emf.probed_phases import Fault, Pattern, fitting, patterns, phasors
+from procedures.estimation.winding.wiring import Outcome
+from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.verification.check import Check
-from procedures.verification.verification import Proof
 from procedures.verification.steady import alternating
+from procedures.verification.verification import Proof
 
 #: Periods of a record, if the pole pairs are what is known of them, and the shortest and longest record (s).
 _PERIODS, _SHORTEST, _LONGEST = 4.0, 0.02, 4.0

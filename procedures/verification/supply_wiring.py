@@ -4,16 +4,16 @@ import math
 from collections.abc import Callable, Sequence
 
 from drivers.interfaces import Reading, Regulated
-from procedures.core.actions import (Connect, ConnectProbes, ConnectVoltmeter, CurrentProbe, VoltageProbe)
-from procedures.estimation.winding.held_angle import Stands, explaining
-from procedures.estimation.fitting.intervals import ANY
-from procedures.estimation.winding.wiring import Kind, Leads, Outcome
 from drivers.interfaces.text import text
+from procedures.core.actions import Connect, ConnectProbes, ConnectVoltmeter, CurrentProbe, VoltageProbe
+from procedures.estimation.fitting.intervals import ANY
+from procedures.estimation.winding.held_angle import Stands, explaining
+from procedures.estimation.winding.wiring import Kind, Leads, Outcome
 from procedures.verification import by_leads, by_supply
 from procedures.verification.check import Check, mistake_record
-from procedures.verification.verification import Proof
 from procedures.verification.steady import again, direct, risen
 from procedures.verification.two_poles import poles_of
+from procedures.verification.verification import Proof
 
 #: A channel shows so much more than is expected, either way.
 _ROOM = 1.4

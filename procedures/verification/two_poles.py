@@ -5,7 +5,18 @@ from collections.abc import Callable, Mapping, Sequence
 
 from procedures.core.actions import Connect, Socket, Terminal
 from procedures.estimation.fitting.intervals import Interval
-from procedures.estimation.winding.wiring import (Judgement, Kind, Mistake, Observation, Outcome, Pole, Poles, judge, loop_resistance, mistakes)
+from procedures.estimation.winding.wiring import (
+    Judgement,
+    Kind,
+    Mistake,
+    Observation,
+    Outcome,
+    Pole,
+    Poles,
+    judge,
+    loop_resistance,
+    mistakes,
+)
 from procedures.verification.lines import Reference
 
 _POLES: Mapping[Socket, Pole] = {

@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect, Mend
 from procedures.core.bench import Bench, ProcedureError
-from procedures.estimation.winding.wiring import Outcome
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter
-from drivers.interfaces.text import Text, text
+from procedures.estimation.winding.wiring import Outcome
 from procedures.verification import messages as words
 from procedures.verification.check import Check, Connection, connection_record
 from procedures.verification.lines import Lines

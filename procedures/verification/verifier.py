@@ -2,9 +2,9 @@
 
 from procedures.verification.bridge_wiring import BridgeWiring
 from procedures.verification.inverter_wiring import InverterWiring
-from procedures.verification.verification import Proof
 from procedures.verification.shaft_wiring import ShaftWiring
 from procedures.verification.supply_wiring import SupplyWiring
+from procedures.verification.verification import Proof
 
 
 class Wiring:

@@ -1,12 +1,12 @@
 """A run as a document: what was found, who and what, each procedure, the record."""
 
 from drivers.interfaces.text import Text, text
-from reports.labels import parameter_name
-from reports.document.identity import (motor_section, record_section, signature_section, station_section)
-from reports.document.model import (Block, Column, Document, Facts, Notices, Paragraph, Row, Section, Table)
+from reports.document.identity import motor_section, record_section, signature_section, station_section
+from reports.document.model import Block, Column, Document, Facts, Notices, Paragraph, Row, Section, Table
 from reports.document.parameters import parameter_table
 from reports.document.procedure import procedure_section
 from reports.document.record import RunRecord
+from reports.labels import parameter_name
 
 _STATUS: dict[str, Text] = {
     "completed": text("completed"),

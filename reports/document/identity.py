@@ -1,10 +1,10 @@
 """Who and what: the motor, the bench, its instruments and their calibrations, the operator, the record."""
 
-from procedures.core.nameplate import Connection
 from drivers.interfaces.text import Text, text
-from reports.labels import role_name
-from reports.document.model import (Block, Cell, Column, Facts, Notices, Paragraph, Row, Section, Signatures, Table)
+from procedures.core.nameplate import Connection
+from reports.document.model import Block, Cell, Column, Facts, Notices, Paragraph, Row, Section, Signatures, Table
 from reports.document.record import InstrumentRecord, RunRecord, SignOff
+from reports.labels import role_name
 
 _CONNECTIONS = {Connection.WYE: text("wye"), Connection.DELTA: text("delta")}
 _PERFORMED: dict[str, Text] = {

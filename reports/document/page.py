@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
-from reports.fonts import CHINESE_FAMILY, chinese_subset
 from reports.document.render import words_of
+from reports.fonts import CHINESE_FAMILY, chinese_subset
 
 _TEMPLATE = "page.html.j2"
 #: Characters from here on are those that a browser may have no font for.

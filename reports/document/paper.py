@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
-from reports.fonts import FOLDER, uncovered
 from reports.document.render import words_of
+from reports.fonts import FOLDER, uncovered
 
 
 def paper(rendered: Mapping[str, Any]) -> bytes:

@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 
+from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Parameter
-from drivers.interfaces.text import Text, text
+from reports.document.model import Cell, Column, Row, Table
+from reports.labels import parameter_name, phrase, unit_for_readers
 from reports.tables.budget import budget_rows, combined, freedom
 from reports.tables.figures import decimals_for, figure, scale_of
-from reports.labels import parameter_name, phrase, unit_for_readers
 from reports.tables.parameter_figures import shown
-from reports.document.model import (Cell, Column, Row, Table)
 
 
 def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:

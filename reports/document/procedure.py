@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from procedures.core.result import Parameter
 from drivers.interfaces.text import Text, text
-from reports.tables.budget import combined
-from reports.labels import parameter_name, section_name
-from reports.plots.of_procedures import plots
-from reports.document.model import (Block, Cell, Column, Facts, Figure, Notices, Paragraph, Row, Section, Table)
+from procedures.core.result import Parameter
+from reports.document.model import Block, Cell, Column, Facts, Figure, Notices, Paragraph, Row, Section, Table
 from reports.document.parameters import budget_table, result_table
 from reports.document.readings import readings_table
 from reports.document.record import ProcedureRecord, StepRecord
 from reports.document.wiring import wiring_table
+from reports.labels import parameter_name, section_name
+from reports.plots.of_procedures import plots
+from reports.tables.budget import combined
 
 STATUS: dict[str, Text] = {
     "finished": text("done"),

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 
 from drivers.interfaces.text import Text, text
-from reports.tables.figures import scale_of
-from reports.labels import role_name
-from reports.document.model import (Cell, Column, Row, Table)
+from reports.document.model import Cell, Column, Row, Table
 from reports.document.record import Readings, StepRecord
+from reports.labels import role_name
+from reports.tables.figures import scale_of
 
 #: More values than this are told by their range.
 _LISTED = 6

@@ -7,10 +7,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.interfaces.text import Text
 from procedures.core.nameplate import Nameplate
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, ProcedureResult
-from drivers.interfaces.text import Text
 
 FloatArray = NDArray[np.float64]
 

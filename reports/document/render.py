@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from reports.plots.draw import svg
-from reports.document.model import (Block, Cell, Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table)
+from reports.document.model import Block, Cell, Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table
 from reports.document.speech import Speech
+from reports.plots.draw import svg
 
 
 def render(document: Document, speech: Speech, drawn: Mapping[str, str] | None = None) -> dict[str, Any]:

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from procedures.core.actions import SOCKET_NAMES, Connect, Socket
 from drivers.interfaces.text import Text, text
+from procedures.core.actions import SOCKET_NAMES, Connect, Socket
 from procedures.verification.check import Connection, connections_of
 from procedures.verification.messages import outcome
-from reports.labels import role_name
 from reports.document.model import Column, Row, Table
+from reports.labels import role_name
 
 
 def wiring_table(checks: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Table | None:

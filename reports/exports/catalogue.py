@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
+from reports.exports.controllers import moteus, odrive, simplefoc, st, ti, vesc
 from reports.exports.files import c_header, csv_file, json_file
 from reports.exports.simulators import gym_electric_motor, mathworks, motulator
-from reports.exports.controllers import (moteus, odrive, simplefoc, st, ti, vesc)
 from reports.exports.target import Target
 
 TARGETS: Mapping[str, Target] = {

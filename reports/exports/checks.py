@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from procedures.core.result import Parameter
 from drivers.interfaces.text import Text, text
+from procedures.core.result import Parameter
 from reports.exports.quantities import Fixed, FromPlate, Source
 from reports.exports.subject import Subject
 from reports.tables.figures import percent

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from drivers.interfaces.text import Text, text
+from reports.document.record import ProcedureRecord, Trace
 from reports.plots.envelope import envelope
 from reports.plots.model import Axes, Curve, FloatArray, Manner, Plot
-from reports.document.record import ProcedureRecord, Trace
 
 _RPM = np.pi / 30.0
 _TIME, _CURRENT, _VOLTAGE, _SPEED = text("Time"), text("Current"), text("Voltage"), text("Speed")

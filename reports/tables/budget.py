@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from procedures.core.result import Parameter
 from drivers.interfaces.text import Text, Translate, text
-from reports.tables.figures import (decimals_for, figure, percent, scale_of)
+from procedures.core.result import Parameter
 from reports.labels import parameter_name, unit_for_readers
+from reports.tables.figures import decimals_for, figure, percent, scale_of
 
 #: Below this share of the whole a contribution is not written out.
 _NEGLIGIBLE = 1e-6

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from procedures.core.result import Parameter
-from reports.tables.figures import (decimals_for, figure, percent, scale_of)
 from reports.labels import unit_for_readers
+from reports.tables.figures import decimals_for, figure, percent, scale_of
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
+from drivers.interfaces.text import Translate, english
 from procedures.core.procedure import Procedure
 from procedures.core.steps import methods_of
-from drivers.interfaces.text import Translate, english
 
 
 def markdown(procedures: Mapping[str, type[Procedure[Any]]], translate: Translate = english) -> str:

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from drivers.interfaces.text import Translate, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter
-from drivers.interfaces.text import Translate, text
 from reports.labels import parameter_name
 from reports.tables.parameter_figures import shown
 

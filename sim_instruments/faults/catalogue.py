@@ -5,7 +5,17 @@ from typing import Annotated, Any, get_args
 from pydantic import Field, TypeAdapter
 
 from sim_instruments.faults.description import Description
-from sim_instruments.faults.on_bench import (CurrentLimited, MotorUnplugged, OpenPhase, SpeedRunaway, StuckOutput, StuckRelay, StuckRotor, Swapped, ThermalRunaway)
+from sim_instruments.faults.on_bench import (
+    CurrentLimited,
+    MotorUnplugged,
+    OpenPhase,
+    SpeedRunaway,
+    StuckOutput,
+    StuckRelay,
+    StuckRotor,
+    Swapped,
+    ThermalRunaway,
+)
 from sim_instruments.faults.on_hands import MisClamped, MisClipped, MisPlaced
 from sim_instruments.faults.on_lines import LineFault, Unplugged, WrongIdentity
 

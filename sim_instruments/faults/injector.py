@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from sim_instruments.faults.line_faults import Watch
 from sim_instruments.faults.description import Description, Mend
+from sim_instruments.faults.line_faults import Watch
 
 if TYPE_CHECKING:
     from sim_instruments.bench import VirtualBench

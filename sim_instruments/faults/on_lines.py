@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from sim_instruments.faults.description import Count, Description, MaybeCount, Mend, pattern_checked
 from sim_instruments.faults.line_faults import Fault, FaultKind
-from sim_instruments.faults.description import (Count, Description, MaybeCount, Mend, pattern_checked)
 
 if TYPE_CHECKING:
     from sim_instruments.bench import VirtualBench

@@ -5,8 +5,8 @@ import contextlib
 
 import can
 
-from sim_instruments.transports.can.buses import open_bus
 from sim_instruments.instruments.registers import ILLEGAL_ADDRESS, RegisterError
+from sim_instruments.transports.can.buses import open_bus
 
 #: The contacts in the order of their bits.
 CONTACTS = ("emergency_stop", "door")

@@ -8,10 +8,16 @@ from typing import Any
 import numpy as np
 
 from sim_instruments.bench import Address, VirtualBench
-from sim_instruments.transports.connection import Connection
+from sim_instruments.clock.paced_clock import PacedClock
+from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.scpi.session import ClientSession
 from sim_instruments.server.control.http import JsonService
 from sim_instruments.server.control.routes import control_routes
+from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
 from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.connection import Connection
 from sim_instruments.transports.conversation import Conversation
 from sim_instruments.transports.hislip.server import HislipServer
 from sim_instruments.transports.loop_thread import LoopThread
@@ -20,12 +26,6 @@ from sim_instruments.transports.modbus.server import ModbusTcpServer
 from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.transports.scpi_socket import ScpiSocket
 from sim_instruments.transports.tcp_service import Serve, TcpService
-from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
-from sim_instruments.clock.paced_clock import PacedClock
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.server.safety_contacts import (FRAME, ContactFrames, InputModule, SafetyContacts)
-from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.session import ClientSession
 
 LOOPBACK = "127.0.0.1"
 SCPI_ROLES = ("supply", "lcr_meter", "oscilloscope", "voltmeter")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import cast
 
 from sim_instruments.world.probes import Node
-from sim_instruments.world.settings import (TERMINALS, Contact, Socket, Terminal)
+from sim_instruments.world.settings import TERMINALS, Contact, Socket, Terminal
 
 #: Sockets of one instrument, the strongest first: of several on one terminal, it decides what the motor feels.
 _POLES: tuple[tuple[Socket, ...], ...] = (

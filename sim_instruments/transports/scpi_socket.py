@@ -3,9 +3,9 @@
 import asyncio
 from collections.abc import Callable
 
-from sim_instruments.transports.conversation import Conversation
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.framing import MessageSplitter
+from sim_instruments.transports.conversation import Conversation
 
 _CHUNK = 1 << 13
 #: The longest message that an instrument takes.

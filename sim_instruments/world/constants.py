@@ -6,9 +6,9 @@ from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.swing import Shaft
 from sim_instruments.physics.windings import Windings
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.settings import Settings
 from sim_instruments.world.sources.six_step_stage import SixStepStage
-from sim_instruments.world.machine_data import (DynamometerMachine, InverterStage, Leads, SupplyStage)
 
 SUPPLY_POLES = ("supply+", "supply-")
 BRIDGE_POLES = ("lcr_high", "lcr_low")

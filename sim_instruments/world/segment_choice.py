@@ -5,18 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_instruments.world.shaft import free_shaft
-from sim_instruments.world.sources import inverter_drive, six_step_drive
-from sim_instruments.world.constants import Parts
 from sim_instruments.physics.motion import Motion, Rest, Wavering
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.source import CurrentSource
 from sim_instruments.physics.windings import Windings
+from sim_instruments.world.constants import Parts
+from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.segment_inputs import Plan, dynamometer_ramp
-from sim_instruments.world.segment import (DynamometerLaw, Outcome, Segment, State)
 from sim_instruments.world.settings import Settings, SupplySettings
-from sim_instruments.world.sources.supply_regime import (Regime, is_open, over_voltage, regime)
+from sim_instruments.world.shaft import free_shaft
+from sim_instruments.world.sources import inverter_drive, six_step_drive
+from sim_instruments.world.sources.supply_regime import Regime, is_open, over_voltage, regime
 from sim_instruments.world.thermal import next_update
 
 #: Rate (rad/s) at which a hand's speed wavers.

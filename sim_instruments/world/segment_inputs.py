@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sim_instruments.world.constants import Parts
 from sim_instruments.physics.crossing import first_rise
 from sim_instruments.physics.motion import Motion, Ramp, Rest, Wavering
 from sim_instruments.physics.network import Network
@@ -14,7 +13,8 @@ from sim_instruments.physics.saturated import SaturatedTransient
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource, absent
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
-from sim_instruments.world.segment import (Circuit, DynamometerLaw, Outcome, Segment, State)
+from sim_instruments.world.constants import Parts
+from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.settings import Settings
 from sim_instruments.world.sources.supply_regime import Regime
 

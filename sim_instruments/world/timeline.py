@@ -11,16 +11,16 @@ from itertools import pairwise
 import numpy as np
 
 from sim_instruments.clock.virtual_clock import BenchClock
-from sim_instruments.world.constants import Parts
-from sim_instruments.world.history import Past, Quantity
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.windings import FloatArray, Windings
-from sim_instruments.world.segment_choice import plan
+from sim_instruments.world.constants import Parts
+from sim_instruments.world.history import Past, Quantity
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.segment import FieldState, Segment, State
+from sim_instruments.world.segment_choice import plan
 from sim_instruments.world.settings import Settings, Snapshot
 from sim_instruments.world.sources.six_step_stage import SixStepStage
-from sim_instruments.world.machine_data import (DynamometerMachine, InverterStage, Leads, SupplyStage)
 from sim_instruments.world.thermal import temperature_after
 
 #: How long (s of bench time) past segments are kept.

@@ -8,23 +8,23 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sim_instruments.world.shaft import hand
-from sim_instruments.world import impedance
 from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.faults.damage import Damage, Switched
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.six_step.drive import SixStepDrive
+from sim_instruments.world import impedance
+from sim_instruments.world.held_probes import FIRST_HALL, HeldProbes, InTerminal, Place
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
+from sim_instruments.world.miswiring import Slips
+from sim_instruments.world.probes import HALL_NODES, NODES, CurrentProbe, Node, Probe, VoltageProbe
+from sim_instruments.world.segment import Segment
+from sim_instruments.world.settings import SOCKETS, TERMINALS, Contact, FloatArray, Socket, Terminal
+from sim_instruments.world.shaft import hand
 from sim_instruments.world.shaft.dynamometer_shaft import DynamometerShaft
-from sim_instruments.world.held_probes import (FIRST_HALL, HeldProbes, InTerminal, Place)
 from sim_instruments.world.sources.insulation_output import InsulationOutput
 from sim_instruments.world.sources.inverter_output import InverterOutput
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.world.probes import (HALL_NODES, NODES, CurrentProbe, Node, Probe, VoltageProbe)
-from sim_instruments.world.segment import Segment
-from sim_instruments.world.settings import (SOCKETS, TERMINALS, Contact, FloatArray, Socket, Terminal)
-from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world.sources.six_step_output import SixStepOutput
 from sim_instruments.world.sources.six_step_stage import SixStepStage
-from sim_instruments.world.miswiring import Slips
-from sim_instruments.world.machine_data import (DynamometerMachine, InverterStage, Leads, SupplyStage)
 from sim_instruments.world.sources.supply_output import SupplyOutput
 from sim_instruments.world.timeline import Timeline
 

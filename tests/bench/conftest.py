@@ -11,18 +11,18 @@ import pytest
 from pydantic import Field
 
 from bench.i18n.language import translator
-from bench.operators.answers import Answers, AnswersOperator
-from bench.run.plan import Planned, make_plan
 from bench.journal.journal import Journal
 from bench.journal.run_view import RunView
+from bench.operators.answers import Answers, AnswersOperator
+from bench.run.plan import Planned, make_plan
 from bench.run.sequencer import Runner
 from drivers.interfaces import Accuracy, DynamometerReading, Identity, Instrument, Reading, Regulated, Waveform
+from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D, EnterReading
 from procedures.core.bench import Bench, Operator, Role
 from procedures.core.nameplate import Connection, Nameplate
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
-from drivers.interfaces.text import text
 
 
 class Clock:

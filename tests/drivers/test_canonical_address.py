@@ -6,9 +6,9 @@ import pytest
 from pyvisa.rname import ResourceName
 
 from drivers.cia402.options import CanInterlockOptions
-from drivers.transport.canonical_address import addresses_of, canonical_addresses, is_serial_line
-from drivers.interlocks.catalogue import contact_names
 from drivers.delta.options import ModbusInterlockOptions
+from drivers.interlocks.catalogue import contact_names
+from drivers.transport.canonical_address import addresses_of, canonical_addresses, is_serial_line
 
 HOSTS = {"scope.lab": ["192.0.2.7", "fe80::7"], "bridge": ["192.0.2.8"]}
 

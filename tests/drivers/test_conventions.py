@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import pytest
 
 import drivers
+from drivers.catalogue import DRIVERS
 from drivers.interfaces import (
     BldcDrive,
     Dynamometer,
@@ -26,7 +27,6 @@ from drivers.interfaces import (
     Tachometer,
     Voltmeter,
 )
-from drivers.catalogue import DRIVERS
 
 MODULES = sorted(module.name for module in pkgutil.walk_packages(drivers.__path__, "drivers."))
 

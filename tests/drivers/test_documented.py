@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from bench.station.station_file import make_station
-from drivers.interfaces import Accuracy, Role
 from drivers.catalogue import DRIVERS, MANUAL, Driver
+from drivers.interfaces import Accuracy, Role
 
 PAGE = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)

@@ -10,9 +10,9 @@ import can
 import pytest
 
 from drivers.cia402.options import CanInterlockOptions
+from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import CommunicationError, Interlock, ReportedError, SetpointError
 from drivers.interlocks.catalogue import InterlockOptions, open_interlock, options_for
-from drivers.delta.options import ModbusInterlockOptions
 
 
 class Module:

@@ -18,8 +18,8 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.keysight.switch_unit_34970a import Keysight34970A, open_keysight_34970a
 from drivers.keysight.options import Keysight34970AOptions
+from drivers.keysight.switch_unit_34970a import Keysight34970A, open_keysight_34970a
 from procedures.core.actions import Node, Socket, Terminal
 
 ADDRESS = "TCPIP0::matrix::inst0::INSTR"

@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
+from drivers.catalogue import DRIVERS, MANUAL, Surroundings, drivers_for, find
 from drivers.interfaces import Accuracy, Role
-from drivers.manual.options import ManualTachometerOptions
-from drivers.manual.tachometer import ManualTachometer
-from drivers.catalogue import (DRIVERS, MANUAL, Surroundings, drivers_for, find)
-from drivers.lutron.options import LutronTachometerOptions
 from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.options import E36300Options
+from drivers.lutron.options import LutronTachometerOptions
+from drivers.manual.options import ManualTachometerOptions
+from drivers.manual.tachometer import ManualTachometer
 
 
 def test_every_role_has_an_automatic_driver_and_what_hands_can_do_a_manual_one() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from bench.safety.calls import CallWatch, CallWatches
 from bench.safety.interrupts import Interrupted, Interrupts
-from drivers.interfaces import CommunicationError
 from drivers.bases.always import always
+from drivers.interfaces import CommunicationError
 from drivers.transport.visa.opening import open_session
 from procedures.core.bench import Role
 

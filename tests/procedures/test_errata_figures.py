@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from procedures.core.actions import (ALIGN_D, Connect, Socket, Terminal, meter_across, meter_series_parallel)
+from procedures.core.actions import ALIGN_D, Connect, Socket, Terminal, meter_across, meter_series_parallel
 from procedures.core.bench import ProcedureError
 from procedures.estimation.mechanics import inertia, pole_pairs
 from procedures.estimation.winding import resistance, rotor_sweep

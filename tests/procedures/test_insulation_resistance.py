@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from drivers.interfaces import Accuracy, Identity, InsulationReading, MeasurementError, Reading
-from procedures.core.actions import (ALL_OPEN, Action, Connect, ConnectProbes, DisconnectVoltmeter, Socket)
+from procedures.core.actions import ALL_OPEN, Action, Connect, ConnectProbes, DisconnectVoltmeter, Socket
 from procedures.core.bench import Bench, ProcedureError, Role
-from procedures.end_of_line.insulation_resistance import ALL_HIGH, InsulationResistance, InsulationResistanceSettings
 from procedures.core.nameplate import Connection, Nameplate
+from procedures.end_of_line.insulation_resistance import ALL_HIGH, InsulationResistance, InsulationResistanceSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.core.bench import Bench, ProcedureError
-from procedures.estimation.fitting.fit import EstimationError
 from procedures.core.nameplate import Connection, Nameplate
-from procedures.note.pole_pairs_static import PolePairsStatic, PolePairsStaticSettings
 from procedures.core.result import ProcedureResult
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.note.pole_pairs_static import PolePairsStatic, PolePairsStaticSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord, measure, study_plan
 

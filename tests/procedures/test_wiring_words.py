@@ -5,7 +5,17 @@ import json
 import pytest
 
 from bench.i18n.language import catalogue, translator
-from procedures.core.actions import (ALIGN_D, ALIGN_Q, ALL_OPEN, ConnectProbes, ConnectVoltmeter, CurrentProbe, Node, Terminal, VoltageProbe)
+from procedures.core.actions import (
+    ALIGN_D,
+    ALIGN_Q,
+    ALL_OPEN,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CurrentProbe,
+    Node,
+    Terminal,
+    VoltageProbe,
+)
 from procedures.estimation.emf.probed_phases import patterns
 from procedures.estimation.winding.wiring import Kind, Leads, mistakes
 from procedures.verification import messages as words

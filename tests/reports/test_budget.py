@@ -4,8 +4,8 @@ import math
 import pytest
 from rich.console import Console
 
-from procedures.core.result import Contribution, Parameter
 from drivers.interfaces.text import english
+from procedures.core.result import Contribution, Parameter
 from reports.tables.budget import budgets, combined
 
 

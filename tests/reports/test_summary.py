@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from drivers.interfaces.text import english, text
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice, Parameter, ProcedureResult
-from drivers.interfaces.text import english, text
-from reports.tables.figures import (decimals_for, figure, percent, scale_of)
 from reports.labels import parameter_name
+from reports.tables.figures import decimals_for, figure, percent, scale_of
 from reports.tables.summary import rows, summary
 
 

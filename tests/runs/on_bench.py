@@ -5,12 +5,12 @@ from typing import Any
 
 from pyvisa import ResourceManager
 
-from bench.safety.station_instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
 from bench.run.plan import make_plan
+from bench.safety.station_instruments import StationInstruments
 from bench.virtual.virtual_station import virtual_station
-from procedures.core.bench import Bench
 from procedures.catalogue import catalogue
+from procedures.core.bench import Bench
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter, ProcedureResult
 from sim_instruments.bench import VirtualBench

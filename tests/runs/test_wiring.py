@@ -7,15 +7,15 @@ import pytest
 from pyvisa import ResourceManager
 
 from bench.motor.motor_file import load_motor
-from bench.safety.station_instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
 from bench.run.plan import make_plan
+from bench.safety.station_instruments import StationInstruments
 from bench.virtual.virtual_station import virtual_station
+from procedures.catalogue import catalogue
 from procedures.core.actions import Action, Mend
 from procedures.core.bench import Bench
-from procedures.catalogue import catalogue
-from procedures.estimation.fitting.intervals import Interval
 from procedures.core.nameplate import Nameplate
+from procedures.estimation.fitting.intervals import Interval
 from procedures.verification.verification import WiringError
 from sim_instruments.bench import VirtualBench
 from tests.studies.measured_motor import NoRecord

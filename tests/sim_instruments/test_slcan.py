@@ -9,8 +9,8 @@ import pytest
 
 from sim_instruments.transports.can.buses import fresh_channel, open_bus
 from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.can.slcan import LONGEST, Adapter, LineSplitter, frame_of, line_of
 from sim_instruments.transports.loop_thread import LoopThread
-from sim_instruments.transports.can.slcan import (LONGEST, Adapter, LineSplitter, frame_of, line_of)
 from sim_instruments.transports.tcp_service import TcpService
 
 Connect = Callable[[], socket.socket]

@@ -15,9 +15,9 @@ from typing import Any
 
 from rich.console import Console
 
-from bench.virtual.fault_file import GivenFault
 from bench.motor.motor_file import load_motor
 from bench.run.run import Finished, Wishes, run
+from bench.virtual.fault_file import GivenFault
 from procedures.catalogue import catalogue
 from procedures.core.result import Parameter
 from sim_instruments.faults.catalogue import FAULT

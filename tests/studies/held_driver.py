@@ -10,8 +10,8 @@ from typing import Any
 
 from bench.station.clock import SystemClock
 from bench.station.station_file import load_station
-from drivers.transport.can.buses import CanBuses
 from drivers.catalogue import Surroundings
+from drivers.transport.can.buses import CanBuses
 from procedures.core.bench import Role
 
 

@@ -15,8 +15,8 @@ from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any, ClassVar
 
-from bench.cli.output import console_on
 from bench.motor.motor_file import load_motor
+from bench.run.console import console_on
 from bench.run.run import Wishes, run
 from procedures.core.bench import Role
 from procedures.core.procedure import Procedure, Settings

@@ -8,7 +8,7 @@ import numpy as np
 from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration, peak_amplitude
 from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.mechanics.inertia import Ramp, fit_ramps, two_point
-from procedures.estimation.winding.rotor_sweep import (axis_inductances, extremes, fit_rotor_sweep, saliency_significant)
+from procedures.estimation.winding.rotor_sweep import axis_inductances, extremes, fit_rotor_sweep, saliency_significant
 from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 

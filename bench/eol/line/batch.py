@@ -11,15 +11,15 @@ from typing import IO
 
 from bench.eol.limits import Limits
 from bench.eol.line.admission import Admission, Refused
-from bench.eol.line.coordinator import Coordinator, Hears
-from bench.eol.line.panel_channel import Desk
-from bench.eol.line.record_writer import Keeper, open_keeper
 from bench.eol.line.batch_log import Begun, Ledger
+from bench.eol.line.coordinator import Coordinator, Hears
 from bench.eol.line.line_file import Line, digest, load_line
 from bench.eol.line.messages import Batch
 from bench.eol.line.order import by_time_over_failures
+from bench.eol.line.panel_channel import Desk
 from bench.eol.line.preparation import check_parameters, check_station, operator_of, planned_of
 from bench.eol.line.process import Nursery
+from bench.eol.line.record_writer import Keeper, open_keeper
 from bench.eol.line.serials import FromFile, FromStream, Given, MadeUp, Serials
 from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
@@ -30,8 +30,8 @@ from bench.i18n.errors import UsageError, said_by
 from bench.motor.motor_file import MotorFile, load_motor
 from bench.safety.ownership.owner import Owner
 from bench.safety.ownership.stations import owning_stations
-from procedures.catalogue import catalogue
 from drivers.interfaces.text import Text, text
+from procedures.catalogue import catalogue
 
 #: Serial numbers that come from a panel, as `--serials` says it.
 PANEL = "panel"

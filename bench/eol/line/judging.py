@@ -3,11 +3,11 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from bench.run.retry_policy import Attempt, Next
 from bench.eol.limits import Guard, Limits, judge
 from bench.eol.plan import Check
 from bench.eol.record import CheckRecord, Measured
 from bench.eol.verdict import Verdict, together
+from bench.run.retry_policy import Attempt, Next
 from procedures.core.result import Parameter
 from procedures.verification.verification import WiringError
 

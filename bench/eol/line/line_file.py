@@ -8,16 +8,15 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from bench.i18n.errors import InputError, UsageError
-from bench.station.station_file import Station, make_station
 from bench.files.toml_file import Section, read, validate
 from bench.files.toml_text import toml_text
-from bench.station.watchdog_relay_entries import check_addresses
+from bench.i18n.errors import InputError, UsageError
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
-from bench.station.shutdown_items import OFF_BY
-from bench.virtual.virtual_station import VIRTUAL
-from procedures.core.bench import Role
+from bench.station.shutdown_sequence import OFF_BY
+from bench.station.station_file import VIRTUAL, Station, make_station
+from bench.station.watchdog_relay_entries import check_addresses
 from drivers.interfaces.text import text
+from procedures.core.bench import Role
 
 #: No line has more sockets.
 MOST_SOCKETS = 64

@@ -9,14 +9,14 @@ from typing import Any
 
 from bench.eol.labels import label_of
 from bench.eol.line.admission import Refused
-from bench.eol.line.coordinator import Hears
 from bench.eol.line.batch_log import Begun
+from bench.eol.line.coordinator import Hears
 from bench.eol.line.serials import Given
 from bench.eol.record import MotorRecord
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
-from bench.operators.operator_channel import OperatorLine
 from bench.journal.stored_result import store_text
+from bench.operators.operator_channel import OperatorLine
 from drivers.interfaces.text import Text, text
 
 #: The file in a batch's folder that says where its line is.

@@ -8,35 +8,35 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.station.clock import wall_date
-from bench.cli.output import console_on
 from bench.eol.line.accounting import Accounts, write_times
-from bench.eol.line.worker_channel import Channel
+from bench.eol.line.heartbeat import give_signs
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.kept_waveforms import KeptWaveforms
 from bench.eol.line.leases import Leases
 from bench.eol.line.line_file import station_of
 from bench.eol.line.messages import Passed, Setup, Task
 from bench.eol.line.motor_record import Passage, record_of
-from bench.eol.line.unit_names import new_folder
 from bench.eol.line.preparation import operator_of, planned_of
-from bench.eol.line.heartbeat import give_signs
 from bench.eol.line.times import Times
+from bench.eol.line.unit_names import new_folder
 from bench.eol.line.virtual_motors import drawn_motor, seed_of
+from bench.eol.line.worker_channel import Channel
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import InputError, message
-from bench.station.station_file import Station
 from bench.i18n.language import translator
-from bench.station.library_logs import quieten_libraries
-from bench.run.plan import Planned, check_roles
 from bench.journal.journal import DURABLE
+from bench.run.console import console_on
+from bench.run.context import Place, place_at
+from bench.run.plan import Planned, check_roles
+from bench.run.run import How, Wishes, carry_out
+from bench.run.software import software
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Owner, Ownership, Unowned
 from bench.safety.ownership.state_folder import state_folder
-from bench.run.run import How, Wishes, carry_out
+from bench.station.clock import wall_date
+from bench.station.library_logs import quieten_libraries
 from bench.station.sharing import Alone, Sharing
-from bench.run.software import software
-from bench.run.context import Place, place_at
+from bench.station.station_file import Station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
 

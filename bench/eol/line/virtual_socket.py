@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bench.station.station_file import Station
 from bench.operators.virtual import VirtualOperator
-from bench.station.sharing import Sharing
 from bench.run.context import Place, with_fixture
+from bench.station.sharing import Sharing
+from bench.station.station_file import Station
 from bench.virtual.true_values import truth_of
 from bench.virtual.virtual_station import Address, virtual_station
 from procedures.core.bench import Role

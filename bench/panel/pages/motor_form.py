@@ -15,8 +15,8 @@ from bench.panel.motor_store import save_motor
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from procedures.core.nameplate import Connection
 from drivers.interfaces.text import Text, text
+from procedures.core.nameplate import Connection
 
 _LABELS: Mapping[str, Text] = {
     "name": text("Motor's name"),

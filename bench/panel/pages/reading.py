@@ -11,8 +11,8 @@ from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
 from bench.panel.plots import axes, line, thinned
 from drivers.interfaces.text import text
-from reports.tables.figures import decimals_for, figure, scale_of
 from reports.labels import role_name
+from reports.tables.figures import decimals_for, figure, scale_of
 
 #: A plot is drawn anew at most so often (s): drawing costs the browser more than digits do.
 _PLOT = 0.25

@@ -15,7 +15,7 @@ from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.motor_form import motor_files
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.virtual.virtual_station import VIRTUAL
+from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import Text, text
 from reports.labels import role_name, section_name
 

@@ -9,7 +9,18 @@ from nicegui import events, ui
 from nicegui import run as background
 
 from bench.eol.statistics.pareto import pareto
-from bench.eol.statistics_messages import (VERDICTS, bounds, drift_figures, drift_words, index, interval, latest_of, percentage, scale_for, signals)
+from bench.eol.statistics_messages import (
+    VERDICTS,
+    bounds,
+    drift_figures,
+    drift_words,
+    index,
+    interval,
+    latest_of,
+    percentage,
+    scale_for,
+    signals,
+)
 from bench.eol.verdict import Verdict
 from bench.panel.line_records import ALL, Choice, Found, read_statistics, serial_numbers
 from bench.panel.pages.frame import Reader, frame
@@ -18,8 +29,8 @@ from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot, pareto_plot, rule_words
 from drivers.interfaces.text import Text, text
-from reports.tables.figures import decimals_for, figure
 from reports.labels import parameter_name
+from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
     from bench.eol.line_statistics import LineStatistics, ParameterStatistics

@@ -8,17 +8,17 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from bench.i18n.errors import InputError
-from bench.station.station_file import Station, make_station
 from bench.files.toml_file import parse
-from bench.safety.guardian.protocol import charge_of, decode, encode
-from bench.safety.guardian.guarded_instruments import GuardedInstruments, is_shared
+from bench.i18n.errors import InputError
 from bench.journal.guardian_record import GuardianRecord, complain, journal_head
+from bench.safety.guardian.guarded_instruments import GuardedInstruments, is_shared
+from bench.safety.guardian.protocol import charge_of, decode, encode
 from bench.safety.guardian.watch import Watch
-from bench.station.library_logs import quieten_libraries
 from bench.safety.interlocks import Interlocks, cause, remember
-from bench.safety.trip_latch import Latch
 from bench.safety.ownership.state_folder import state_folder
+from bench.safety.trip_latch import Latch
+from bench.station.library_logs import quieten_libraries
+from bench.station.station_file import Station, make_station
 from drivers.interfaces import InstrumentError
 from procedures.core.bench import Role
 

@@ -5,14 +5,14 @@ from collections.abc import Callable, Collection
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
-from bench.station.clock import SystemClock
-from bench.station.station_file import Entry, Station
+from bench.safety.shutdown import Outcome, shut_down
 from bench.safety.station_instruments import system_visa
-from bench.safety.shutdown_sequence import Outcome, WayDown
-from bench.station.shutdown_items import OFF_BY, Item
-from drivers.transport.can.buses import CanBuses
-from drivers.interfaces import Instrument
+from bench.station.clock import SystemClock
+from bench.station.shutdown_sequence import OFF_BY, Item, ShutdownSequence
+from bench.station.station_file import Entry, Station
 from drivers.catalogue import MANUAL, Surroundings
+from drivers.interfaces import Instrument
+from drivers.transport.can.buses import CanBuses
 from procedures.core.bench import Recorder, Role
 
 if TYPE_CHECKING:
@@ -81,7 +81,8 @@ class GuardedInstruments:
         if hurry:
             hurrying.set()
         instruments = {role: cast("Instrument", deferred) for role, deferred in self._guarded.items()}
-        return WayDown(items).walk(
+        return shut_down(
+            ShutdownSequence(items),
             instruments,
             recorder,
             self._clock,

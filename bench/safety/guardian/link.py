@@ -10,14 +10,14 @@ from pathlib import Path
 from time import monotonic
 from typing import IO, Any, Protocol
 
-from bench.safety.guardian.protocol import (BEATS, Charge, decode, encode)
 from bench.safety.calls import CallWatches
 from bench.safety.guardian.anchor import RecordAnchor
+from bench.safety.guardian.protocol import BEATS, Charge, decode, encode
 from bench.safety.guardian.scope import Scope
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.liveness import SignsOfLife
-from procedures.core.bench import Recorder
 from drivers.interfaces.text import Text, text
+from procedures.core.bench import Recorder
 
 #: How long (s) a guardian may take to be there, and to leave.
 _START, _LEAVE = 30.0, 5.0

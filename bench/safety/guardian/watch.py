@@ -6,10 +6,10 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Any, Protocol
 
-from bench.safety.guardian.protocol import decode
 from bench.journal.guardian_record import complain
-from bench.safety.shutdown_sequence import Outcome, failures
-from bench.station.shutdown_items import Do, Item
+from bench.safety.guardian.protocol import decode
+from bench.safety.shutdown import Outcome, failures
+from bench.station.shutdown_sequence import Do, Item
 from procedures.core.bench import Recorder, Role
 
 #: A run that is ending a block after an error, or was told of an open interlock, may take so long (s) itself.

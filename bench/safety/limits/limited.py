@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from bench.safety.limits.bounds import (Limit, Limits, Observer, Quantity, check_reading, check_set_point)
+from bench.safety.limits.bounds import Limit, Limits, Observer, Quantity, check_reading, check_set_point
 from drivers.interfaces import Reading
 
 #: Gives the number of pole pairs, None where nobody knows it yet.

@@ -1,9 +1,15 @@
 """What stands in front of every instrument that can energise or move: no set point passes that is beyond a limit."""
 
+from bench.safety.limits.bounds import Limits, Observer, nobody
 from bench.safety.limits.limited import Limited, PolePairs
 from bench.safety.limits.shaft import LimitedDynamometer, LimitedRotorActuator, LimitedTachometer
-from bench.safety.limits.winding import (LimitedDrive, LimitedInsulationTester, LimitedInverter, LimitedLcrMeter, LimitedSupply)
-from bench.safety.limits.bounds import Limits, Observer, nobody
+from bench.safety.limits.winding import (
+    LimitedDrive,
+    LimitedInsulationTester,
+    LimitedInverter,
+    LimitedLcrMeter,
+    LimitedSupply,
+)
 from drivers.interfaces import Instrument
 from procedures.core.bench import Role
 

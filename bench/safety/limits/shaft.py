@@ -3,8 +3,8 @@
 import math
 from contextlib import AbstractContextManager
 
-from bench.safety.limits.limited import Limited
 from bench.safety.limits.bounds import Quantity, check_reading
+from bench.safety.limits.limited import Limited
 from drivers.interfaces import Dynamometer, DynamometerReading, Reading, RotorActuator, Tachometer
 
 

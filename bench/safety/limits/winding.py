@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 
-from bench.safety.limits.limited import Limited, as_frequency
 from bench.safety.limits.bounds import Limit, Quantity
+from bench.safety.limits.limited import Limited, as_frequency
 from drivers.interfaces import (
     Aperture,
     BldcDrive,

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from bench.station.station_file import Entry, Station
-from drivers.transport.canonical_address import canonical_addresses, is_serial_line
-from drivers.interfaces import Identity
 from drivers.catalogue import MANUAL
+from drivers.interfaces import Identity
 from drivers.interfaces.text import Text, text
+from drivers.transport.canonical_address import canonical_addresses, is_serial_line
 
 #: What stands in place of a serial number where there is none.
 _NO_NUMBER = ("", "none", "unknown", "n/a")

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 
-from bench.station.clock import SystemClock
 from bench.i18n.errors import InputError
 from bench.journal.disk import sync_folder, write_all
+from bench.station.clock import SystemClock
 from drivers.interfaces import Clock
 from drivers.interfaces.text import Text, text
 

@@ -3,10 +3,10 @@
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from bench.station.station_file import Station
 from bench.safety.ownership.claims import claims_of
 from bench.safety.ownership.owner import Owner, owning
 from bench.safety.ownership.state_folder import state_folder
+from bench.station.station_file import Station
 
 
 @contextmanager

@@ -3,10 +3,10 @@
 import threading
 from typing import TYPE_CHECKING, cast
 
+from drivers.interfaces import CommunicationError
 from drivers.transport.can.addresses import BusAddress, parse_address
 from drivers.transport.can.sockets import keep_to_own_group, leaving
-from drivers.transport.in_process import (IN_PROCESS, HandingOver, InProcess, open_can_bus)
-from drivers.interfaces import CommunicationError
+from drivers.transport.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
 
 if TYPE_CHECKING:
     import can

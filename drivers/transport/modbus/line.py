@@ -13,8 +13,8 @@ from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
 from pymodbus.transport import CommParams
 
-from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
+from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.transport.modbus.stream_client import ModbusStreamClient
 
 #: Modbus Application Protocol V1.1b3, section 7.

@@ -7,8 +7,8 @@ from pymodbus.exceptions import ConnectionException
 from pymodbus.framer import FramerType
 from pymodbus.transport import CommParams, CommType
 
-from drivers.transport.in_process import ByteStream
 from drivers.interfaces import CommunicationError
+from drivers.transport.in_process import ByteStream
 
 #: No Modbus TCP frame is longer.
 _LONGEST_FRAME = 260

@@ -13,7 +13,7 @@ from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
-from drivers.transport.visa.replies import (QueueEntry, parse_error, parse_number, parse_numbers)
+from drivers.transport.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
 
 T = TypeVar("T")
 _UNLIMITED = nullcontext()

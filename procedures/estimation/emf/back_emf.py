@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from procedures.estimation.fitting.checks import (positive, same_length, series, uniform_step)
+from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
+from procedures.estimation.emf.period import peak_amplitude, peak_to_peak, period_of, start_frequency
+from procedures.estimation.fitting.checks import positive, same_length, series, uniform_step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.emf.harmonics import (HarmonicModel, at_full_rate, fit_harmonics, thin)
 from procedures.estimation.fitting.noise import undithered
-from procedures.estimation.emf.period import (peak_amplitude, peak_to_peak, period_of, start_frequency)
 
 ComplexArray = NDArray[np.complex128]
 __all__ = [

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from procedures.estimation.fitting.checks import (positive, same_length, series, uniform_step)
-from procedures.estimation.winding.connections import Connection
+from procedures.estimation.fitting.checks import positive, same_length, series, uniform_step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.winding.connections import Connection
 
 #: Bins of the folded period: half a degree.
 _BINS = 720

@@ -4,7 +4,7 @@ import cmath
 import math
 from typing import NamedTuple
 
-from procedures.estimation.winding.wiring import (CONTINUITY, Kind, Mistake, Poles, currents, mistakes)
+from procedures.estimation.winding.wiring import CONTINUITY, Kind, Mistake, Poles, currents, mistakes
 
 _ROUNDS = 30
 #: A current's angle explains a rotor within this (rad, electrical); less saliency than this share of the inductance tells none.

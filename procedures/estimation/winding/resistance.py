@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import positive, same_length, series
-from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 
 
 class LineMean(NamedTuple):

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.noise import white_noise
-from procedures.estimation.fitting.smoothing import (Piece, Smoothed, cubics, smooth)
+from procedures.estimation.fitting.smoothing import Piece, Smoothed, cubics, smooth
 
 #: In a step of less than so many standard deviations of the noise, single samples do not show when it begins.
 _CLEAR = 20.0

@@ -7,7 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
-from procedures.estimation.fitting.first_order import (gathered_evenly, recursion, respond_evenly, response_and_slope_evenly)
+from procedures.estimation.fitting.first_order import (
+    gathered_evenly,
+    recursion,
+    respond_evenly,
+    response_and_slope_evenly,
+)
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.nonlinear import solve

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.nonlinear import minimise
-from procedures.estimation.winding.rotor_sweep import (SweepFit, resemblance, saliency_significant, sweep_fit)
+from procedures.estimation.winding.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
 
 ComplexArray = NDArray[np.complex128]
 _CHIRPS, _FINE = np.linspace(-0.6, 0.6, 25), 16

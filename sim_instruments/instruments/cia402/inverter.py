@@ -3,7 +3,19 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from sim_instruments.instruments.cia402.power import (ACTUAL_VELOCITY, CONTROL_WORD, DC_VOLTAGE, MODE, VELOCITY_UNIT, Entry, PowerStage, State, check_limits, standard_entries, velocity_steps)
+from sim_instruments.instruments.cia402.power import (
+    ACTUAL_VELOCITY,
+    CONTROL_WORD,
+    DC_VOLTAGE,
+    MODE,
+    VELOCITY_UNIT,
+    Entry,
+    PowerStage,
+    State,
+    check_limits,
+    standard_entries,
+    velocity_steps,
+)
 from sim_instruments.instruments.errors import InverterErrors
 
 if TYPE_CHECKING:

@@ -5,7 +5,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from sim_instruments.instruments.cia402.power import (ACTUAL_VELOCITY, CONTROL_WORD, DC_VOLTAGE, MODE, Entry, PowerStage, State, check_limits, numbered, standard_entries)
+from sim_instruments.instruments.cia402.power import (
+    ACTUAL_VELOCITY,
+    CONTROL_WORD,
+    DC_VOLTAGE,
+    MODE,
+    Entry,
+    PowerStage,
+    State,
+    check_limits,
+    numbered,
+    standard_entries,
+)
 from sim_instruments.world.fixture.shaft_mechanism import Mechanism, Part
 
 if TYPE_CHECKING:

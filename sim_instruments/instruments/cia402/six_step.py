@@ -6,7 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_instruments.instruments.cia402.power import (ACTUAL_VELOCITY, CONTROL_WORD, DC_VOLTAGE, MODE, Entry, PowerStage, State, check_limits, standard_entries, velocity_steps)
+from sim_instruments.instruments.cia402.power import (
+    ACTUAL_VELOCITY,
+    CONTROL_WORD,
+    DC_VOLTAGE,
+    MODE,
+    Entry,
+    PowerStage,
+    State,
+    check_limits,
+    standard_entries,
+    velocity_steps,
+)
 from sim_instruments.instruments.errors import DriveErrors
 from sim_instruments.world.settings import SixStepFault
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
 from sim_instruments.instruments.errors import VoltmeterErrors
+from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument

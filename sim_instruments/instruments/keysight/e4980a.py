@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, Conditions, Reading
-from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
 from sim_instruments.instruments.errors import LcrErrors
-from sim_instruments.instruments.keysight.e4980a_parameters import (NEED_DC, OVERFLOW, TOKENS, pair)
+from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
+from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, Conditions, Reading
+from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVERFLOW, TOKENS, pair
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import choice, choices, exactly, integer, number

@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_instruments.instruments.keysight.e4980a_accuracy import (Aperture, basic_accuracy, integration_time, measurement_time, noise, open_offset, short_offset)
 from sim_instruments.instruments.errors import LcrErrors
+from sim_instruments.instruments.keysight.e4980a_accuracy import (
+    Aperture,
+    basic_accuracy,
+    integration_time,
+    measurement_time,
+    noise,
+    open_offset,
+    short_offset,
+)
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World

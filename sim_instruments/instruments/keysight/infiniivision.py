@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sim_instruments.instruments.errors import ScopeErrors
-from sim_instruments.instruments.keysight.infiniivision_measure import MeasureSubsystem
-from sim_instruments.instruments.keysight.infiniivision_waveform import WaveformSubsystem
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition, Setup
+from sim_instruments.instruments.keysight.infiniivision_measure import MeasureSubsystem
 from sim_instruments.instruments.keysight.infiniivision_record import DIVISIONS, Vertical
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, Slope
+from sim_instruments.instruments.keysight.infiniivision_waveform import WaveformSubsystem
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import choice, choices, exactly, number

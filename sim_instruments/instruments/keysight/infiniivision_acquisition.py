@@ -6,7 +6,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from sim_instruments.instruments.keysight.infiniivision_record import (FloatArray, Record, Signal, Vertical)
+from sim_instruments.instruments.keysight.infiniivision_record import FloatArray, Record, Signal, Vertical
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
 
 _AUTO_WAIT = 0.05

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_instruments.transports.connection import Connection
-from sim_instruments.faults.line_faults import (Fault, FaultKind, Faults, spoil)
+from sim_instruments.faults.line_faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.instruments.errors import TachometerErrors
+from sim_instruments.transports.connection import Connection
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World

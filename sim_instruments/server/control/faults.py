@@ -5,8 +5,8 @@ from typing import Annotated, Any
 from pydantic import Field, TypeAdapter
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.server.control.request import Request, checked
 from sim_instruments.faults.catalogue import FAULT
+from sim_instruments.server.control.request import Request, checked
 
 
 class StepStarted(Request):

@@ -7,11 +7,11 @@ from typing import Any, Literal
 from pydantic import TypeAdapter
 
 from sim_instruments.bench import Address, VirtualBench
+from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.server.control import faults
 from sim_instruments.server.control.actions import ACTION
 from sim_instruments.server.control.http import Routes
 from sim_instruments.server.control.request import Request, checked
-from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.server.safety_contacts import SafetyContacts
 
 

@@ -7,13 +7,13 @@ import canopen
 import numpy as np
 from canopen import objectdictionary
 
-from sim_instruments.transports.connection import Connection
+from sim_instruments.faults.line_faults import Fault, FaultKind, Faults
+from sim_instruments.instruments.cia402.power import CONTROL_WORD, Entry, ObjectServer, SdoError, numbered
+from sim_instruments.scpi.exchange import Clock
 from sim_instruments.transports.can import in_process as can_direct
 from sim_instruments.transports.can.buses import INTERFACE, fresh_channel, open_bus
 from sim_instruments.transports.can.watch import ENTRIES, HeartbeatConsumer
-from sim_instruments.faults.line_faults import Fault, FaultKind, Faults
-from sim_instruments.instruments.cia402.power import (CONTROL_WORD, Entry, ObjectServer, SdoError, numbered)
-from sim_instruments.scpi.exchange import Clock
+from sim_instruments.transports.connection import Connection
 
 # canopen is typed in parts only.
 od: Any = objectdictionary

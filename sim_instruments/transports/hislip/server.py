@@ -4,8 +4,8 @@ import asyncio
 from collections.abc import Callable
 
 from sim_instruments.transports.conversation import Conversation
-from sim_instruments.transports.hislip.messages import (Fatal, FatalError, Kind, Message, receive)
 from sim_instruments.transports.hislip.locks import Locks
+from sim_instruments.transports.hislip.messages import Fatal, FatalError, Kind, Message, receive
 from sim_instruments.transports.hislip.session import HislipSession
 
 _PROTOCOL_VERSION = 0x0100

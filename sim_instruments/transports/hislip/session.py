@@ -4,10 +4,19 @@ import asyncio
 import struct
 from typing import Any
 
-from sim_instruments.transports.conversation import Conversation
-from sim_instruments.transports.hislip.messages import (HEADER_SIZE, MAXIMUM_MESSAGE, Fatal, FatalError, Flaw, Kind, Message, receive)
-from sim_instruments.transports.hislip.locks import Locks
 from sim_instruments.scpi.errors import ScpiError
+from sim_instruments.transports.conversation import Conversation
+from sim_instruments.transports.hislip.locks import Locks
+from sim_instruments.transports.hislip.messages import (
+    HEADER_SIZE,
+    MAXIMUM_MESSAGE,
+    Fatal,
+    FatalError,
+    Flaw,
+    Kind,
+    Message,
+    receive,
+)
 
 #: The longest message that an instrument takes, and the least that a client may want replies cut to.
 _INPUT_BUFFER = 1 << 16

@@ -2,10 +2,10 @@
 
 import struct
 
-from sim_instruments.transports.modbus.faults import ReplyFaults, shown_unit
-from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.faults.line_faults import Fault, FaultKind, spoil
 from sim_instruments.instruments.registers import BitDevice, OutputDevice, RegisterError
+from sim_instruments.transports.modbus.faults import ReplyFaults, shown_unit
+from sim_instruments.transports.modbus.unit import ModbusLine
 
 #: MBAP header: transaction, protocol, length of what follows the length, unit.
 HEADER = struct.Struct("!HHHB")

@@ -1,8 +1,8 @@
 """Modbus TCP frames in process: what a client writes is answered before its call returns."""
 
-from sim_instruments.transports.modbus.frames import (HEADER, REQUEST_TIME, ModbusFrames, NoFrameError, rest_of)
-from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.faults.line_faults import FaultKind
+from sim_instruments.transports.modbus.frames import HEADER, REQUEST_TIME, ModbusFrames, NoFrameError, rest_of
+from sim_instruments.transports.modbus.unit import ModbusLine
 
 
 class ModbusStream:

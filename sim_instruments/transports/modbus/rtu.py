@@ -9,11 +9,11 @@ from pymodbus.exceptions import ModbusIOException
 from pymodbus.framer import FramerRTU
 from pymodbus.pdu import DecodePDU, ModbusPDU
 
+from sim_instruments.faults.line_faults import FaultKind, spoil
 from sim_instruments.transports.modbus.faults import shown_unit
 from sim_instruments.transports.modbus.frames import ModbusFrames
 from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.transports.serial.pty import PseudoTerminal
-from sim_instruments.faults.line_faults import FaultKind, spoil
 
 _BITS_PER_CHARACTER = 11
 _SILENT_CHARACTERS = 3.5

@@ -3,9 +3,9 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 
-from sim_instruments.transports.modbus.frames import (HEADER, REQUEST_TIME, ModbusFrames, NoFrameError, rest_of)
-from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.faults.line_faults import FaultKind
+from sim_instruments.transports.modbus.frames import HEADER, REQUEST_TIME, ModbusFrames, NoFrameError, rest_of
+from sim_instruments.transports.modbus.unit import ModbusLine
 
 
 class ModbusTcpServer:

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sim_instruments.transports.connection import Connection
 from sim_instruments.faults.line_faults import Faults
 from sim_instruments.instruments.registers import RegisterDevice
 from sim_instruments.scpi.exchange import Clock
+from sim_instruments.transports.connection import Connection
 
 
 class ModbusLine:

@@ -14,8 +14,8 @@ from pyvisa.highlevel import VisaLibraryBase
 from pyvisa.typing import VISAEventContext, VISARMSession, VISASession
 from pyvisa.util import LibraryPath
 
-from sim_instruments.transports.connection import Connection
 from sim_instruments.scpi.exchange import NoReplyError, ReadEnd
+from sim_instruments.transports.connection import Connection
 
 _STATUS = {
     ReadEnd.MESSAGE: StatusCode.success,

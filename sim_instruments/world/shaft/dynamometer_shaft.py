@@ -5,7 +5,7 @@ from typing import Literal
 
 from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.world.machine_data import (DynamometerMachine, InverterStage, Leads, SupplyStage)
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.sources.stuck_output import Sticky
 from sim_instruments.world.timeline import Timeline
 

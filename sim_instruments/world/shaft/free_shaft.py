@@ -11,8 +11,8 @@ from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.swing import Grip, Shaft, Swing
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray
-from sim_instruments.world.segment_inputs import Plan
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
+from sim_instruments.world.segment_inputs import Plan
 
 #: Slower than this (rad/s), a shaft without dry friction counts as standing.
 _CREEP = 1e-4

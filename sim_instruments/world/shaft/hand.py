@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim_instruments.world.constants import Parts
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.windings import FloatArray, Windings
+from sim_instruments.world.constants import Parts
 from sim_instruments.world.segment import State
 from sim_instruments.world.settings import Settings
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from sim_instruments.world.shaft.free_shaft import drag
 from sim_instruments.physics.field import ImpressedField, Synchronous, q_current_within
 from sim_instruments.physics.motion import Motion, Ramp, Rest
 from sim_instruments.physics.windings import FloatArray
+from sim_instruments.world.segment import DynamometerLaw, FieldState, Outcome, Segment
 from sim_instruments.world.segment_inputs import Plan
-from sim_instruments.world.segment import (DynamometerLaw, FieldState, Outcome, Segment)
+from sim_instruments.world.shaft.free_shaft import drag
 
 
 def imposed(made: Plan, motion: Motion, end: float, law: DynamometerLaw, direction: int) -> Segment:

@@ -13,10 +13,10 @@ import numpy as np
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest, Wavering
 from sim_instruments.physics.windings import Windings
-from sim_instruments.world.segment_inputs import Plan
-from sim_instruments.world.segment import DynamometerLaw, Segment
-from sim_instruments.world.settings import SixStepFault
 from sim_instruments.six_step.drive import SixStepError
+from sim_instruments.world.segment import DynamometerLaw, Segment
+from sim_instruments.world.segment_inputs import Plan
+from sim_instruments.world.settings import SixStepFault
 from sim_instruments.world.sources.six_step_stage import SixStepStage
 
 SOCKETS = ("drive_1", "drive_2", "drive_3")

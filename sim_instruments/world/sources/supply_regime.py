@@ -8,9 +8,9 @@ import numpy as np
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
 from sim_instruments.physics.swing import Thresholds
+from sim_instruments.world.machine_data import SupplyStage
 from sim_instruments.world.segment import State, SupplyMode
 from sim_instruments.world.settings import SupplySettings
-from sim_instruments.world.machine_data import SupplyStage
 
 #: Below this current (A) a falling output opens.
 OPENING_CURRENT = 1e-4

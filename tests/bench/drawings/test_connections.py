@@ -9,7 +9,27 @@ from bench.drawings.colours import UNKNOWN, css_colour
 from bench.drawings.connections import draw_connections
 from bench.drawings.layout import Layout, layout_after
 from bench.i18n.language import translator
-from procedures.core.actions import (ALIGN_D, INVERTER, Connect, ConnectProbes, ConnectVoltmeter, CoupleDynamometer, CurrentProbe, DisconnectVoltmeter, LockRotor, Node, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads, Socket, StartTurning, StopTurning, Terminal, UncoupleDynamometer, VoltageProbe)
+from procedures.core.actions import (
+    ALIGN_D,
+    INVERTER,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CoupleDynamometer,
+    CurrentProbe,
+    DisconnectVoltmeter,
+    LockRotor,
+    Node,
+    ReleaseRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    Socket,
+    StartTurning,
+    StopTurning,
+    Terminal,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
 from procedures.core.nameplate import Connection, Nameplate
 
 WYE = Nameplate("M1", Connection.WYE, 2.0, wire_colours={"A": "white", "B": "green", "C": "black"})

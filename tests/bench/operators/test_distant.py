@@ -16,11 +16,11 @@ import pytest
 
 from bench.i18n.errors import message
 from bench.i18n.language import translator
-from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.operators.operator_channel import FILE
+from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupted, Interrupts
-from procedures.core.actions import (ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend)
 from drivers.interfaces.text import text
+from procedures.core.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
 
 #: Whatever is waited for comes within this time (s), however busy the machine.
 PATIENCE = 60.0

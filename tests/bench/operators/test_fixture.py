@@ -12,9 +12,34 @@ from bench.operators.fixture import FixtureOperator
 from bench.operators.rest import RestFinder
 from drivers.bases.crosspoints import conflict
 from drivers.interfaces import Accuracy, CrosspointError, Reading
-from procedures.core.actions import (ALIGN_D, ALL_OPEN, Connect, ConnectProbes, ConnectVoltmeter, CoupleDynamometer, CurrentProbe, DisconnectVoltmeter, EnterReading, LockRotor, MarkRestPositions, Mend, Node, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads, Socket, StartTurning, StopTurning, Terminal, TurnToRest, UncoupleDynamometer, VoltageProbe, meter_across)
-from procedures.core.bench import ProcedureError, Role
 from drivers.interfaces.text import text
+from procedures.core.actions import (
+    ALIGN_D,
+    ALL_OPEN,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CoupleDynamometer,
+    CurrentProbe,
+    DisconnectVoltmeter,
+    EnterReading,
+    LockRotor,
+    MarkRestPositions,
+    Mend,
+    Node,
+    ReleaseRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    Socket,
+    StartTurning,
+    StopTurning,
+    Terminal,
+    TurnToRest,
+    UncoupleDynamometer,
+    VoltageProbe,
+    meter_across,
+)
+from procedures.core.bench import ProcedureError, Role
 from tests.bench.conftest import Clock
 
 

@@ -8,11 +8,11 @@ from rich.console import Console
 
 from bench.i18n.errors import InputError, UsageError
 from bench.motor.motor_file import load_motor
-from bench.safety.interrupts import Interrupts
 from bench.run.context import place
+from bench.safety.interrupts import Interrupts
+from drivers.interfaces.text import text
 from procedures.core.actions import EnterReading
 from procedures.core.bench import Role
-from drivers.interfaces.text import text
 
 ACTUATOR = """
 [station]

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from bench.i18n.errors import InputError
+from bench.journal.journal import Journal
 from bench.panel.launch import Launcher, Order
 from bench.panel.live_run import LiveRun
 from bench.panel.tail import JournalTail
-from bench.journal.journal import Journal
 
 STATIC = Order(("pole-pairs-static",), "virtual", "lg-400w", "J. Doe")
 

@@ -9,9 +9,9 @@ import pytest
 import pyvisa
 
 from bench.motor.motor_file import load_motor
-from bench.station.station_file import make_station
-from bench.safety.station_instruments import StationInstruments
 from bench.safety.limits.bounds import SetPoint
+from bench.safety.station_instruments import StationInstruments
+from bench.station.station_file import make_station
 from bench.virtual.virtual_station import describe
 from drivers.interfaces import Waveform
 from procedures.core.bench import Role

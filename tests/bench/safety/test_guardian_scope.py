@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from bench.safety.guardian.protocol import Charge
 from bench.journal.guardian_record import read_guardian
 from bench.safety.calls import CallWatches
 from bench.safety.guardian.link import GuardianLink, Unguarded
+from bench.safety.guardian.protocol import Charge
 from bench.safety.guardian.scope import Scope, guardian_scope
 from bench.safety.interrupts import Interrupts
 from bench.safety.liveness import SignsOfLife

@@ -9,17 +9,17 @@ import pytest
 
 from bench.cli.station import check, reset
 from bench.i18n.errors import InputError, UsageError
-from bench.station.interlock_entries import InterlockEntry
-from bench.station.station_file import load_station
 from bench.safety import interlocks as module
 from bench.safety.interlocks import Interlocks, Uninterlocked, ready
 from bench.safety.interrupts import Interrupts
-from bench.safety.trip_latch import Latch
 from bench.safety.ownership.state_folder import state_folder
+from bench.safety.trip_latch import Latch
+from bench.station.interlock_entries import InterlockEntry
+from bench.station.station_file import load_station
 from bench.virtual.virtual_station import virtual_station
 from drivers.cia402.options import CanInterlockOptions
-from drivers.interfaces import CommunicationError
 from drivers.delta.options import ModbusInterlockOptions
+from drivers.interfaces import CommunicationError
 
 STATION = """
 [station]

@@ -16,21 +16,21 @@ from typing import Any
 
 import pytest
 
-from bench.station.clock import SystemClock
 from bench.cli.doctor import doctor
 from bench.cli.station import reset
-from bench.i18n.errors import InputError
-from bench.motor.motor_file import load_motor
-from bench.station.station_file import load_station
 from bench.files.toml_text import toml_text
-from bench.safety.station_instruments import StationInstruments, system_visa
+from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.journal.unrecorded import Unrecorded
-from bench.safety.ownership.claims import Claim, claims_of
+from bench.motor.motor_file import load_motor
 from bench.safety.interlocks import ready
+from bench.safety.ownership.claims import Claim, claims_of
+from bench.safety.ownership.owner import HeldError, HeldInstrumentError, holders, owning
+from bench.safety.ownership.state_folder import FolderBusyError, StateFolder, state_folder, try_lock
+from bench.safety.station_instruments import StationInstruments, system_visa
 from bench.safety.trip_latch import Latch
-from bench.safety.ownership.owner import (HeldError, HeldInstrumentError, holders, owning)
-from bench.safety.ownership.state_folder import (FolderBusyError, StateFolder, state_folder, try_lock)
+from bench.station.clock import SystemClock
+from bench.station.station_file import load_station
 from bench.virtual.virtual_station import describe
 from procedures.core.bench import Role
 from procedures.core.nameplate import Connection, Nameplate

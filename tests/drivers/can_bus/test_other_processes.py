@@ -8,14 +8,14 @@ from typing import Any
 import can
 import pytest
 
-from drivers.transport.can.buses import CanBuses
-from drivers.cia402.six_step import open_cia402_six_step
-from drivers.interlocks.can import CanInterlock
-from drivers.transport.can.listening import LatestFrame
 from drivers.cia402.options import CanInterlockOptions, Cia402SixStepOptions
 from drivers.cia402.power_state import PowerState
-from drivers.transport.can.sockets import keep_to_own_group
+from drivers.cia402.six_step import open_cia402_six_step
 from drivers.interfaces import CommunicationError
+from drivers.interlocks.can import CanInterlock
+from drivers.transport.can.buses import CanBuses
+from drivers.transport.can.listening import LatestFrame
+from drivers.transport.can.sockets import keep_to_own_group
 from sim_instruments.transports.can.gateway import CanGateway
 from sim_instruments.transports.loop_thread import LoopThread
 from sim_instruments.transports.tcp_service import TcpService

@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.emf.back_emf import (fit_back_emf, flux_by_integration, line_to_phase, peak_amplitude, peak_to_peak, period_of)
+from procedures.estimation.emf.back_emf import (
+    fit_back_emf,
+    flux_by_integration,
+    line_to_phase,
+    peak_amplitude,
+    peak_to_peak,
+    period_of,
+)
 from procedures.estimation.fitting.fit import EstimationError
 from tests.studies.simulated import FLUX, SPEED, emf_record
 

@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from procedures.estimation.fitting.first_order import (gathered_evenly, recursion, respond, respond_evenly, response_and_slope, response_and_slope_evenly, weights)
+from procedures.estimation.fitting.first_order import (
+    gathered_evenly,
+    recursion,
+    respond,
+    respond_evenly,
+    response_and_slope,
+    response_and_slope_evenly,
+    weights,
+)
 
 DECAYS = st.one_of(st.floats(-0.999, 1.0), st.floats(0.0, 1e-3), st.just(1.0), st.just(0.0))
 RATES = st.floats(0.0, 5e3)

@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.winding.rotor_sweep import (axis_inductances, extremes, fit_rotor_sweep, motor_class, saliency_significant)
+from procedures.estimation.winding.rotor_sweep import (
+    axis_inductances,
+    extremes,
+    fit_rotor_sweep,
+    motor_class,
+    saliency_significant,
+)
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 from tests.studies.simulated import LD, LQ, READ_NOISE, READINGS, sweep_record
 

@@ -5,7 +5,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.estimation.fitting.intervals import ANY, Interval, around
-from procedures.estimation.winding.wiring import (CONTINUITY, Kind, Leads, Mistake, Observation, Outcome, Pole, current_sensed, currents, judge, loop_resistance, mistakes, odd_line, potentials, voltage_sensed)
+from procedures.estimation.winding.wiring import (
+    CONTINUITY,
+    Kind,
+    Leads,
+    Mistake,
+    Observation,
+    Outcome,
+    Pole,
+    current_sensed,
+    currents,
+    judge,
+    loop_resistance,
+    mistakes,
+    odd_line,
+    potentials,
+    voltage_sensed,
+)
 
 P, M, N = Pole.PLUS, Pole.MINUS, Pole.OPEN
 ALIGN_D, ALIGN_Q = (P, M, M), (N, P, M)

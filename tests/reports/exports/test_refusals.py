@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from drivers.interfaces.text import text
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice, Parameter, ProcedureResult
-from drivers.interfaces.text import text
+from reports.exports.catalogue import TARGETS
 from reports.exports.checks import ExportRefusedError, Limits
 from reports.exports.subject import Datasheet, Subject, doubtful, pole_pairs_doubt
-from reports.exports.catalogue import TARGETS
 from reports.exports.target import sheet_for
 from reports.tables.figures import percent
 

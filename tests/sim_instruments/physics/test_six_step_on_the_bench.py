@@ -15,8 +15,8 @@ from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.six_step.run_up import run_up
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState, steady_state
-from sim_instruments.world.sources.six_step_output import SixStepOutput
 from sim_instruments.world.machine_data import DynamometerMachine
+from sim_instruments.world.sources.six_step_output import SixStepOutput
 from sim_instruments.world.world import World
 from tests.sim_instruments.motors import SIX_STEP
 

@@ -11,9 +11,9 @@ from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.windings import Windings
+from sim_instruments.world.machine_data import Leads, SupplyStage
 from sim_instruments.world.segment import State
 from sim_instruments.world.settings import SupplySettings
-from sim_instruments.world.machine_data import Leads, SupplyStage
 from sim_instruments.world.sources.supply_regime import regime
 from sim_instruments.world.world import World
 

@@ -12,13 +12,7 @@ from bench.captures import read_capture
 from bench.captures.capture import Capture
 from bench.eol.plan import load_plan
 from bench.i18n.errors import InputError
-from bench.virtual.fault_file import given_faults, load_faults
-from bench.motor.motor_file import load_motor
-from bench.motor.shipped_motors import shipped_motors
-from bench.station.station_file import load_station
 from bench.i18n.language import translator
-from bench.operators.answers import AnswersOperator, AnswersPrompt, load_answers
-from bench.run.plan import make_plan
 from bench.journal.journal import Journal, read_journal
 from bench.journal.overview import overview
 from bench.journal.run_folder import RunFolder, existing_run_folder
@@ -26,14 +20,20 @@ from bench.journal.run_result import result_of
 from bench.journal.run_view import view_of
 from bench.journal.verify import verify
 from bench.journal.waveforms import StoredWaveform, file_image
+from bench.motor.motor_file import load_motor
+from bench.motor.shipped_motors import shipped_motors
+from bench.operators.answers import AnswersOperator, AnswersPrompt, load_answers
+from bench.run.plan import make_plan
 from bench.run.resume import begun, check_identities, check_unchanged
+from bench.station.station_file import load_station
+from bench.virtual.fault_file import given_faults, load_faults
 from bench.virtual.virtual_station import virtual_station
-from drivers.transport.can.addresses import parse_address
 from drivers.interfaces import InstrumentError
+from drivers.interfaces.text import Translate, text
+from drivers.transport.can.addresses import parse_address
+from procedures.catalogue import catalogue
 from procedures.core.actions import EnterReading, MarkRestPositions
 from procedures.core.bench import ProcedureError
-from procedures.catalogue import catalogue
-from drivers.interfaces.text import Translate, text
 from reports.tables.summary import summary
 from tests.studies.fuzz.target import Target, as_file, each
 

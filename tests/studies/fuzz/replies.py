@@ -11,28 +11,28 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
-from drivers.transport.can.buses import CanBuses
 from drivers.cia402.inverter import Cia402Inverter
-from drivers.cia402.six_step import Cia402SixStep
 from drivers.cia402.node import Cia402Node
-from drivers.transport.can.objects import NodeObjects
 from drivers.cia402.options import Cia402Options, Cia402SixStepOptions
-from drivers.interfaces import ChannelSettings, InstrumentError, ProbeKind, Trigger
+from drivers.cia402.six_step import Cia402SixStep
 from drivers.delta.dynamometer import DeltaDyn200
-from drivers.transport.modbus.line import open_line
 from drivers.delta.options import DeltaDyn200Options
-from drivers.lutron.frame import parse_frame
-from drivers.lutron.tachometer import LutronTachometer
-from drivers.lutron.options import LutronTachometerOptions
-from drivers.transport.serial.stream_port import StreamPort
+from drivers.interfaces import ChannelSettings, InstrumentError, ProbeKind, Trigger
 from drivers.keysight.dmm_34461a import Keysight34461A
 from drivers.keysight.e4980a import KeysightE4980A
 from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.infiniivision import KeysightInfiniiVision
-from drivers.keysight.options import (E4980AOptions, E36300Options, InfiniiVisionOptions, Keysight34461AOptions, Probe)
+from drivers.keysight.options import E4980AOptions, E36300Options, InfiniiVisionOptions, Keysight34461AOptions, Probe
+from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.lutron.frame import parse_frame
+from drivers.lutron.options import LutronTachometerOptions
+from drivers.lutron.tachometer import LutronTachometer
+from drivers.transport.can.buses import CanBuses
+from drivers.transport.can.objects import NodeObjects
+from drivers.transport.modbus.line import open_line
+from drivers.transport.serial.stream_port import StreamPort
 from drivers.transport.visa.replies import parse_error, parse_number, parse_numbers
 from drivers.transport.visa.session import ScpiSession
-from drivers.keysight.waveform import (codes_from_block, parse_preamble, to_time, to_values)
 from tests.studies.fuzz.target import Target, each, pieces
 
 ERRORS = (InstrumentError,)

@@ -7,9 +7,9 @@ from typing import Any
 
 from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
+from sim_instruments.scpi.framing import MessageSplitter
 from sim_instruments.server.control.http import JsonService
 from sim_instruments.transports.modbus.frames import HEADER
-from sim_instruments.scpi.framing import MessageSplitter
 from tests.studies.fuzz.target import Target
 
 #: The longest message (bytes) that an instrument takes from a socket.

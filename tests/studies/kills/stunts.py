@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.cli.output import console_on
-from bench.motor.motor_file import load_motor
 from bench.journal.run_folder import existing_run_folder
+from bench.motor.motor_file import load_motor
 from bench.run.run import Wishes, run
 from tests.studies.held_run import Hold
 

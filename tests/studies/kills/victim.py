@@ -12,8 +12,8 @@ from pathlib import Path
 from time import monotonic
 from typing import IO, Any
 
-from bench.i18n.errors import InputError
 from bench.files.toml_text import toml_text
+from bench.i18n.errors import InputError
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal import read_journal
 from bench.journal.run_folder import RunFolder

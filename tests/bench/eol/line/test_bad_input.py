@@ -11,12 +11,12 @@ import pytest
 
 from bench.eol.line.admission import Admission, Refused
 from bench.eol.line.batch import prepare
-from bench.eol.line.record_writer import Keeper, own_records
 from bench.eol.line.batch_log import FILE, Begun, Ledger
 from bench.eol.line.line_file import load_line
 from bench.eol.line.messages import Task
-from bench.eol.line.unit_names import new_folder, run_folders
+from bench.eol.line.record_writer import Keeper, own_records
 from bench.eol.line.serials import FromFile, MadeUp
+from bench.eol.line.unit_names import new_folder, run_folders
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
