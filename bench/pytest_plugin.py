@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from bench.files.motor_file import MotorFile
+    from bench.motor.motor_file import MotorFile
     from bench.testing import BenchUnderTest, PlanUnderTest, Ran
 
 

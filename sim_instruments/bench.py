@@ -7,40 +7,40 @@ from typing import Literal
 
 import numpy as np
 
-from sim_instruments.clock import BenchClock, VirtualClock
-from sim_instruments.connection import Connection, Line
-from sim_instruments.endpoints.can_buses import fresh_channel
-from sim_instruments.endpoints.can_direct import CHANNEL, DirectBus, DirectEnd
-from sim_instruments.endpoints.can_node import CanNode
-from sim_instruments.endpoints.modbus_direct import ModbusStream
-from sim_instruments.endpoints.modbus_rtu import ModbusRtuEndpoint
-from sim_instruments.endpoints.modbus_tcp import ModbusTcpEndpoint
-from sim_instruments.endpoints.modbus_unit import ModbusLine
-from sim_instruments.endpoints.pty import SerialStream
-from sim_instruments.endpoints.serial_direct import SerialLine
-from sim_instruments.endpoints.visa import InProcessVisaLibrary
-from sim_instruments.faults import Faults
-from sim_instruments.fixture_layout import MODULES, crosspoints
-from sim_instruments.injection.injector import Injector
-from sim_instruments.instruments.cia402 import Cia402Inverter
-from sim_instruments.instruments.cia402_actuator import Cia402Actuator
-from sim_instruments.instruments.cia402_power import ObjectServer
-from sim_instruments.instruments.cia402_six_step import Cia402SixStep
-from sim_instruments.instruments.delta import DeltaDrive
-from sim_instruments.instruments.dyn200 import Dyn200
+from sim_instruments.clock.virtual_clock import BenchClock, VirtualClock
+from sim_instruments.faults.injector import Injector
+from sim_instruments.faults.line_faults import Faults
+from sim_instruments.instruments.cia402.inverter import Cia402Inverter
+from sim_instruments.instruments.cia402.power import ObjectServer
+from sim_instruments.instruments.cia402.rotor_actuator import Cia402Actuator
+from sim_instruments.instruments.cia402.six_step import Cia402SixStep
+from sim_instruments.instruments.delta.c2000 import DeltaDrive
+from sim_instruments.instruments.delta.dyn200 import Dyn200
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.instruments.gpt_9800 import Gpt9800
-from sim_instruments.instruments.keysight_34461a import Keysight34461A
-from sim_instruments.instruments.keysight_34970a import Keysight34970A
-from sim_instruments.instruments.keysight_e4980a import KeysightE4980A
-from sim_instruments.instruments.keysight_e36300 import RATINGS, KeysightE36313A
-from sim_instruments.instruments.keysight_infiniivision import KeysightInfiniiVision
-from sim_instruments.instruments.lutron import LutronTachometer
+from sim_instruments.instruments.gwinstek.gpt9800 import Gpt9800
+from sim_instruments.instruments.keysight.dmm_34461a import Keysight34461A
+from sim_instruments.instruments.keysight.e4980a import KeysightE4980A
+from sim_instruments.instruments.keysight.e36300 import RATINGS, KeysightE36313A
+from sim_instruments.instruments.keysight.infiniivision import KeysightInfiniiVision
+from sim_instruments.instruments.keysight.switch_unit_34970a import Keysight34970A
+from sim_instruments.instruments.lutron.tachometer import LutronTachometer
 from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.relay_contacts import RelayContacts
 from sim_instruments.six_step.drive import SixStepDrive
-from sim_instruments.stages import DynamometerMachine, InverterStage, Leads, SupplyStage
-from sim_instruments.world import World
+from sim_instruments.transports.can.buses import fresh_channel
+from sim_instruments.transports.can.in_process import CHANNEL, DirectBus, DirectEnd
+from sim_instruments.transports.can.node import CanNode
+from sim_instruments.transports.connection import Connection, Line
+from sim_instruments.transports.modbus.in_process import ModbusStream
+from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
+from sim_instruments.transports.modbus.tcp import ModbusTcpEndpoint
+from sim_instruments.transports.modbus.unit import ModbusLine
+from sim_instruments.transports.serial.in_process import SerialLine
+from sim_instruments.transports.serial.pty import SerialStream
+from sim_instruments.transports.visa.library import InProcessVisaLibrary
+from sim_instruments.world.fixture.layout import MODULES, crosspoints
+from sim_instruments.world.fixture.relay_contacts import RelayContacts
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
+from sim_instruments.world.world import World
 
 Role = Literal[
     "supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter", "drive",

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bench.cli import main
+from bench.cli.main import main
 
 #: Takes what is typed after `motorbench`; returns exit status, standard output and standard error.
 Call = Callable[..., tuple[int, str, str]]

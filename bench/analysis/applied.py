@@ -9,8 +9,8 @@ from bench.analysis.statements import Statement
 from bench.captures import Capture
 from bench.captures.capture import FloatArray, same_name
 from drivers.interfaces import Accuracy
-from procedures.text import Text, text
-from procedures.uncertainty import Uncertainties
+from drivers.interfaces.text import Text, text
+from procedures.core.budget import Uncertainties
 
 #: What a budget's rows say of where the limits come from.
 _SOURCE = "as stated"

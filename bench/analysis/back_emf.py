@@ -13,8 +13,9 @@ from bench.analysis.outcome import Outcome, estimated, named, paths_of
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import Capture, CaptureError, read_captures
-from bench.errors import said_by
-from procedures.estimation.back_emf import (
+from bench.i18n.errors import said_by
+from drivers.interfaces.text import text
+from procedures.estimation.emf.back_emf import (
     BackEmfFit,
     FluxEstimate,
     fit_back_emf,
@@ -23,9 +24,8 @@ from procedures.estimation.back_emf import (
     peak_amplitude,
     peak_to_peak,
 )
-from procedures.estimation.pole_pairs import from_frequency
-from procedures.temperature import MAGNET_SPREAD, magnet_factor
-from procedures.text import text
+from procedures.estimation.mechanics.pole_pairs import from_frequency
+from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_factor
 
 ProbeConnection = Literal["line", "phase"]
 _PROBES = {

@@ -15,9 +15,9 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.captures import Capture, CaptureError, Channel, read_capture
 from bench.captures.capture import FloatArray
-from procedures.estimation.fit import Fit
-from procedures.estimation.inertia import SHARED, Ramp, fit_coast_down, fit_ramps
-from procedures.text import text
+from drivers.interfaces.text import text
+from procedures.estimation.fitting.fit import Fit
+from procedures.estimation.mechanics.inertia import SHARED, Ramp, fit_coast_down, fit_ramps
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 _RATES = ("coulomb_deceleration", "viscous_rate")

@@ -8,10 +8,10 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureError, Channel
-from bench.errors import said_by
-from procedures.estimation.fit import EstimationError, Fit
-from procedures.text import text
-from procedures.uncertainty import Uncertainties
+from bench.i18n.errors import said_by
+from drivers.interfaces.text import text
+from procedures.core.budget import Uncertainties
+from procedures.estimation.fitting.fit import EstimationError, Fit
 
 _Result = TypeVar("_Result")
 TYPE_A_ONLY = (

@@ -8,16 +8,16 @@ from bench.analysis.applied import Applied
 from bench.analysis.outcome import Outcome, estimated, named, pick
 from bench.analysis.statements import Statement
 from bench.captures import CaptureError, read_capture
-from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
-from procedures.estimation.rotor_sweep import (
+from drivers.interfaces.text import text
+from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.winding.rotor_sweep import (
     axis_inductances,
     extremes,
     fit_rotor_sweep,
     motor_class,
     saliency_significant,
 )
-from procedures.estimation.timed_sweep import fit_timed_sweep
-from procedures.text import text
+from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 
 
 def analyze_rotor_sweep(

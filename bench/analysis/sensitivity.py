@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
-from bench.errors import InputError, said_by
-from procedures.estimation.fit import EstimationError, Fit
-from procedures.text import text
+from bench.i18n.errors import InputError, said_by
+from drivers.interfaces.text import text
+from procedures.estimation.fitting.fit import EstimationError, Fit
 
 #: Changes below this share of the estimate's own uncertainty are the solver's, not the error's.
 _NEGLIGIBLE = 1e-3

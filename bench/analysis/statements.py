@@ -8,9 +8,9 @@ from pathlib import Path
 from pydantic import Field
 
 from bench.captures.units import si
-from bench.errors import InputError, UsageError, at
 from bench.files.toml_file import Section, read, validate
-from procedures.text import Text, text
+from bench.i18n.errors import InputError, UsageError, at
+from drivers.interfaces.text import Text, text
 
 _RELATIVE = {"%": 1e-2, "ppm": 1e-6}
 _TERM = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*(%|[^\d\s+.%][^\s+%]*)\s*")

@@ -12,13 +12,13 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import CaptureError, Channel, read_captures
-from bench.errors import said_by
-from procedures.estimation.connections import Connection, ReadingConnection, phase_factor
-from procedures.estimation.fit import EstimationError, Fit, FloatArray
-from procedures.estimation.step_response import fit_step_response, time_constant_63
-from procedures.temperature import copper_factor
-from procedures.temperature_settings import COLD
-from procedures.text import text
+from bench.i18n.errors import said_by
+from drivers.interfaces.text import text
+from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
+from procedures.techniques.temperature_correction import copper_factor
+from procedures.techniques.temperature_settings import COLD
 
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"

@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from bench.errors import UsageError
-from procedures.text import text
+from bench.i18n.errors import UsageError
+from drivers.interfaces.text import text
 
 
 @dataclass(frozen=True)

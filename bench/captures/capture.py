@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.errors import InputError, at
-from procedures.text import Text, text
+from bench.i18n.errors import InputError, at
+from drivers.interfaces.text import Text, text
 
 FloatArray = NDArray[np.float64]
 

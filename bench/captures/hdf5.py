@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureError, Channel
-from bench.record.waveforms import StoredWaveform, read_waveform, waveform_names
-from procedures.text import text
+from bench.journal.waveforms import StoredWaveform, read_waveform, waveform_names
+from drivers.interfaces.text import text
 
 
 def read_hdf5(path: Path, selected: str = "") -> Capture:

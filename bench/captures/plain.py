@@ -7,7 +7,7 @@ import numpy as np
 from bench.captures.capture import Capture, CaptureError, Channel, converter_step
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
-from procedures.text import text
+from drivers.interfaces.text import text
 
 _TIME = {"t", "time", "zeit", "x-axis", "seconds", "second"}
 

@@ -13,7 +13,7 @@ from bench.captures.plain import read_plain
 from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
 from bench.captures.tektronix import is_tektronix, read_tektronix
 from bench.captures.text import read_lines
-from procedures.text import text
+from drivers.interfaces.text import text
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 

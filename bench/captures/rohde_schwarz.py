@@ -6,7 +6,7 @@ from pathlib import Path
 from bench.captures.capture import Capture, CaptureError, Channel, converter_step
 from bench.captures.text import check_increasing, read_numbers
 from bench.captures.units import si, split_heading
-from procedures.text import text
+from drivers.interfaces.text import text
 
 _HEADING = re.compile(r"\s*(?:time\s+)?in s\s*,\s*[^,]+ in \S+", re.IGNORECASE)
 

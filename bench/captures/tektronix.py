@@ -5,7 +5,7 @@ from pathlib import Path
 from bench.captures.capture import Capture, CaptureError, Channel, converter_step
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si
-from procedures.text import text
+from drivers.interfaces.text import text
 
 
 def is_tektronix(lines: list[str]) -> bool:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from bench.captures.capture import CaptureError, FloatArray
-from procedures.text import text
+from drivers.interfaces.text import text
 
 #: The longest text that is read (bytes), unpacked: a few bytes of gzip may unpack to any length.
 LONGEST = 512 * 1024 * 1024

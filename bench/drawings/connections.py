@@ -15,7 +15,8 @@ from bench.drawings.motor_symbol import (
     draw_remark,
     node_place,
 )
-from procedures.actions import (
+from drivers.interfaces.text import Text, Translate, english, text
+from procedures.core.actions import (
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
@@ -25,8 +26,7 @@ from procedures.actions import (
     Terminal,
     VoltageProbe,
 )
-from procedures.nameplate import Nameplate
-from procedures.text import Text, Translate, english, text
+from procedures.core.nameplate import Nameplate
 
 _WIDTH, _HEIGHT = 820, 520
 _STAR = (380.0, 205.0)

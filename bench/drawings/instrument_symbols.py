@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from bench.drawings.canvas import FAINT, Canvas
 from bench.drawings.motor_symbol import TERMINAL_Y
-from procedures.actions import Socket, Terminal
-from procedures.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text
+from procedures.core.actions import Socket, Terminal
 
 #: Right edge of the instruments on the left side.
 SOCKET_X = 200.0

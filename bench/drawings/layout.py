@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from procedures.actions import (
+from procedures.core.actions import (
     Action,
     Connect,
     ConnectProbes,

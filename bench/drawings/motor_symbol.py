@@ -3,8 +3,8 @@
 import math
 
 from bench.drawings.canvas import FAINT, Canvas
-from procedures.actions import Node, Terminal
-from procedures.nameplate import Connection
+from procedures.core.actions import Node, Terminal
+from procedures.core.nameplate import Connection
 
 #: Where the terminals stand.
 TERMINAL_X = 520.0

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from bench.eol.verdict import Verdict
-from bench.errors import InputError
-from procedures.text import text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
 
 
 class Guard(Enum):

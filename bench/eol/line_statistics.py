@@ -27,9 +27,9 @@ from bench.eol.store.tallies import (
     without_compiling,
 )
 from bench.eol.verdict import Verdict
-from bench.errors import InputError
 from bench.files.toml_file import nearest
-from procedures.text import text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
 
 #: Rules of the control chart that are looked for where none are named (Nelson's numbers).
 RULES = (1, 2, 3, 5, 6)

@@ -13,9 +13,9 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from bench.eol.limits import Guard, Limits
-from bench.errors import InputError, said_by
 from bench.files.toml_file import Section, nearest, read, validate
-from procedures.text import text
+from bench.i18n.errors import InputError, said_by
+from drivers.interfaces.text import text
 
 OnFailure = Literal["stop", "go_on", "retry"]
 KeepWaveforms = Literal["all", "failed", "none"]

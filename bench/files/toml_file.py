@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from bench.errors import InputError, at, said_by
-from procedures.text import Text, lines, text
+from bench.i18n.errors import InputError, at, said_by
+from drivers.interfaces.text import Text, lines, text
 
 
 class Section(BaseModel):

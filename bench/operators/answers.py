@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.errors import InputError
 from bench.files.toml_file import nearest, read
-from procedures.actions import Action, EnterReading, MarkRestPositions
-from procedures.bench import ProcedureError
-from procedures.text import text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
+from procedures.core.actions import Action, EnterReading, MarkRestPositions
+from procedures.core.bench import ProcedureError
 
 #: The key of the marked angles of `MarkRestPositions`.
 ANGLES_KEY = "rest_positions_deg"

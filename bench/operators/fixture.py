@@ -5,7 +5,8 @@ from typing import Any, assert_never, cast
 
 from bench.operators.rest import RestFinder
 from drivers.interfaces import Clock, Instrument, RotorActuator, SwitchMatrix
-from procedures.actions import (
+from drivers.interfaces.text import text
+from procedures.core.actions import (
     Action,
     Connect,
     ConnectProbes,
@@ -26,8 +27,7 @@ from procedures.actions import (
     TurnToRest,
     UncoupleDynamometer,
 )
-from procedures.bench import ProcedureError, Role
-from procedures.text import text
+from procedures.core.bench import ProcedureError, Role
 
 #: The roles that a fixture consists of.
 ROLES = frozenset({Role.SWITCH_MATRIX, Role.ROTOR_ACTUATOR})

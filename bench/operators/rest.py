@@ -3,8 +3,8 @@
 import math
 
 from drivers.interfaces import Clock, RotorActuator
-from procedures.bench import ProcedureError
-from procedures.text import text
+from drivers.interfaces.text import text
+from procedures.core.bench import ProcedureError
 
 #: A shaft stands that has moved less than this (rad) from look to look.
 _STILL = 5.0e-4

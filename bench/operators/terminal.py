@@ -5,10 +5,10 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from bench.phrasebook import translate_said
+from bench.i18n.phrasebook import translate_said
 from bench.safety.interrupts import Interrupted, Interrupts
-from procedures.actions import Action, EnterReading, MarkRestPositions, Mend
-from procedures.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text
+from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -7,7 +7,8 @@ from typing import Any, Protocol, assert_never
 import numpy as np
 
 from drivers.interfaces import Clock
-from procedures.actions import (
+from drivers.interfaces.text import text
+from procedures.core.actions import (
     Action,
     Connect,
     ConnectProbes,
@@ -27,8 +28,7 @@ from procedures.actions import (
     UncoupleDynamometer,
     VoltageProbe,
 )
-from procedures.bench import ProcedureError
-from procedures.text import text
+from procedures.core.bench import ProcedureError
 
 #: What the hands need for each kind of work (s), as a practised person does.
 _WIRING, _PROBE, _LEADS, _LOCK, _COUPLING, _READING = 15.0, 8.0, 5.0, 3.0, 30.0, 5.0

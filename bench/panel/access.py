@@ -13,12 +13,12 @@ from pathlib import Path
 
 from pydantic import Field
 
-from bench.errors import InputError, UsageError
 from bench.files.toml_file import Section, read, validate
 from bench.files.toml_text import toml_text
+from bench.i18n.errors import InputError, UsageError
 from bench.panel.sessions import Right
 from bench.panel.throttle import LoginThrottle, network_of
-from procedures.text import text
+from drivers.interfaces.text import text
 
 _NAME = re.compile(r"[\w.-]{1,64}")
 #: A password that is tried by hand is not found out; one by a program should not be either.

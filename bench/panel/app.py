@@ -7,7 +7,7 @@ from nicegui import app, core, ui
 from nicegui.client import templates
 from starlette.requests import Request
 
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 from bench.panel.access import Access
 from bench.panel.content_policy import mark_scripts
 from bench.panel.gate import Gate
@@ -24,7 +24,7 @@ from bench.panel.pages.statistics import statistics_page
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.panel.socket_guard import SocketGuard
-from procedures.text import text
+from drivers.interfaces.text import text
 
 #: Longest wait (s) for the words of procedures; a page that takes longer than 3 s is none.
 _WORDS = 2.0

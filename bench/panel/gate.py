@@ -7,11 +7,11 @@ from starlette.requests import cookie_parser
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from bench.language import translator
+from bench.i18n.language import translator
 from bench.panel.content_policy import new_nonce, security_headers
 from bench.panel.hosts import AllowedHosts, origin_refusal
 from bench.panel.sessions import Right, Session, Sessions
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 
 #: Largest body (bytes) of who has no session, and of who has one.
 _LARGEST_UNKNOWN = 1 << 14

@@ -11,11 +11,11 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bench.errors import InputError
-from bench.operators.line import FILE
-from procedures.text import text
+from bench.i18n.errors import InputError
+from bench.operators.operator_channel import FILE
+from drivers.interfaces.text import text
 
-#: A batch's announcement, as `bench.eol.line.desk` writes it.
+#: A batch's announcement, as `bench.eol.line.panel_channel` writes it.
 LINE = "line.json"
 
 #: How long (s) a run may take until it is reachable, instruments not included.

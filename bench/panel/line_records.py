@@ -4,8 +4,8 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from bench.errors import InputError, said_by
-from procedures.text import Text, text
+from bench.i18n.errors import InputError, said_by
+from drivers.interfaces.text import Text, text
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine

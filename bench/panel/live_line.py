@@ -7,7 +7,7 @@ from typing import Any
 
 from bench.panel.launch import LINE
 from bench.panel.run_line import RunLine
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 
 #: How often (s) a line without a batch is looked at.
 _LOOK = 1.0

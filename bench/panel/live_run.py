@@ -3,10 +3,10 @@
 import asyncio
 from pathlib import Path
 
+from bench.journal.run_folder import RunFolder
 from bench.panel.live_view import LiveView
 from bench.panel.run_line import RunLine
 from bench.panel.tail import JournalTail
-from bench.record.run_folder import RunFolder
 
 #: How often (s) the journal is looked at: a reading is to be seen 150 ms after it was written.
 _LOOK = 0.04

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bench.drawings.layout import Layout
-from bench.record.journal import Event
-from bench.record.run_view import RunView
-from bench.record.step_readings import quantities_read
-from bench.record.stored_action import restore_action
-from procedures.actions import Action
-from procedures.text import Text
+from bench.journal.journal import Event
+from bench.journal.run_view import RunView
+from bench.journal.step_readings import quantities_read
+from bench.journal.stored_action import restore_action
+from drivers.interfaces.text import Text
+from procedures.core.actions import Action
 
 #: Readings kept for the live plot, per instrument and quantity.
 _KEPT = 20_000

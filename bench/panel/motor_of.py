@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from procedures.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Connection, Nameplate
 
 _UNKNOWN = Nameplate("?", Connection.WYE, 1.0)
 

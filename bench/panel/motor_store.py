@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.errors import InputError, said_by
-from bench.files.motor_sections import NameplateSection
 from bench.files.toml_file import validate
 from bench.files.toml_text import toml_text
-from bench.record.disk import write_file
-from procedures.text import text
+from bench.i18n.errors import InputError, said_by
+from bench.journal.disk import write_file
+from bench.motor.motor_sections import NameplateSection
+from drivers.interfaces.text import text
 
 
 def save_motor(folder: Path, nameplate: Mapping[str, Any]) -> Path:

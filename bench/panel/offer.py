@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.errors import InputError
-from procedures.text import Text, text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, text
 
 _TIME = 120.0
 

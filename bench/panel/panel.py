@@ -5,8 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.errors import InputError
-from bench.operators.line import FILE
+from bench.i18n.errors import InputError
+from bench.journal.run_folder import existing_run_folder
+from bench.operators.operator_channel import FILE
 from bench.panel.archive import Archive
 from bench.panel.control import Control
 from bench.panel.launch import BatchOrder, Launcher, Order
@@ -15,8 +16,7 @@ from bench.panel.live_run import LiveRun
 from bench.panel.offer import Offer
 from bench.panel.sessions import Sessions
 from bench.panel.tail import JournalTail
-from bench.record.run_folder import existing_run_folder
-from procedures.text import text
+from drivers.interfaces.text import text
 
 
 class Panel:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bench.journal.waveforms import StoredWaveform
 from bench.panel.decimate import envelope
-from bench.record.waveforms import StoredWaveform
 
 #: Points that a plot of a screen's width shows.
 POINTS = 3000

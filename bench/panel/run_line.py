@@ -7,9 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from bench.operators.line import FILE
-from bench.record.stored_result import restore_text, store_text
-from procedures.text import Text, text
+from bench.journal.stored_result import restore_text, store_text
+from bench.operators.operator_channel import FILE
+from drivers.interfaces.text import Text, text
 
 #: How often (s) a run is told that somebody watches; it waits much longer before it ends for want of it.
 _BEAT = 2.0

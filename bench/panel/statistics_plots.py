@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from bench.eol.statistics.pareto import pareto
-from bench.eol.statistics_words import RULE_WORDS, outside, scale_for, trimmed
+from bench.eol.statistics_messages import RULE_WORDS, outside, scale_for, trimmed
 from bench.panel.plots import axes, line
-from procedures.text import Text, Translate, text
-from reports.figures import decimals_for, figure
-from reports.names import parameter_name
+from drivers.interfaces.text import Text, Translate, text
+from reports.labels import parameter_name
+from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
     from bench.eol.line_statistics import ParameterStatistics

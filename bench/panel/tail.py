@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from bench.record.journal import Event
+from bench.journal.journal import Event
 
 #: Read at most this much (bytes) at once: a long journal must not hold up who waits for its end.
 _PIECE = 1 << 20

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from procedures.nameplate import Connection, Nameplate
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from procedures.core.nameplate import Connection, Nameplate
 from sim_instruments.physics.motor import Connection as Winding
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive

@@ -4,31 +4,31 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.attempt import never_stop
-from bench.errors import UsageError
-from bench.files.station import Station, load_station
-from bench.instruments import StationInstruments
-from bench.language import translator
+from bench.i18n.errors import UsageError
+from bench.i18n.language import translator
+from bench.journal.disk import write_file
+from bench.journal.encoding import plain, to_bytes
+from bench.journal.journal import Journal
+from bench.journal.run_folder import REHEARSAL, new_run_folder
+from bench.journal.run_view import RunView
+from bench.journal.unrecorded import Unrecorded
 from bench.operators.fixture import ROLES as FIXTURE
-from bench.plan import Catalogue, check_roles, make_plan, possible
-from bench.progress import Progress
-from bench.record.disk import write_file
-from bench.record.encoding import plain, to_bytes
-from bench.record.journal import Journal
-from bench.record.run_folder import REHEARSAL, new_run_folder
-from bench.record.run_view import RunView
-from bench.record.unrecorded import Unrecorded
 from bench.rehearsal.script import Script, highest_as_dict
 from bench.rehearsal.twin import Twin, twin_of
-from bench.runner import Runner
+from bench.run.plan import Catalogue, check_roles, make_plan, possible
+from bench.run.progress import Progress
+from bench.run.retry_policy import never_stop
+from bench.run.run import Wishes
+from bench.run.sequencer import Runner
+from bench.run.software import software
 from bench.safety.interrupts import Interrupts
-from bench.safety.limits import NO_LIMIT, Limit, known_pole_pairs
+from bench.safety.limits.bounds import NO_LIMIT, Limit, known_pole_pairs
+from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdogs import RoleWatchdog, planned_watchdogs
-from bench.session import Wishes
-from bench.software import software
-from bench.virtual_station import VIRTUAL, virtual_station
-from procedures.bench import Role
-from procedures.text import Translate, english, text
+from bench.station.station_file import VIRTUAL, Station, load_station
+from bench.virtual.virtual_station import virtual_station
+from drivers.interfaces.text import Translate, english, text
+from procedures.core.bench import Role
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from bench.files.limits import SECTIONS
-from bench.safety.limits import Limit, SetPoint
-from procedures.bench import Role
-from procedures.text import Translate
+from bench.safety.limits.bounds import Limit, SetPoint
+from bench.station.station_limits import SECTIONS
+from drivers.interfaces.text import Translate
+from procedures.core.bench import Role
 
 #: Events of an energised block, and what the script calls them.
 _BLOCKS = {"energised": "on", "de_energised": "off"}

@@ -5,20 +5,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from bench.files.motor_file import MotorFile
-from bench.files.station import Entry, Station
+from bench.motor.motor_file import MotorFile
 from bench.operators.virtual import VirtualOperator
 from bench.rehearsal.assumed import Assumption, assumed_drive, assumed_motor
-from bench.surroundings import Place
-from bench.virtual_station import virtual_station
+from bench.run.context import Place
+from bench.station.station_file import Entry, Station
+from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import ProbeKind
-from drivers.visa.options import Probe
-from procedures.bench import Role
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from drivers.keysight.options import Probe
+from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
-from sim_instruments.instruments.keysight_e36300 import RATINGS
+from sim_instruments.instruments.keysight.e36300 import RATINGS
 from sim_instruments.six_step.machine import virtual_motor
-from sim_instruments.stages import DynamometerMachine, InverterStage
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage
 
 #: What a driver's options say of the real unit and its wires, which the virtual one has otherwise.
 _OF_THE_UNIT = frozenset(

@@ -7,8 +7,8 @@ from types import TracebackType
 from typing import Any
 
 from bench.safety.interrupts import Interrupts
-from bench.safety.way_down_items import OFF_BY
-from procedures.bench import Role
+from bench.station.shutdown_sequence import OFF_BY
+from procedures.core.bench import Role
 
 #: The first of two tries at a reply gets this share of the time that an energised source has.
 _FIRST_TRY = 0.5
@@ -59,10 +59,11 @@ class _Exchange:
     def __init__(self, watch: CallWatch, waiting: AbstractContextManager[None]) -> None:
         self._watch = watch
         self._waiting = waiting
+        self._depth = watch.depth
 
     def __enter__(self) -> None:
         watch = self._watch
-        watch.depth += 1
+        watch.depth = self._depth + 1
         watch.since = watch.since or monotonic()
         self._waiting.__enter__()
 
@@ -71,7 +72,8 @@ class _Exchange:
     ) -> None:
         self._waiting.__exit__(kind, error, trace)
         watch = self._watch
-        watch.depth -= 1
+        # Not counted down: an interruption may have kept a count from being made.
+        watch.depth = self._depth
         if kind is None:
             # Within another exchange the instrument has answered, but not yet what was asked first.
             watch.since = monotonic() if watch.depth else 0.0
@@ -108,6 +110,11 @@ class CallWatches:
             watch.energised = max(0, watch.energised - 1)
         elif _is_off(watch.role, kind, data) or (kind in _CALLED and (by_call or called in _STOPS)):
             watch.energised = 0
+
+    @property
+    def any_energised(self) -> bool:
+        """Whether anything is energised, as far as the journal says."""
+        return any(watch.energised for watch in self._sources.values())
 
     def unanswered(self) -> CallWatch | None:
         """Return an energised source that has not answered for longer than it may."""

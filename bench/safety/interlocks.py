@@ -6,16 +6,16 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from typing import Any
 
-from bench.errors import InputError, at, said_by
-from bench.files.interlocks import InterlockEntry
-from bench.files.station import Station
+from bench.i18n.errors import InputError, at, said_by
 from bench.safety.interrupts import Interrupts
-from bench.safety.latch import Latch, Trip
-from bench.safety.state_folder import StateFolder
+from bench.safety.ownership.state_folder import StateFolder
+from bench.safety.trip_latch import Latch, Trip
+from bench.station.interlock_entries import InterlockEntry
+from bench.station.station_file import Station
 from drivers.interfaces import InstrumentError, Interlock
-from drivers.interlocks import open_interlock
-from procedures.bench import Recorder
-from procedures.text import Text, lines, text
+from drivers.interfaces.text import Text, lines, text
+from drivers.interlocks.catalogue import open_interlock
+from procedures.core.bench import Recorder
 
 #: How often (s) a contact is read; one that is sent by itself is waited for.
 _POLL = 0.01

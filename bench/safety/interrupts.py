@@ -10,8 +10,8 @@ from time import monotonic
 from types import FrameType, TracebackType
 from typing import Any
 
-from bench.record.journal import CLOSING
-from procedures.text import Text, text
+from bench.journal.journal import CLOSING
+from drivers.interfaces.text import Text, text
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: What wakes the main thread out of a system call; its handler raises.
@@ -21,7 +21,7 @@ _INTERVAL = 0.01
 #: A request that has stood for so long (s) breaks off what an energised block does at its end.
 _LATE = 0.4
 #: One that has stood for so long (s), and again after each such time, is raised wherever the main thread is.
-_OVERDUE = 1.0
+_OVERDUE = 0.7
 
 #: What the run's thread is doing: computing or speaking to somebody who must not be interrupted, waiting, or switching off.
 _BUSY, _WAITING, _SWITCHING_OFF = 0, 1, 2
@@ -212,6 +212,8 @@ class Interrupts:
             return
         if self._overdue or self._doing == _WAITING or (self._late and self._doing == _SWITCHING_OFF):
             self._overdue = False
+            # Once only in each wait: the exception may land where the wait ends.
+            self._doing = _BUSY
             raise self._interruption
 
     # the thread behind the wake-up descriptor -----------------------------------------------------------------------

@@ -6,13 +6,13 @@ from contextlib import contextmanager, suppress
 from time import monotonic
 from typing import Any
 
-from bench.errors import InputError, at, said_by
-from bench.files.watchdog_relays import RelayEntry
-from bench.safety.guardian_link import Guard
+from bench.i18n.errors import InputError, at, said_by
+from bench.safety.guardian.link import Guard
 from bench.safety.interrupts import Interrupts
+from bench.station.watchdog_relay_entries import RelayEntry
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, WatchdogRelay
-from procedures.bench import Recorder, Role
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from procedures.core.bench import Recorder, Role
 
 #: A relay is fed so often within its time: two may be lost.
 _FEEDS = 4

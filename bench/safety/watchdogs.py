@@ -4,13 +4,13 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bench.files.station import Entry, Station
-from bench.files.watchdog_relays import RelayEntry
-from bench.safety.way_down_items import OFF_BY
+from bench.station.shutdown_sequence import OFF_BY
+from bench.station.station_file import Entry, Station
+from bench.station.watchdog_relay_entries import RelayEntry
+from drivers.catalogue import MANUAL
 from drivers.interfaces import Instrument, Watchdog, Watching, WhenSilent
-from drivers.registry import MANUAL
-from procedures.bench import Role
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from procedures.core.bench import Role
 
 _ACTIONS: Mapping[WhenSilent, Text] = {
     WhenSilent.VOLTAGE_OFF: text("it switches its voltage off"),

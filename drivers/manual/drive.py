@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from drivers.bases.always import always
 from drivers.interfaces import Clock, MeasurementError, Reading
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDriveOptions
 from drivers.manual.prompt import ATTEMPTS, Prompt
-from drivers.safety import always
 
 
 class ManualDrive(InstrumentByHand[ManualDriveOptions]):

@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from drivers.bases.always import always
+from drivers.bases.set_points import check_setpoint
 from drivers.interfaces import Clock, DynamometerReading
-from drivers.limits import check_setpoint
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDynamometerOptions
 from drivers.manual.prompt import Prompt
-from drivers.safety import always
 
 RPM = 2 * math.pi / 60
 

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from drivers.bases.always import always
+from drivers.bases.set_points import check_setpoint
 from drivers.interfaces import Clock, Reading
-from drivers.limits import check_setpoint
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualInverterOptions
 from drivers.manual.prompt import Prompt
-from drivers.safety import always
 
 
 class ManualInverter(InstrumentByHand[ManualInverterOptions]):

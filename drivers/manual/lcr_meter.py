@@ -2,6 +2,7 @@
 
 import math
 
+from drivers.bases.set_points import check_setpoint
 from drivers.interfaces import (
     Accuracy,
     Aperture,
@@ -11,7 +12,6 @@ from drivers.interfaces import (
     SetpointError,
     Wanted,
 )
-from drivers.limits import check_setpoint
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualLcrMeterOptions
 from drivers.manual.prompt import Prompt

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from drivers.bases.set_points import check_setpoint, probe_on
 from drivers.interfaces import (
     ChannelSettings,
     Clock,
@@ -11,7 +12,6 @@ from drivers.interfaces import (
     Trigger,
     Waveform,
 )
-from drivers.limits import check_setpoint, probe_on
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualOscilloscopeOptions
 from drivers.manual.prompt import Prompt

@@ -1,7 +1,7 @@
 """A DC voltmeter that a person reads."""
 
+from drivers.bases.set_points import check_setpoint
 from drivers.interfaces import Accuracy, Clock, MeasurementError, Reading
-from drivers.limits import check_setpoint
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualVoltmeterOptions
 from drivers.manual.prompt import Prompt

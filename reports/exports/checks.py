@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from procedures.result import Parameter
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from procedures.core.result import Parameter
 from reports.exports.quantities import Fixed, FromPlate, Source
 from reports.exports.subject import Subject
-from reports.figures import percent
+from reports.tables.figures import percent
 
 #: Largest relative standard uncertainty with which a parameter goes into a controller. A current loop tuned on L and R keeps
 #: its phase margin within about 10 %; the flux linkage scales torque and speed; friction only feeds forward.

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from procedures.result import Parameter
-from procedures.temperature_settings import COLD
+from procedures.core.result import Parameter
+from procedures.techniques.temperature_settings import COLD
 from reports.exports.subject import Datasheet
 
 if TYPE_CHECKING:

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from procedures.parameter_set import ParameterSet
-from procedures.result import Notice, Parameter, ProcedureResult
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from procedures.core.parameter_set import ParameterSet
+from procedures.core.result import Notice, Parameter, ProcedureResult
 
 #: Findings of a run that make a parameter unfit for a controller, by the beginning of their names.
 _DOUBTS = ("consistency-", "disagreement", "uncertain-count")

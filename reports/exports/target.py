@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 from reports.exports.checks import ExportRefusedError, Limits, objections
 from reports.exports.quantities import Figure, Quantity, Source, figure
 from reports.exports.subject import Subject

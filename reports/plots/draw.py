@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports.figures import scale_of
 from reports.fonts import CHINESE, CHINESE_FAMILY, LATIN_FAMILY, REGULAR
 from reports.plots.layout import WIDTH, Layout, Say, named
 from reports.plots.model import Axes, Manner, Plot
+from reports.tables.figures import scale_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as MplAxes

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 from reports.plots.model import Axes, Plot
 
 #: Says a text in each of a document's languages.

@@ -7,7 +7,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from procedures.text import Text
+from drivers.interfaces.text import Text
 
 FloatArray = NDArray[np.float64]
 

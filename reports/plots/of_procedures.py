@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from reports.document.record import ProcedureRecord, Trace
 from reports.plots.envelope import envelope
 from reports.plots.model import Axes, Curve, FloatArray, Manner, Plot
-from reports.report.record import ProcedureRecord, Trace
 
 _RPM = np.pi / 30.0
 _TIME, _CURRENT, _VOLTAGE, _SPEED = text("Time"), text("Current"), text("Voltage"), text("Speed")

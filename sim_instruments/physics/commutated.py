@@ -13,7 +13,7 @@ from sim_instruments.physics.source import VoltageSource
 from sim_instruments.physics.windings import FloatArray
 from sim_instruments.six_step.circuit import Observables
 from sim_instruments.six_step.steady_state import SteadyState
-from sim_instruments.six_step_stage import STATE_ANGLE, SixStepStage
+from sim_instruments.world.sources.six_step_stage import STATE_ANGLE, SixStepStage
 
 Quantity = Callable[[SteadyState, FloatArray], FloatArray]
 Times = slice | NDArray[np.bool_]

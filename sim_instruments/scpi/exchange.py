@@ -8,12 +8,12 @@ from typing import Protocol, cast
 
 import numpy as np
 
-from sim_instruments.connection import Connection
-from sim_instruments.faults import Fault, FaultKind, Faults, spoil
+from sim_instruments.faults.line_faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
 from sim_instruments.scpi.mistaken import other_channel, unreadable
 from sim_instruments.scpi.tree import Call, CommandTree, Handler, Handling, Reply
+from sim_instruments.transports.connection import Connection
 
 _CACHED_MESSAGES = 512
 _CACHED_LENGTH = 256

@@ -4,7 +4,7 @@ import math
 import re
 import struct
 
-from sim_instruments.faults import FaultKind
+from sim_instruments.faults.line_faults import FaultKind
 
 _CHANNEL = re.compile(r"(\(@\s*|\bCH(?:AN(?:nel)?)?)([1-9])\b", re.IGNORECASE)
 #: A reading has a point or an exponent; counts, flags and codes have not.

@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 from pydantic import Field
 
-from bench.language import translator
+from bench.i18n.language import translator
+from bench.journal.journal import Journal
+from bench.journal.run_view import RunView
 from bench.operators.answers import Answers, AnswersOperator
-from bench.plan import Planned, make_plan
-from bench.record.journal import Journal
-from bench.record.run_view import RunView
-from bench.runner import Runner
+from bench.run.plan import Planned, make_plan
+from bench.run.sequencer import Runner
 from drivers.interfaces import Accuracy, DynamometerReading, Identity, Instrument, Reading, Regulated, Waveform
-from procedures.actions import ALIGN_D, EnterReading
-from procedures.bench import Bench, Operator, Role
-from procedures.nameplate import Connection, Nameplate
-from procedures.procedure import Procedure, Settings
-from procedures.steps import step
-from procedures.text import text
+from drivers.interfaces.text import text
+from procedures.core.actions import ALIGN_D, EnterReading
+from procedures.core.bench import Bench, Operator, Role
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.procedure import Procedure, Settings
+from procedures.core.steps import step
 
 
 class Clock:

@@ -7,9 +7,9 @@ import pytest
 import pyvisa
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from sim_instruments.clock import VirtualClock
-from sim_instruments.endpoints.visa import InProcessVisaLibrary
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.transports.visa.library import InProcessVisaLibrary
 
 NAME = "TCPIP0::box::inst0::INSTR"
 QUERIES = 1000

@@ -16,9 +16,9 @@ from pyvisa.attributes import AttributesByID
 from pyvisa.highlevel import VisaLibraryBase
 from pyvisa.util import LibraryPath
 
-from drivers.visa.keysight_e36300 import open_keysight_e36300
-from drivers.visa.options import E36300Options
-from drivers.visa.waveform import Preamble, codes_from_block, to_values
+from drivers.keysight.e36300 import open_keysight_e36300
+from drivers.keysight.options import E36300Options
+from drivers.keysight.waveform import Preamble, codes_from_block, to_values
 
 ADDRESS = "TCPIP0::supply::inst0::INSTR"
 REPLIES = {

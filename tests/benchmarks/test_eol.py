@@ -20,12 +20,12 @@ import pytest
 
 from bench.eol.line.admission import Admission, Refused
 from bench.eol.line.batch import BatchWishes, run_batch
+from bench.eol.line.batch_log import Begun, Ledger
 from bench.eol.line.coordinator import Coordinator
-from bench.eol.line.keeper import Keeper
-from bench.eol.line.ledger import Begun, Ledger
 from bench.eol.line.line_file import load_line
 from bench.eol.line.messages import Batch, Done, Leave, Ready, Setup, Task
 from bench.eol.line.process import Nursery
+from bench.eol.line.record_writer import Keeper
 from bench.eol.line.serials import MadeUp
 from bench.eol.plan import load_plan
 from bench.eol.record import CheckRecord, Measured, MotorRecord
@@ -33,9 +33,9 @@ from bench.eol.store.database import open_database
 from bench.eol.store.spool import Spool
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
-from bench.files.motor_file import load_motor
+from bench.motor.motor_file import load_motor
+from drivers.interfaces.text import Text
 from procedures.catalogue import catalogue
-from procedures.text import Text
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "eol"
 

@@ -4,7 +4,7 @@ import pytest
 import pyvisa
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from bench.files.motor_file import load_motor
+from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
 
 MOTOR = load_motor("lg-400w").virtual_motor()

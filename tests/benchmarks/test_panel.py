@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
+from bench.journal.journal import Journal
+from bench.journal.waveforms import StoredWaveform
 from bench.panel.plots import waveform_plot
-from bench.record.journal import Journal
-from bench.record.waveforms import StoredWaveform
 from tests.bench.panel.conftest import CHROMIUM, FLAGS
 
 

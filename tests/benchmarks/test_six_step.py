@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from bench.files.six_step_file import EXAMPLE, load_drive
+from bench.motor.six_step_file import EXAMPLE, load_drive
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState, steady_state
 from tests.sim_instruments.six_step.reference import Reference
@@ -19,7 +19,7 @@ SWEEP = """
 import math, resource
 from pathlib import Path
 import numpy as np
-from bench.files.six_step_file import load_drive
+from bench.motor.six_step_file import load_drive
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import steady_state
 bridge = Bridge(load_drive("92bl-30-25l"))

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from pyvisa.rname import ResourceName
 
-from drivers.can_bus.options import CanInterlockOptions
-from drivers.canonical_address import addresses_of, canonical_addresses, is_serial_line
-from drivers.interlocks import contact_names
-from drivers.modbus.options import ModbusInterlockOptions
+from drivers.cia402.options import CanInterlockOptions
+from drivers.delta.options import ModbusInterlockOptions
+from drivers.interlocks.catalogue import contact_names
+from drivers.transport.canonical_address import addresses_of, canonical_addresses, is_serial_line
 
 HOSTS = {"scope.lab": ["192.0.2.7", "fe80::7"], "bridge": ["192.0.2.8"]}
 

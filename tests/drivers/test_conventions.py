@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import pytest
 
 import drivers
+from drivers.catalogue import DRIVERS
 from drivers.interfaces import (
     BldcDrive,
     Dynamometer,
@@ -26,22 +27,21 @@ from drivers.interfaces import (
     Tachometer,
     Voltmeter,
 )
-from drivers.registry import DRIVERS
 
 MODULES = sorted(module.name for module in pkgutil.walk_packages(drivers.__path__, "drivers."))
 
 KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
-    "drivers.visa.keysight_e36300.KeysightE36300": ("supply", (Supply,)),
-    "drivers.visa.keysight_e4980a.KeysightE4980A": ("lcr_meter", (LcrMeter,)),
-    "drivers.visa.keysight_infiniivision.KeysightInfiniiVision": ("oscilloscope", (Oscilloscope, ScreenReadings)),
-    "drivers.modbus.delta_dyn200.DeltaDyn200": ("dynamometer", (Dynamometer,)),
-    "drivers.serial_line.lutron_tachometer.LutronTachometer": ("tachometer", (Tachometer,)),
-    "drivers.can_bus.cia402_inverter.Cia402Inverter": ("inverter", (Inverter,)),
-    "drivers.can_bus.cia402_six_step.Cia402SixStep": ("drive", (BldcDrive,)),
-    "drivers.visa.keysight_34461a.Keysight34461A": ("voltmeter", (Voltmeter,)),
-    "drivers.visa.keysight_34970a.Keysight34970A": ("switch_matrix", (SwitchMatrix,)),
-    "drivers.visa.gwinstek_gpt9800.GwInstekGpt9800": ("insulation_tester", (InsulationTester,)),
-    "drivers.can_bus.cia402_rotor_actuator.Cia402RotorActuator": ("rotor_actuator", (RotorActuator,)),
+    "drivers.keysight.e36300.KeysightE36300": ("supply", (Supply,)),
+    "drivers.keysight.e4980a.KeysightE4980A": ("lcr_meter", (LcrMeter,)),
+    "drivers.keysight.infiniivision.KeysightInfiniiVision": ("oscilloscope", (Oscilloscope, ScreenReadings)),
+    "drivers.delta.dynamometer.DeltaDyn200": ("dynamometer", (Dynamometer,)),
+    "drivers.lutron.tachometer.LutronTachometer": ("tachometer", (Tachometer,)),
+    "drivers.cia402.inverter.Cia402Inverter": ("inverter", (Inverter,)),
+    "drivers.cia402.six_step.Cia402SixStep": ("drive", (BldcDrive,)),
+    "drivers.keysight.dmm_34461a.Keysight34461A": ("voltmeter", (Voltmeter,)),
+    "drivers.keysight.switch_unit_34970a.Keysight34970A": ("switch_matrix", (SwitchMatrix,)),
+    "drivers.gwinstek.gpt9800.GwInstekGpt9800": ("insulation_tester", (InsulationTester,)),
+    "drivers.cia402.rotor_actuator.Cia402RotorActuator": ("rotor_actuator", (RotorActuator,)),
     "drivers.manual.supply.ManualSupply": ("supply", (Supply,)),
     "drivers.manual.lcr_meter.ManualLcrMeter": ("lcr_meter", (LcrMeter,)),
     "drivers.manual.oscilloscope.ManualOscilloscope": ("oscilloscope", (Oscilloscope, ScreenReadings)),

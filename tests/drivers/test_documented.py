@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.files.station import make_station
+from bench.station.station_file import make_station
+from drivers.catalogue import DRIVERS, MANUAL, Driver
 from drivers.interfaces import Accuracy, Role
-from drivers.registry import DRIVERS, MANUAL, Driver
 
 PAGE = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)

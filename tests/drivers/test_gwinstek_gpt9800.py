@@ -10,6 +10,8 @@ import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.gwinstek import gpt9800_data as data
+from drivers.gwinstek.gpt9800 import GwInstekGpt9800, open_gwinstek_gpt9800, parse_output, parse_report
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -18,9 +20,7 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.visa import gwinstek_gpt9800_data as data
-from drivers.visa.gwinstek_gpt9800 import GwInstekGpt9800, open_gwinstek_gpt9800, parse_output, parse_report
-from drivers.visa.options import Gpt9800Options
+from drivers.keysight.options import Gpt9800Options
 
 ADDRESS = "TCPIP0::tester::inst0::INSTR"
 DIALOGUE = Path(__file__).parent / "dialogues" / "gwinstek_gpt9803.yaml"

@@ -9,10 +9,10 @@ from contextlib import suppress
 import can
 import pytest
 
-from drivers.can_bus.options import CanInterlockOptions
+from drivers.cia402.options import CanInterlockOptions
+from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import CommunicationError, Interlock, ReportedError, SetpointError
-from drivers.interlocks import InterlockOptions, open_interlock, options_for
-from drivers.modbus.options import ModbusInterlockOptions
+from drivers.interlocks.catalogue import InterlockOptions, open_interlock, options_for
 
 
 class Module:

@@ -17,9 +17,9 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.visa import keysight_34461a_data as data
-from drivers.visa.keysight_34461a import open_keysight_34461a
-from drivers.visa.options import Keysight34461AOptions
+from drivers.keysight import dmm_34461a_data as data
+from drivers.keysight.dmm_34461a import open_keysight_34461a
+from drivers.keysight.options import Keysight34461AOptions
 
 ADDRESS = "TCPIP0::voltmeter::inst0::INSTR"
 DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_34461a.yaml"

@@ -10,7 +10,7 @@ import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.crosspoints import check_channels, conflict
+from drivers.bases.crosspoints import check_channels, conflict
 from drivers.interfaces import (
     CommunicationError,
     CrosspointError,
@@ -18,9 +18,9 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.visa.keysight_34970a import Keysight34970A, open_keysight_34970a
-from drivers.visa.options import Keysight34970AOptions
-from procedures.actions import Node, Socket, Terminal
+from drivers.keysight.options import Keysight34970AOptions
+from drivers.keysight.switch_unit_34970a import Keysight34970A, open_keysight_34970a
+from procedures.core.actions import Node, Socket, Terminal
 
 ADDRESS = "TCPIP0::matrix::inst0::INSTR"
 DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_34972a.yaml"

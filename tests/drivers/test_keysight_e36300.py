@@ -16,8 +16,8 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.visa.keysight_e36300 import decode_regulation, open_keysight_e36300
-from drivers.visa.options import E36300Options
+from drivers.keysight.e36300 import decode_regulation, open_keysight_e36300
+from drivers.keysight.options import E36300Options
 
 ADDRESS = "TCPIP0::supply::inst0::INSTR"
 IDENTITY = "Keysight Technologies,E36313A,MY61005055,2.1.0"
@@ -426,7 +426,7 @@ def test_another_instrument_is_refused_and_let_go(
 
 
 def test_the_three_models_have_three_outputs() -> None:
-    from drivers.visa.keysight_e36300_data import OUTPUTS
+    from drivers.keysight.e36300_data import OUTPUTS
 
     assert {model: sorted(outputs) for model, outputs in OUTPUTS.items()} == {
         "E36311A": [1, 2, 3],

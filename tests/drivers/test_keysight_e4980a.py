@@ -18,9 +18,9 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.visa import keysight_e4980a_data as data
-from drivers.visa.keysight_e4980a import open_keysight_e4980a
-from drivers.visa.options import E4980AOptions, ImpedanceCalibration
+from drivers.keysight import e4980a_data as data
+from drivers.keysight.e4980a import open_keysight_e4980a
+from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
 
 ADDRESS = "TCPIP0::lcr-meter::inst0::INSTR"
 DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_e4980al.yaml"

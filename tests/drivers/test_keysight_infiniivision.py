@@ -20,9 +20,9 @@ from drivers.interfaces import (
     Slope,
     Trigger,
 )
-from drivers.visa.keysight_infiniivision import open_keysight_infiniivision
-from drivers.visa.options import InfiniiVisionOptions, Probe
-from drivers.visa.waveform import Preamble, parse_preamble, to_time, to_values
+from drivers.keysight.infiniivision import open_keysight_infiniivision
+from drivers.keysight.options import InfiniiVisionOptions, Probe
+from drivers.keysight.waveform import Preamble, parse_preamble, to_time, to_values
 
 ADDRESS = "TCPIP0::oscilloscope::inst0::INSTR"
 DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_dsox3024t.yaml"

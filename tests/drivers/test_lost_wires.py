@@ -8,7 +8,7 @@ import pytest
 import pyvisa
 
 from drivers.interfaces import CommunicationError
-from drivers.visa.opening import open_session
+from drivers.transport.visa.opening import open_session
 
 
 @pytest.fixture

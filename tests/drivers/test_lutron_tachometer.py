@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.interfaces import Accuracy, CommunicationError, InstrumentError, MeasurementError
-from drivers.serial_line.lutron_frame import parse_frame
-from drivers.serial_line.lutron_tachometer import LutronTachometer, open_lutron_tachometer
-from drivers.serial_line.options import LutronTachometerOptions
+from drivers.lutron.frame import parse_frame
+from drivers.lutron.options import LutronTachometerOptions
+from drivers.lutron.tachometer import LutronTachometer, open_lutron_tachometer
 
 RPM = 2 * math.pi / 60
 FRAME = b"\x024122010001600" + b"5\r"  # 1600.5 rpm: point 1, digits 00016005

@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
+from drivers.catalogue import DRIVERS, MANUAL, Surroundings, drivers_for, find
 from drivers.interfaces import Accuracy, Role
+from drivers.keysight.e36300 import KeysightE36300
+from drivers.keysight.options import E36300Options
+from drivers.lutron.options import LutronTachometerOptions
 from drivers.manual.options import ManualTachometerOptions
 from drivers.manual.tachometer import ManualTachometer
-from drivers.registry import DRIVERS, MANUAL, Surroundings, drivers_for, find
-from drivers.serial_line.options import LutronTachometerOptions
-from drivers.visa.keysight_e36300 import KeysightE36300
-from drivers.visa.options import E36300Options
 
 
 def test_every_role_has_an_automatic_driver_and_what_hands_can_do_a_manual_one() -> None:
@@ -39,7 +39,7 @@ def test_an_unknown_name_lists_those_there_are() -> None:
 
 def test_importing_the_registry_imports_no_transport() -> None:
     code = (
-        "import sys, drivers.registry\n"
+        "import sys, drivers.catalogue\n"
         "print([name for name in ('pyvisa', 'pymodbus', 'serial', 'can', 'canopen') if name in sys.modules])"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

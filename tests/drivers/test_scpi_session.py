@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError
-from drivers.visa.opening import KEYSIGHT, identify, open_session
-from drivers.visa.replies import parse_error, parse_number, parse_numbers
-from drivers.visa.session import ScpiSession
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_session
+from drivers.transport.visa.replies import parse_error, parse_number, parse_numbers
+from drivers.transport.visa.session import ScpiSession
 
 ADDRESS = "TCPIP0::thing::inst0::INSTR"
 IDENTITY = "Maker,Model,1,2"

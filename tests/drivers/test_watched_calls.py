@@ -9,10 +9,10 @@ import pytest
 
 from bench.safety.calls import CallWatch, CallWatches
 from bench.safety.interrupts import Interrupted, Interrupts
+from drivers.bases.always import always
 from drivers.interfaces import CommunicationError
-from drivers.safety import always
-from drivers.visa.opening import open_session
-from procedures.bench import Role
+from drivers.transport.visa.opening import open_session
+from procedures.core.bench import Role
 
 ADDRESS = "TCPIP0::thing::inst0::INSTR"
 REPLY_TIME = 0.4

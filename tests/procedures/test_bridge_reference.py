@@ -3,10 +3,10 @@
 import pytest
 
 from drivers.interfaces import Accuracy, ImpedanceReading
-from procedures.actions import Connect, Socket, Terminal
-from procedures.estimation.wiring import Outcome
-from procedures.wiring import by_bridge
-from procedures.wiring.lines import Lines
+from procedures.core.actions import Connect, Socket, Terminal
+from procedures.estimation.winding.wiring import Outcome
+from procedures.verification import by_bridge
+from procedures.verification.lines import Lines
 
 ALIGNED = Connect({Terminal.A: Socket.METER_HIGH, Terminal.B: Socket.METER_LOW, Terminal.C: Socket.METER_LOW})
 PHASE, LIMIT = 0.016, 3.2e-3

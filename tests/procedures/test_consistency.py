@@ -9,11 +9,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from procedures.consistency import check_consistency
-from procedures.nameplate import Connection, Nameplate
-from procedures.parameter_set import merge
-from procedures.result import Notice, Parameter, ProcedureResult
-from procedures.torque_constant import DERIVED
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.parameter_set import merge
+from procedures.core.result import Notice, Parameter, ProcedureResult
+from procedures.note.torque_constant import DERIVED
+from procedures.plausibility.consistency import check_consistency
 
 POLE_PROCEDURES = ("pole-pairs-static", "pole-pairs-inverter", "pole-pairs-back-emf")
 BRIDGES = ("dq-inductance-extremes", "dq-inductance-aligned")

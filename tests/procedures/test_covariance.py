@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.interfaces import Accuracy
-from procedures.result import Contribution, Parameter
-from procedures.uncertainty import Uncertainties
+from procedures.core.budget import Uncertainties
+from procedures.core.result import Contribution, Parameter
 
 positive = st.floats(1e-6, 1e3)
 

@@ -2,8 +2,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.curves import curve
-from procedures.estimation.inertia import Ramp, fit_ramps, fitted_speeds
+from procedures.core.curves import curve
+from procedures.estimation.mechanics.inertia import Ramp, fit_ramps, fitted_speeds
 
 
 @given(size=st.integers(0, 2000), points=st.integers(2, 400))

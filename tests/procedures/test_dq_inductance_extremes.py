@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from procedures.bench import Bench
-from procedures.dq_inductance_extremes import DqInductanceExtremes, DqInductanceExtremesSettings
-from procedures.estimation.rotor_sweep import saliency_significant
-from procedures.estimation.timed_sweep import fit_timed_sweep
-from procedures.nameplate import Connection, Nameplate
-from sim_instruments.clock import VirtualClock
+from procedures.core.bench import Bench
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.estimation.winding.rotor_sweep import saliency_significant
+from procedures.estimation.winding.timed_sweep import fit_timed_sweep
+from procedures.note.dq_inductance_extremes import DqInductanceExtremes, DqInductanceExtremesSettings
+from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord
 
 

@@ -4,11 +4,12 @@ import math
 
 import pytest
 
-from procedures.actions import ALIGN_D, Connect, Socket, Terminal, meter_across, meter_series_parallel
-from procedures.bench import ProcedureError
-from procedures.estimation import inertia, pole_pairs, resistance, rotor_sweep
-from procedures.estimation.connections import ReadingConnection, phase_factor
-from procedures.inductance import connection_of, require
+from procedures.core.actions import ALIGN_D, Connect, Socket, Terminal, meter_across, meter_series_parallel
+from procedures.core.bench import ProcedureError
+from procedures.estimation.mechanics import inertia, pole_pairs
+from procedures.estimation.winding import resistance, rotor_sweep
+from procedures.estimation.winding.connections import ReadingConnection, phase_factor
+from procedures.techniques.dq_axes import connection_of, require
 
 RPM = math.pi / 30.0
 

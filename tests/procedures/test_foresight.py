@@ -6,9 +6,9 @@ from typing import Any, cast
 import pytest
 
 from drivers.interfaces import Accuracy, Aperture
-from procedures.bench import Bench, Role
-from procedures.nameplate import Connection, Nameplate
-from procedures.stator_resistance import StatorResistance, StatorResistanceSettings
+from procedures.core.bench import Bench, Role
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.note.stator_resistance import StatorResistance, StatorResistanceSettings
 
 
 class Bridge:

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from drivers.interfaces import Accuracy, Identity, InsulationReading, MeasurementError, Reading
-from procedures.actions import ALL_OPEN, Action, Connect, ConnectProbes, DisconnectVoltmeter, Socket
-from procedures.bench import Bench, ProcedureError, Role
-from procedures.insulation_resistance import ALL_HIGH, InsulationResistance, InsulationResistanceSettings
-from procedures.nameplate import Connection, Nameplate
-from sim_instruments.clock import VirtualClock
+from procedures.core.actions import ALL_OPEN, Action, Connect, ConnectProbes, DisconnectVoltmeter, Socket
+from procedures.core.bench import Bench, ProcedureError, Role
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.end_of_line.insulation_resistance import ALL_HIGH, InsulationResistance, InsulationResistanceSettings
+from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord
 
 ACCURACY = Accuracy(gain=0.05, offset=1e6, source="fake tester")

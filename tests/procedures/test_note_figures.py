@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli import main
+from bench.cli.main import main
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "note"
 

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.bench import Bench, ProcedureError
-from procedures.estimation.fit import EstimationError
-from procedures.nameplate import Connection, Nameplate
-from procedures.pole_pairs_static import PolePairsStatic, PolePairsStaticSettings
-from procedures.result import ProcedureResult
-from sim_instruments.clock import VirtualClock
+from procedures.core.bench import Bench, ProcedureError
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.result import ProcedureResult
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.note.pole_pairs_static import PolePairsStatic, PolePairsStaticSettings
+from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord, measure, study_plan
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from procedures.catalogue import catalogue
-from reports.procedure_table import markdown
+from reports.tables.procedure_table import markdown
 
 
 def test_page_holds_the_tables_made_from_the_steps():

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from bench.language import catalogue, translator
-from procedures.actions import (
+from bench.i18n.language import catalogue, translator
+from procedures.core.actions import (
     ALIGN_D,
     ALIGN_Q,
     ALL_OPEN,
@@ -16,11 +16,11 @@ from procedures.actions import (
     Terminal,
     VoltageProbe,
 )
-from procedures.estimation.probed_phases import patterns
-from procedures.estimation.wiring import Kind, Leads, mistakes
-from procedures.wiring import words
-from procedures.wiring.check import connection_record, connections_of, mistake_record
-from procedures.wiring.two_poles import poles_of
+from procedures.estimation.emf.probed_phases import patterns
+from procedures.estimation.winding.wiring import Kind, Leads, mistakes
+from procedures.verification import messages as words
+from procedures.verification.check import connection_record, connections_of, mistake_record
+from procedures.verification.two_poles import poles_of
 
 COLOURS = {"A": "white", "C": "black"}
 TOLD = Leads((0, 1), (0, 1))

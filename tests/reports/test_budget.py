@@ -4,9 +4,9 @@ import math
 import pytest
 from rich.console import Console
 
-from procedures.result import Contribution, Parameter
-from procedures.text import english
-from reports.budget import budgets, combined
+from drivers.interfaces.text import english
+from procedures.core.result import Contribution, Parameter
+from reports.tables.budget import budgets, combined
 
 
 def parameter(*rows: Contribution) -> Parameter:

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from reports.comparison import compare
+from reports.tables.comparison import compare
 
 
 @dataclass(frozen=True)

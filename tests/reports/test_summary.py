@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from procedures.parameter_set import merge
-from procedures.result import Notice, Parameter, ProcedureResult
-from procedures.text import english, text
-from reports.figures import decimals_for, figure, percent, scale_of
-from reports.names import parameter_name
-from reports.summary import rows, summary
+from drivers.interfaces.text import english, text
+from procedures.core.parameter_set import merge
+from procedures.core.result import Notice, Parameter, ProcedureResult
+from reports.labels import parameter_name
+from reports.tables.figures import decimals_for, figure, percent, scale_of
+from reports.tables.summary import rows, summary
 
 
 def parameter(name: str, value: float, unit: str, uncertainty: float, **more: object) -> Parameter:

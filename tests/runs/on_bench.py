@@ -5,14 +5,14 @@ from typing import Any
 
 from pyvisa import ResourceManager
 
-from bench.instruments import StationInstruments
 from bench.operators.virtual import VirtualOperator
-from bench.plan import make_plan
-from bench.virtual_station import virtual_station
-from procedures.bench import Bench
+from bench.run.plan import make_plan
+from bench.safety.station_instruments import StationInstruments
+from bench.virtual.virtual_station import virtual_station
 from procedures.catalogue import catalogue
-from procedures.nameplate import Nameplate
-from procedures.result import Parameter, ProcedureResult
+from procedures.core.bench import Bench
+from procedures.core.nameplate import Nameplate
+from procedures.core.result import Parameter, ProcedureResult
 from sim_instruments.bench import VirtualBench
 from tests.studies.measured_motor import NoRecord
 

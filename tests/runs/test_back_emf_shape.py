@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from bench.files.motor_file import load_motor
-from bench.truth import truth_of
-from procedures.bench import ProcedureError
+from bench.motor.motor_file import load_motor
+from bench.virtual.true_values import truth_of
+from procedures.core.bench import ProcedureError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, ScopeErrors
 from tests.runs.on_bench import measure, within

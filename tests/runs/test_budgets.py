@@ -5,11 +5,11 @@ import math
 import pytest
 from rich.console import Console
 
-from bench.cli import main
-from bench.files.motor_file import load_motor
-from bench.session import Wishes, run
+from bench.cli.main import main
+from bench.motor.motor_file import load_motor
+from bench.run.run import Wishes, run
 from procedures.catalogue import catalogue
-from procedures.result import Contribution
+from procedures.core.result import Contribution
 
 
 @pytest.fixture(scope="module", params=["lg-400w", "outrunner-delta"], ids=["wye", "delta"])

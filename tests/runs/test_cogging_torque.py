@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from bench.files.motor_file import load_motor
+from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
 from tests.runs.on_bench import measure, within
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli import main
-from bench.files.shipped_motors import motor_content
+from bench.cli.main import main
+from bench.motor.shipped_motors import motor_content
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from bench.files.motor_file import load_motor
+from bench.motor.motor_file import load_motor
 from sim_instruments.six_step import balance
 from sim_instruments.six_step.state import Bridge
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.files.shipped_motors import motor_content
+from bench.motor.shipped_motors import motor_content
 
 
 @pytest.fixture

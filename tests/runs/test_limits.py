@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.files.shipped_motors import motor_content
-from bench.record.journal import read_journal
+from bench.journal.journal import read_journal
+from bench.motor.shipped_motors import motor_content
 
 
 @pytest.fixture

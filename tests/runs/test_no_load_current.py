@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from bench.files.motor_file import load_motor
-from procedures.bench import ProcedureError
-from procedures.wiring.proof import WiringError
+from bench.motor.motor_file import load_motor
+from procedures.core.bench import ProcedureError
+from procedures.verification.verification import WiringError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
 from tests.runs.on_bench import measure, within

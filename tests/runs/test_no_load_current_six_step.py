@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from bench.files.motor_file import load_motor
-from procedures.bench import ProcedureError
+from bench.motor.motor_file import load_motor
+from procedures.core.bench import ProcedureError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import steady_state

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from bench.record.journal import read_journal
-from bench.record.run_folder import RunFolder
-from bench.record.signatures import sign
-from bench.record.waveforms import read_waveform
+from bench.journal.journal import read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.signatures import sign
+from bench.journal.waveforms import read_waveform
 from procedures.catalogue import catalogue
 from tests.command_line import Call
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.files.shipped_motors import motor_content
+from bench.motor.shipped_motors import motor_content
 
 RUN = ("--station", "virtual", "--seed", "4")
 

@@ -6,17 +6,17 @@ from typing import Any
 import pytest
 from pyvisa import ResourceManager
 
-from bench.files.motor_file import load_motor
-from bench.instruments import StationInstruments
+from bench.motor.motor_file import load_motor
 from bench.operators.virtual import VirtualOperator
-from bench.plan import make_plan
-from bench.virtual_station import virtual_station
-from procedures.actions import Action, Mend
-from procedures.bench import Bench
+from bench.run.plan import make_plan
+from bench.safety.station_instruments import StationInstruments
+from bench.virtual.virtual_station import virtual_station
 from procedures.catalogue import catalogue
-from procedures.estimation.intervals import Interval
-from procedures.nameplate import Nameplate
-from procedures.wiring.proof import WiringError
+from procedures.core.actions import Action, Mend
+from procedures.core.bench import Bench
+from procedures.core.nameplate import Nameplate
+from procedures.estimation.fitting.intervals import Interval
+from procedures.verification.verification import WiringError
 from sim_instruments.bench import VirtualBench
 from tests.studies.measured_motor import NoRecord
 

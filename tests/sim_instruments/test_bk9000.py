@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pymodbus.client import ModbusTcpClient
 
-from sim_instruments.clock import VirtualClock
-from sim_instruments.endpoints.modbus_tcp import ModbusTcpEndpoint
-from sim_instruments.endpoints.modbus_unit import ModbusLine
-from sim_instruments.instruments.bk9000 import Bk9000
+from sim_instruments.clock.virtual_clock import VirtualClock
+from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
+from sim_instruments.transports.modbus.tcp import ModbusTcpEndpoint
+from sim_instruments.transports.modbus.unit import ModbusLine
 
 STATUS, LEFT, TIME, RESET, TYPE = 0x100C, 0x1020, 0x1120, 0x1121, 0x1122
 PATIENCE = 30.0

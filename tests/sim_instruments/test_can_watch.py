@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from sim_instruments.endpoints.can_watch import HeartbeatConsumer
-from sim_instruments.instruments.cia402_power import SdoError
+from sim_instruments.instruments.cia402.power import SdoError
+from sim_instruments.transports.can.watch import HeartbeatConsumer
 
 Heard = Callable[[int, bytearray, float], None]
 

@@ -10,7 +10,7 @@ import pytest
 from canopen import objectdictionary as od
 
 from sim_instruments.bench import ROLES, VirtualBench
-from sim_instruments.faults import Fault
+from sim_instruments.faults.line_faults import Fault
 from sim_instruments.instruments.errors import DriveErrors, Errors
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.machine import virtual_motor

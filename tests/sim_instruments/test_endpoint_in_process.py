@@ -5,7 +5,7 @@ import can
 import pytest
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.faults import Fault
+from sim_instruments.faults.line_faults import Fault
 from sim_instruments.physics.motor import VirtualMotor
 
 SDO_REQUEST, SDO_REPLY = 0x605, 0x585

@@ -10,13 +10,13 @@ from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.endpoints.modbus_unit import ModbusLine
-from sim_instruments.faults import Fault
-from sim_instruments.instruments.delta import DeltaDrive
-from sim_instruments.instruments.dyn200 import Dyn200
+from sim_instruments.faults.line_faults import Fault
+from sim_instruments.instruments.delta.c2000 import DeltaDrive
+from sim_instruments.instruments.delta.dyn200 import Dyn200
 from sim_instruments.instruments.errors import DynamometerErrors
 from sim_instruments.instruments.registers import RegisterError, double_word
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.transports.modbus.unit import ModbusLine
 
 Client = ModbusTcpClient | ModbusSerialClient
 POLE_PAIRS = 2

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.faults import Fault
+from sim_instruments.faults.line_faults import Fault
 from sim_instruments.instruments.errors import TachometerErrors
-from sim_instruments.instruments.lutron import LutronTachometer, frame
+from sim_instruments.instruments.lutron.tachometer import LutronTachometer, frame
 
 
 @pytest.fixture

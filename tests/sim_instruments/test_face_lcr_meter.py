@@ -7,10 +7,10 @@ import pytest
 import pyvisa
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.instruments import e4980a_accuracy as accuracy
 from sim_instruments.instruments.errors import LcrErrors
-from sim_instruments.instruments.impedance_parameters import TOKENS, pair
-from sim_instruments.instruments.keysight_e4980a import KeysightE4980A
+from sim_instruments.instruments.keysight import e4980a_accuracy as accuracy
+from sim_instruments.instruments.keysight.e4980a import KeysightE4980A
+from sim_instruments.instruments.keysight.e4980a_parameters import TOKENS, pair
 from sim_instruments.physics.motor import VirtualMotor
 
 Session = pyvisa.resources.MessageBasedResource

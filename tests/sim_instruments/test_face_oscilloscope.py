@@ -8,11 +8,11 @@ import pyvisa
 from numpy.typing import NDArray
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.clock import VirtualClock
-from sim_instruments.endpoints.visa import InProcessVisaLibrary
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.instruments.errors import ScopeErrors
-from sim_instruments.instruments.keysight_infiniivision import KeysightInfiniiVision
-from sim_instruments.instruments.scope_trigger import Edge, EdgeFinder
+from sim_instruments.instruments.keysight.infiniivision import KeysightInfiniiVision
+from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
+from sim_instruments.transports.visa.library import InProcessVisaLibrary
 
 Session = pyvisa.resources.MessageBasedResource
 FloatArray = NDArray[np.float64]

@@ -5,7 +5,7 @@ import pyvisa
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import SupplyErrors
-from sim_instruments.instruments.keysight_e36300 import KeysightE36313A
+from sim_instruments.instruments.keysight.e36300 import KeysightE36313A
 
 Open = Callable[[str], pyvisa.resources.MessageBasedResource]
 

@@ -6,9 +6,9 @@ import pytest
 import pyvisa
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.instruments import voltmeter_conversion as conversion
 from sim_instruments.instruments.errors import Errors, VoltmeterErrors
-from sim_instruments.instruments.keysight_34461a import Keysight34461A
+from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
+from sim_instruments.instruments.keysight.dmm_34461a import Keysight34461A
 from sim_instruments.physics.motor import VirtualMotor
 
 Session = pyvisa.resources.MessageBasedResource

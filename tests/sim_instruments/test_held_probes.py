@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.world import World
+from sim_instruments.world.world import World
 
 
 @pytest.fixture

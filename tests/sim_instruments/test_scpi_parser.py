@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.scpi.errors import ErrorQueue, ScpiError
 from sim_instruments.scpi.exchange import NoReplyError
 from sim_instruments.scpi.instrument import ScpiInstrument

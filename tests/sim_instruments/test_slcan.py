@@ -7,11 +7,11 @@ from contextlib import ExitStack
 import can
 import pytest
 
-from sim_instruments.endpoints.can_buses import fresh_channel, open_bus
-from sim_instruments.endpoints.can_gateway import CanGateway
-from sim_instruments.endpoints.loop_thread import LoopThread
-from sim_instruments.endpoints.slcan import LONGEST, Adapter, LineSplitter, frame_of, line_of
-from sim_instruments.endpoints.tcp_service import TcpService
+from sim_instruments.transports.can.buses import fresh_channel, open_bus
+from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.can.slcan import LONGEST, Adapter, LineSplitter, frame_of, line_of
+from sim_instruments.transports.loop_thread import LoopThread
+from sim_instruments.transports.tcp_service import TcpService
 
 Connect = Callable[[], socket.socket]
 

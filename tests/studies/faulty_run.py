@@ -15,12 +15,12 @@ from typing import Any
 
 from rich.console import Console
 
-from bench.files.fault_file import GivenFault
-from bench.files.motor_file import load_motor
-from bench.session import Finished, Wishes, run
+from bench.motor.motor_file import load_motor
+from bench.run.run import Finished, Wishes, run
+from bench.virtual.fault_file import GivenFault
 from procedures.catalogue import catalogue
-from procedures.result import Parameter
-from sim_instruments.injection.catalogue import FAULT
+from procedures.core.result import Parameter
+from sim_instruments.faults.catalogue import FAULT
 from tests.studies.fault_cases import SETTINGS, Case
 
 #: What becomes of a run; WRONG is all that must not be.

@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-from bench.commands.station import reset
-from bench.guardian.record import read_guardian
-from bench.record.journal import Event, read_journal
-from bench.served_world import ServedWorld
+from bench.cli.station import reset
+from bench.journal.guardian_record import read_guardian
+from bench.journal.journal import Event, read_journal
+from bench.virtual.served_world import ServedWorld
 from tests.studies.forked import Forked
 from tests.studies.held_run import hold
 

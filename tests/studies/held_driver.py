@@ -8,11 +8,11 @@ from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any
 
-from bench.clock import SystemClock
-from bench.files.station import load_station
-from drivers.can_bus.buses import CanBuses
-from drivers.registry import Surroundings
-from procedures.bench import Role
+from bench.station.clock import SystemClock
+from bench.station.station_file import load_station
+from drivers.catalogue import Surroundings
+from drivers.transport.can.buses import CanBuses
+from procedures.core.bench import Role
 
 
 def hold_driver(station: str, role: str, streams: Sequence[DupFd]) -> None:

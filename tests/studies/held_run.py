@@ -15,12 +15,12 @@ from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any, ClassVar
 
-from bench.commands.output import console_on
-from bench.files.motor_file import load_motor
-from bench.session import Wishes, run
-from procedures.bench import Role
-from procedures.procedure import Procedure, Settings
-from procedures.steps import step
+from bench.motor.motor_file import load_motor
+from bench.run.console import console_on
+from bench.run.run import Wishes, run
+from procedures.core.bench import Role
+from procedures.core.procedure import Procedure, Settings
+from procedures.core.steps import step
 
 
 class Hold(Procedure[Settings]):

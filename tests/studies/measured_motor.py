@@ -10,21 +10,22 @@ from typing import Any
 import numpy as np
 from pyvisa import ResourceManager
 
-from bench.instruments import StationInstruments
+from bench.journal.waveforms import StoredRecord, WaveformLike
 from bench.operators.virtual import VirtualOperator
-from bench.plan import Planned, make_plan
-from bench.record.waveforms import StoredRecord, WaveformLike
-from bench.safety.limits import known_pole_pairs
-from bench.safety.way_down import WayDown
-from bench.truth import truth_of
-from bench.virtual_station import virtual_station
+from bench.run.plan import Planned, make_plan
+from bench.safety.limits.bounds import known_pole_pairs
+from bench.safety.shutdown import shut_down
+from bench.safety.station_instruments import StationInstruments
+from bench.station.shutdown_sequence import ShutdownSequence
+from bench.virtual.true_values import truth_of
+from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError
-from procedures.bench import Bench, ProcedureError
 from procedures.catalogue import catalogue
-from procedures.estimation.fit import EstimationError
-from procedures.nameplate import Nameplate
-from procedures.parameter_set import merge
-from procedures.result import Parameter, ProcedureResult
+from procedures.core.bench import Bench, ProcedureError
+from procedures.core.nameplate import Nameplate
+from procedures.core.parameter_set import merge
+from procedures.core.result import Parameter, ProcedureResult
+from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor import VirtualMotor
@@ -136,10 +137,10 @@ def _measured(
                 results.append(planned.procedure(bench, plate, planned.settings, known).run())
             except (ProcedureError, EstimationError, InstrumentError) as reason:
                 refused.append((planned.name, _kind(reason)))
-                WayDown().walk(instruments.opened(), nothing, virtual.clock)
+                shut_down(ShutdownSequence(), instruments.opened(), nothing, virtual.clock)
             except Exception as fault:  # noqa: BLE001  it is counted, and the study goes on
                 failed.append((planned.name, f"{type(fault).__name__}: {_kind(fault)}"))
-                WayDown().walk(instruments.opened(), nothing, virtual.clock)
+                shut_down(ShutdownSequence(), instruments.opened(), nothing, virtual.clock)
             if spent is not None:
                 spent[planned.name] += process_time() - begun
     finally:

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from rich.console import Console
 
-from bench.commands.run import load_motor
-from bench.language import translator
-from bench.session import Wishes, run
+from bench.cli.run import load_motor
+from bench.i18n.language import translator
+from bench.run.run import Wishes, run
 from procedures.catalogue import catalogue
-from reports.summary import summary
+from reports.tables.summary import summary
 
 
 def main(target: Path) -> None:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from procedures.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Connection, Nameplate
 from sim_instruments.physics.motor import VirtualMotor
 
 #: What the virtual station gives: the supply's voltage (V) with a reserve, the phase voltage of the inverter (V, peak), its

@@ -19,8 +19,8 @@ from unittest import mock
 
 from rich.console import Console
 
-from bench.files.motor_file import load_motor
-from bench.session import Wishes, run
+from bench.motor.motor_file import load_motor
+from bench.run.run import Wishes, run
 from procedures.catalogue import catalogue
 from tests.studies.held import Run, Served
 
@@ -131,7 +131,7 @@ def _without_limits() -> Iterator[None]:
     def as_it_is(_role: object, instrument: object, *_: object, **__: object) -> object:
         return instrument
 
-    with mock.patch("bench.instruments.limited", as_it_is):
+    with mock.patch("bench.safety.station_instruments.limited", as_it_is):
         yield
 
 

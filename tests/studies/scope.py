@@ -19,7 +19,7 @@ from pathlib import Path
 
 from pyvisa import ResourceManager
 
-from bench.guardian.record import read_guardian
+from bench.journal.guardian_record import read_guardian
 from tests.studies.held import PATIENCE, Served, quiet
 from tests.studies.held_run import hold
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from procedures.estimation.back_emf import fit_back_emf, flux_by_integration, peak_amplitude
-from procedures.estimation.fit import Fit, coverage_interval
-from procedures.estimation.inertia import Ramp, fit_ramps, two_point
-from procedures.estimation.rotor_sweep import axis_inductances, extremes, fit_rotor_sweep, saliency_significant
-from procedures.estimation.step_response import fit_step_response, time_constant_63
-from procedures.estimation.timed_sweep import fit_timed_sweep
+from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration, peak_amplitude
+from procedures.estimation.fitting.fit import Fit, coverage_interval
+from procedures.estimation.mechanics.inertia import Ramp, fit_ramps, two_point
+from procedures.estimation.winding.rotor_sweep import axis_inductances, extremes, fit_rotor_sweep, saliency_significant
+from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
+from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 
 Random = np.random.Generator
 #: One trial: estimate and uncertainty (NaN for a method that has none), degrees of freedom.

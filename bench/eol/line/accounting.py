@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.attempt import After, Attempt, Next
 from bench.eol.record import CheckRecord
-from bench.surroundings import Place
+from bench.run.context import Place
+from bench.run.retry_policy import After, Attempt, Next
 from drivers.interfaces import Clock
 
 #: The file in a run's folder that holds the times.

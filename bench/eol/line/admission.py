@@ -4,12 +4,12 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from bench.eol.line.ledger import Begun
+from bench.eol.line.batch_log import Begun
 from bench.eol.line.serials import Serials
 from bench.eol.store.records import Passage
 from bench.eol.verdict import Verdict
-from bench.errors import InputError, said_by
-from procedures.text import Text, text
+from bench.i18n.errors import InputError, said_by
+from drivers.interfaces.text import Text, text
 
 _VERDICTS = {
     Verdict.PASS: text("pass"),

@@ -11,27 +11,27 @@ from typing import IO
 
 from bench.eol.limits import Limits
 from bench.eol.line.admission import Admission, Refused
+from bench.eol.line.batch_log import Begun, Ledger
 from bench.eol.line.coordinator import Coordinator, Hears
-from bench.eol.line.desk import Desk
-from bench.eol.line.keeper import Keeper, open_keeper
-from bench.eol.line.ledger import Begun, Ledger
 from bench.eol.line.line_file import Line, digest, load_line
 from bench.eol.line.messages import Batch
 from bench.eol.line.order import by_time_over_failures
+from bench.eol.line.panel_channel import Desk
 from bench.eol.line.preparation import check_parameters, check_station, operator_of, planned_of
 from bench.eol.line.process import Nursery
+from bench.eol.line.record_writer import Keeper, open_keeper
 from bench.eol.line.serials import FromFile, FromStream, Given, MadeUp, Serials
 from bench.eol.plan import Check, Plan, load_plan
 from bench.eol.record import MotorRecord
 from bench.eol.store.faults import StoreError
 from bench.eol.store.records import Passage
 from bench.eol.store.waiting import Waiting
-from bench.errors import UsageError, said_by
-from bench.files.motor_file import MotorFile, load_motor
-from bench.safety.ownership import Owner
-from bench.safety.station_ownership import owning_stations
+from bench.i18n.errors import UsageError, said_by
+from bench.motor.motor_file import MotorFile, load_motor
+from bench.safety.ownership.owner import Owner
+from bench.safety.ownership.stations import owning_stations
+from drivers.interfaces.text import Text, text
 from procedures.catalogue import catalogue
-from procedures.text import Text, text
 
 #: Serial numbers that come from a panel, as `--serials` says it.
 PANEL = "panel"

@@ -14,8 +14,9 @@ from typing import Protocol
 
 from bench.eol.line.admission import Admission, Refused
 from bench.eol.line.arbiter import Answer, Arbiter
+from bench.eol.line.batch_log import Begun, Ledger
 from bench.eol.line.cut_off import cut_off_record
-from bench.eol.line.ledger import Begun, Ledger
+from bench.eol.line.heartbeat import Pulse
 from bench.eol.line.line_file import Line
 from bench.eol.line.messages import (
     Batch,
@@ -35,15 +36,14 @@ from bench.eol.line.messages import (
 )
 from bench.eol.line.order import sampled
 from bench.eol.line.process import Nursery, WorkerProcess
-from bench.eol.line.pulse import Pulse
 from bench.eol.line.times import Times
 from bench.eol.plan import Check
 from bench.eol.record import MotorRecord
 from bench.eol.store.faults import StoreError
 from bench.eol.store.waiting import Waiting
-from bench.errors import InputError, said_by
-from bench.safety.ownership import Owner
-from procedures.text import Text, text
+from bench.i18n.errors import InputError, said_by
+from bench.safety.ownership.owner import Owner
+from drivers.interfaces.text import Text, text
 
 #: A socket whose worker dies this often in a row, with no motor measured meanwhile, is given up.
 _DEATHS = 3

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from bench.eol.line.ended_record import ended_record
 from bench.eol.line.messages import Batch, Task
-from bench.eol.line.passage_names import run_folders
+from bench.eol.line.unit_names import run_folders
 from bench.eol.record import MotorRecord
 from bench.eol.verdict import Verdict
-from bench.errors import InputError
-from bench.language import translator
-from bench.record.journal_file import JournalFile, read_journal
-from procedures.text import Text, text
+from bench.i18n.errors import InputError
+from bench.i18n.language import translator
+from bench.journal.journal_file import JournalFile, read_journal
+from drivers.interfaces.text import Text, text
 
 
 def cut_off_record(batch: Batch, socket: str, task: Task, began: datetime, how: Text, *, stopped: str) -> MotorRecord:

@@ -13,15 +13,15 @@ from bench.eol.limits import Guard, Limits
 from bench.eol.line.accounting import read_times
 from bench.eol.line.admission import Refused
 from bench.eol.line.batch import BatchWishes, Prepared, measure, prepare
-from bench.eol.line.ledger import Begun
+from bench.eol.line.batch_log import Begun
 from bench.eol.line.line_file import LineSocket
 from bench.eol.line.process import Nursery
 from bench.eol.plan import Plan, SpreadSection
 from bench.eol.record import Measured, MotorRecord
 from bench.eol.store.waiting import Waiting
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 from bench.rehearsal.assumed import assumed_motor
-from procedures.text import Text
+from drivers.interfaces.text import Text
 
 
 @dataclass(frozen=True)

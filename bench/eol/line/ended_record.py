@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 
 from bench.eol.line.messages import Batch, Task
-from bench.eol.line.passage_names import identifier
+from bench.eol.line.unit_names import identifier
 from bench.eol.record import MotorRecord
 from bench.eol.verdict import Verdict
 

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from bench.attempt import Attempt, Next
 from bench.eol.limits import Guard, Limits, judge
 from bench.eol.plan import Check
 from bench.eol.record import CheckRecord, Measured
 from bench.eol.verdict import Verdict, together
-from procedures.result import Parameter
-from procedures.wiring.proof import WiringError
+from bench.run.retry_policy import Attempt, Next
+from procedures.core.result import Parameter
+from procedures.verification.verification import WiringError
 
 _NO_LIMITS = Limits()
 

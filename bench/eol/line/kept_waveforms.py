@@ -6,8 +6,8 @@ from typing import Any
 
 from bench.eol.plan import KeepWaveforms
 from bench.eol.verdict import Verdict
-from bench.record.recording import WaveformSink
-from bench.record.waveforms import LateWaveforms, NoWaveforms, WaveformFolder
+from bench.journal.recording import WaveformSink
+from bench.journal.waveforms import LateWaveforms, NoWaveforms, WaveformFolder
 
 
 class KeptWaveforms:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Iterable
 from bench.eol.line.arbiter import Answer
 from bench.eol.line.messages import GaveBack, Want
 from drivers.interfaces import Clock, InstrumentError
-from procedures.bench import Role
+from procedures.core.bench import Role
 
 
 class Leases:

@@ -8,16 +8,15 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from bench.errors import InputError, UsageError
-from bench.files.station import Station, make_station
 from bench.files.toml_file import Section, read, validate
 from bench.files.toml_text import toml_text
-from bench.files.watchdog_relays import check_addresses
+from bench.i18n.errors import InputError, UsageError
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
-from bench.safety.way_down_items import OFF_BY
-from bench.virtual_station import VIRTUAL
-from procedures.bench import Role
-from procedures.text import text
+from bench.station.shutdown_sequence import OFF_BY
+from bench.station.station_file import VIRTUAL, Station, make_station
+from bench.station.watchdog_relay_entries import check_addresses
+from drivers.interfaces.text import text
+from procedures.core.bench import Role
 
 #: No line has more sockets.
 MOST_SOCKETS = 64

@@ -7,8 +7,8 @@ from bench.eol.limits import Limits
 from bench.eol.line.arbiter import Answer
 from bench.eol.plan import Check, Plan
 from bench.eol.record import MotorRecord
-from bench.files.motor_file import MotorFile
-from procedures.text import Text
+from bench.motor.motor_file import MotorFile
+from drivers.interfaces.text import Text
 
 
 @dataclass(frozen=True)

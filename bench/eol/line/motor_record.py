@@ -10,9 +10,9 @@ from bench.eol.line.kept_waveforms import KeptWaveforms
 from bench.eol.line.messages import Batch, Task
 from bench.eol.record import Measured, MotorRecord
 from bench.eol.verdict import Verdict
-from bench.record.errors import RecordError
-from bench.record.run_folder import RunFolder
-from bench.session import Finished
+from bench.journal.errors import RecordError
+from bench.journal.run_folder import RunFolder
+from bench.run.run import Finished
 
 
 @dataclass

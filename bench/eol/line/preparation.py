@@ -4,14 +4,14 @@ from collections.abc import Iterable, Sequence
 
 from bench.eol.line.line_file import Line
 from bench.eol.plan import Check, Plan
-from bench.errors import InputError
-from bench.files.station import Station
 from bench.files.toml_file import nearest, validate
+from bench.i18n.errors import InputError
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
-from bench.plan import Planned, check_roles
-from bench.virtual_station import virtual_roles
+from bench.run.plan import Planned, check_roles
+from bench.station.station_file import Station
+from bench.virtual.virtual_station import virtual_roles
+from drivers.interfaces.text import text
 from procedures.catalogue import catalogue
-from procedures.text import text
 
 
 def planned_of(checks: Iterable[Check], source: str) -> list[Planned]:

@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from bench.eol.line.messages import Setup, ToWorker
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: How long (s) a worker that has nothing to do may take to leave, and the nursery to tell of an end that has come.
@@ -31,7 +31,7 @@ class Nursery:
         return self._process.pid
 
     def fork(self, descriptors: list[int]) -> None:
-        """Have a worker begin that gets these descriptors (`bench.eol.line.nursery.DESCRIPTORS`)."""
+        """Have a worker begin that gets these descriptors (`bench.eol.line.fork_server.DESCRIPTORS`)."""
         try:
             socket.send_fds(self._wishes, [b"w"], descriptors)
         except OSError:
@@ -52,7 +52,7 @@ class Nursery:
         self._wishes, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  this program's own
-                [sys.executable, "-P", "-m", "bench.eol.line.nursery", str(theirs.fileno())],
+                [sys.executable, "-P", "-m", "bench.eol.line.fork_server", str(theirs.fileno())],
                 pass_fds=(theirs.fileno(),),
                 env={**os.environ, **_ONE_THREAD, "PYTHONPATH": str(Path(__file__).parents[3])},
                 # Ctrl-C at the terminal is the coordinator's to take.

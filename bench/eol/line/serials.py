@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Protocol
 
-from bench.errors import InputError
-from procedures.text import text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
 
 #: No line of a file or a scanner is longer (characters); what is, is refused as a serial number anyway.
 _LONGEST = 4096

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bench.files.station import Station
 from bench.operators.virtual import VirtualOperator
-from bench.sharing import Sharing
-from bench.surroundings import Place, with_fixture
-from bench.truth import truth_of
-from bench.virtual_station import Address, virtual_station
-from procedures.bench import Role
+from bench.run.context import Place, with_fixture
+from bench.station.sharing import Sharing
+from bench.station.station_file import Station
+from bench.virtual.true_values import truth_of
+from bench.virtual.virtual_station import Address, virtual_station
+from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors
 

@@ -4,10 +4,10 @@ from contextlib import suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 
-from bench.eol.line.channel import Channel
 from bench.eol.line.messages import Broken, Done, Ready
-from bench.eol.line.passage import Socket
-from bench.errors import InputError, said_by
+from bench.eol.line.unit_test import Socket
+from bench.eol.line.worker_channel import Channel
+from bench.i18n.errors import InputError, said_by
 
 
 def work(connection: Connection, lifeline: int, times: int, owner: int) -> None:

@@ -14,8 +14,8 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
-from bench.errors import InputError, at, said_by
-from procedures.text import text
+from bench.i18n.errors import InputError, at, said_by
+from drivers.interfaces.text import text
 
 _KINDS = ("sqlite", "postgresql")
 #: How long (s) a writer waits for another one, and a client for a server that does not answer.

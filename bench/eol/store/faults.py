@@ -3,8 +3,8 @@
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyError, StatementError
 
 from bench.eol.store.database import reason
-from bench.errors import InputError, said_by
-from procedures.text import Text, text
+from bench.i18n.errors import InputError, said_by
+from drivers.interfaces.text import Text, text
 
 #: SQLSTATE classes of what is wrong with the data: data, integrity, a trigger's own exception, a view's check.
 _CONTENT = ("22", "23", "P0", "44")

@@ -9,7 +9,7 @@ from time import monotonic
 from bench.eol.store.faults import program_fault
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.waiting import Trouble, Waiting
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 
 #: After the first failure it is tried again so soon (s), after each further one twice as late, at the latest so (s).
 FIRST, LONGEST = 1.0, 60.0

@@ -13,8 +13,8 @@ from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records
 from bench.eol.store.schema import OUTBOX
 from bench.eol.store.spool import Spool, SpooledFileError
-from bench.errors import said_by
-from procedures.text import Text, text
+from bench.i18n.errors import said_by
+from drivers.interfaces.text import Text, text
 
 #: Forwarded at one go, so that a long outage does not hold up the line when it ends.
 _AT_ONCE = 50

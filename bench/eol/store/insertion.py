@@ -13,8 +13,8 @@ from sqlalchemy.exc import DBAPIError
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import reason
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
-from bench.errors import InputError
-from procedures.text import text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
 
 #: Of so many motors the figures go into their table together: their index by value then costs a page for each parameter once, and
 #: not with every motor. The motor that has it done waits some milliseconds.

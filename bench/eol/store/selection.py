@@ -7,8 +7,8 @@ from sqlalchemy import ColumnElement, Connection, Select, and_, func, not_, or_,
 
 from bench.eol.store.schema import MOTOR
 from bench.eol.verdict import Verdict
-from bench.errors import InputError
-from procedures.text import Text, text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, text
 
 
 @dataclass(frozen=True)

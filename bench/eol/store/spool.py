@@ -13,11 +13,11 @@ from pydantic import TypeAdapter
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.faults import StoreError
-from bench.errors import InputError
-from bench.record.disk import Reserve, sync_folder, write_file
-from bench.record.encoding import dumps, plain, to_bytes
-from bench.record.errors import RecordError
-from procedures.text import text
+from bench.i18n.errors import InputError
+from bench.journal.disk import Reserve, sync_folder, write_file
+from bench.journal.encoding import dumps, plain, to_bytes
+from bench.journal.errors import RecordError
+from drivers.interfaces.text import text
 
 #: The folder among the runs.
 FOLDER = "unstored"

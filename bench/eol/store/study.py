@@ -12,8 +12,8 @@ from sqlalchemy import Connection, select
 from bench.eol.store.records import utc
 from bench.eol.store.schema import FIGURE, MOTOR
 from bench.eol.store.selection import Selection
-from bench.errors import InputError
-from procedures.text import text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
 
 #: A study is some dozens of motors; what has more is a batch.
 _MOST = 10_000

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from bench.eol.store.forwarding import Refusal
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 
 
 @dataclass(frozen=True)

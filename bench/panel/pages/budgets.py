@@ -5,11 +5,11 @@ from nicegui import ui
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named, table
-from procedures.result import Parameter
-from procedures.text import text
-from reports.names import parameter_name, phrase
-from reports.report.model import Cell
-from reports.report.parameters import budget_table
+from drivers.interfaces.text import text
+from procedures.core.result import Parameter
+from reports.document.model import Cell
+from reports.document.parameters import budget_table
+from reports.labels import parameter_name, phrase
 
 
 def budgets_part(run: LiveRun, reader: Reader) -> None:

@@ -8,7 +8,8 @@ from urllib.parse import quote
 
 from nicegui import ui
 
-from bench.errors import InputError
+from bench.i18n.errors import InputError
+from bench.journal.signatures import sign, signatures
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.budgets import budgets_part
 from bench.panel.pages.frame import Reader
@@ -17,10 +18,9 @@ from bench.panel.pages.parts import named, table
 from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.record.signatures import sign, signatures
-from procedures.text import text
-from reports.exports.table import TARGETS
-from reports.summary import rows
+from drivers.interfaces.text import text
+from reports.exports.catalogue import TARGETS
+from reports.tables.summary import rows
 
 
 def ended_part(panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:

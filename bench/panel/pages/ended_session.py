@@ -9,7 +9,7 @@ from nicegui import Client, events, ui
 from bench.panel.gate import LOGIN
 from bench.panel.pages.frame import Reader
 from bench.panel.sessions import Session
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
 
 _KEY = "motorbench_abort"
 

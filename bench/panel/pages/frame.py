@@ -7,13 +7,13 @@ from functools import lru_cache
 
 from nicegui import ui
 
-from bench.errors import message
-from bench.language import translator
+from bench.i18n.errors import message
+from bench.i18n.language import translator
 from bench.panel.gate import LOGIN
 from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from procedures.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text
 
 _STYLE = """
 <style>

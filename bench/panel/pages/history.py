@@ -14,10 +14,10 @@ from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.parts import named, table
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from procedures.text import Text, text
-from reports.comparison import Compared, compare
-from reports.figures import decimals_for, figure, percent, scale_of
-from reports.names import parameter_name, unit_for_readers
+from drivers.interfaces.text import Text, text
+from reports.labels import parameter_name, unit_for_readers
+from reports.tables.comparison import Compared, compare
+from reports.tables.figures import decimals_for, figure, percent, scale_of
 
 #: So many runs are shown; words find the rest.
 _SHOWN = 200

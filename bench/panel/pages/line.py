@@ -8,17 +8,17 @@ from typing import Any
 
 from nicegui import events, ui
 
-from bench.errors import InputError
+from bench.i18n.errors import InputError
+from bench.journal.stored_result import restore_text
 from bench.panel.launch import BatchOrder
 from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.record.stored_result import restore_text
-from bench.virtual_station import VIRTUAL
-from procedures.text import Text, text
-from reports.names import parameter_name
+from bench.station.station_file import VIRTUAL
+from drivers.interfaces.text import Text, text
+from reports.labels import parameter_name
 
 #: How often (s) a page looks whether the line has changed.
 _LOOK = 0.05

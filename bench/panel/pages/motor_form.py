@@ -9,14 +9,14 @@ from annotated_types import Ge, Gt, Le, Lt
 from nicegui import ui
 from pydantic.fields import FieldInfo
 
-from bench.errors import InputError
-from bench.files.motor_sections import NameplateSection
+from bench.i18n.errors import InputError
+from bench.motor.motor_sections import NameplateSection
 from bench.panel.motor_store import save_motor
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from procedures.nameplate import Connection
-from procedures.text import Text, text
+from drivers.interfaces.text import Text, text
+from procedures.core.nameplate import Connection
 
 _LABELS: Mapping[str, Text] = {
     "name": text("Motor's name"),

@@ -5,18 +5,18 @@ from typing import Any
 from nicegui import ui
 
 from bench.drawings.connections import draw_connections
-from bench.language import catalogue
+from bench.i18n.language import catalogue
+from bench.i18n.phrasebook import translate_said
+from bench.journal.stored_result import restore_text
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import drawing, named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.phrasebook import translate_said
-from bench.record.stored_result import restore_text
-from procedures.actions import Connect, ConnectProbes, ConnectVoltmeter, DisconnectVoltmeter, ShortMeterLeads
-from procedures.text import Text, text
-from reports.names import role_name
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import Connect, ConnectProbes, ConnectVoltmeter, DisconnectVoltmeter, ShortMeterLeads
+from reports.labels import role_name
 
 _DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, DisconnectVoltmeter, ShortMeterLeads)
 

@@ -10,9 +10,9 @@ from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
 from bench.panel.plots import axes, line, thinned
-from procedures.text import text
-from reports.figures import decimals_for, figure, scale_of
-from reports.names import role_name
+from drivers.interfaces.text import text
+from reports.labels import role_name
+from reports.tables.figures import decimals_for, figure, scale_of
 
 #: A plot is drawn anew at most so often (s): drawing costs the browser more than digits do.
 _PLOT = 0.25

@@ -14,8 +14,8 @@ from bench.panel.pages.reading import ReadingCard
 from bench.panel.pages.steps import ProgressCard
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from procedures.text import Text, text
-from reports.names import role_name
+from drivers.interfaces.text import Text, text
+from reports.labels import role_name
 
 #: How often (s) a page looks whether its run has changed.
 _LOOK = 0.05

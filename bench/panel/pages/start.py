@@ -7,17 +7,17 @@ from urllib.parse import quote
 
 from nicegui import ui
 
-from bench.errors import InputError
-from bench.files.shipped_motors import shipped_motors
+from bench.i18n.errors import InputError
+from bench.motor.shipped_motors import shipped_motors
 from bench.panel.launch import Order
 from bench.panel.offer import Offered, check_station, rehearse
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.motor_form import motor_files
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.virtual_station import VIRTUAL
-from procedures.text import Text, text
-from reports.names import role_name, section_name
+from bench.station.station_file import VIRTUAL
+from drivers.interfaces.text import Text, text
+from reports.labels import role_name, section_name
 
 #: Roles that the virtual bench in process does without: its hands do what a fixture would.
 _NOT_VIRTUAL = frozenset({"switch_matrix", "rotor_actuator", "insulation_tester"})
@@ -143,7 +143,7 @@ class _StartPage:
         """On the virtual bench the six-step drive is that of the motor's file, and hands stand in for a fixture."""
         if self._panel.station != VIRTUAL or not self._motor.value or not self._offered:
             return
-        from bench.files.motor_file import load_motor
+        from bench.motor.motor_file import load_motor
 
         try:
             drive = load_motor(str(self._motor.value)).six_step is not None

@@ -9,7 +9,7 @@ from nicegui import events, ui
 from nicegui import run as background
 
 from bench.eol.statistics.pareto import pareto
-from bench.eol.statistics_words import (
+from bench.eol.statistics_messages import (
     VERDICTS,
     bounds,
     drift_figures,
@@ -28,9 +28,9 @@ from bench.panel.pages.parts import named, table
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot, pareto_plot, rule_words
-from procedures.text import Text, text
-from reports.figures import decimals_for, figure
-from reports.names import parameter_name
+from drivers.interfaces.text import Text, text
+from reports.labels import parameter_name
+from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
     from bench.eol.line_statistics import LineStatistics, ParameterStatistics

@@ -6,7 +6,7 @@ from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
-from procedures.text import text
+from drivers.interfaces.text import text
 
 
 class ProgressCard:

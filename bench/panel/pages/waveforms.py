@@ -5,13 +5,13 @@ from typing import Any
 from nicegui import events, ui
 from nicegui import run as background
 
+from bench.journal.waveforms import StoredWaveform, read_waveform
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.plots import waveform_plot
-from bench.record.waveforms import StoredWaveform, read_waveform
-from procedures.text import text
+from drivers.interfaces.text import text
 
 
 class WaveformsPart:

@@ -7,7 +7,7 @@ import pytest
 
 from bench.analysis import analyze_back_emf, analyze_coast_down, analyze_rotor_sweep, analyze_step_response
 from bench.captures import CaptureError
-from procedures.estimation.connections import ReadingConnection
+from procedures.estimation.winding.connections import ReadingConnection
 from tests.studies import simulated as sim
 
 

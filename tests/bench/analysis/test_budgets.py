@@ -16,7 +16,7 @@ from bench.analysis import (
     analyze_step_response,
     read_statements,
 )
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 from tests.studies import simulated as sim
 
 #: Of 40 intervals of 95 %, fewer than 34 hold the truth once in 300 studies.

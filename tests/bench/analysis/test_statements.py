@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bench.analysis.statements import read_statements
 from bench.analysis.temperature import copper_temperature, magnet_temperature
-from bench.errors import InputError, UsageError
+from bench.i18n.errors import InputError, UsageError
 
 
 @pytest.mark.parametrize(

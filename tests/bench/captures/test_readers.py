@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.captures import CaptureError, read_capture, read_captures
-from bench.record.waveforms import StoredWaveform, WaveformFolder, file_image, read_waveform, waveform_names
+from bench.journal.waveforms import StoredWaveform, WaveformFolder, file_image, read_waveform, waveform_names
 
 RTB = "in s,C1 in V\n-1.000010E-03,1.5E-01\n-9.900090E-04,2.5E-01\n-9.800080E-04,1.0E-01\n"
 TDS = (

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from bench.drawings.colours import UNKNOWN, css_colour
 from bench.drawings.connections import draw_connections
 from bench.drawings.layout import Layout, layout_after
-from bench.language import translator
-from procedures.actions import (
+from bench.i18n.language import translator
+from procedures.core.actions import (
     ALIGN_D,
     INVERTER,
     Connect,
@@ -30,7 +30,7 @@ from procedures.actions import (
     UncoupleDynamometer,
     VoltageProbe,
 )
-from procedures.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Connection, Nameplate
 
 WYE = Nameplate("M1", Connection.WYE, 2.0, wire_colours={"A": "white", "B": "green", "C": "black"})
 DELTA = Nameplate("M1", Connection.DELTA, 2.0)

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from junitparser import Error, Failure, JUnitXml
 
-from bench.cli import main
+from bench.cli.main import main
 from bench.eol.exports.csv_file import harmless, original, write_csv
 from bench.eol.exports.json_lines import read_json_line, write_json_lines
 from bench.eol.exports.junit import write_junit

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from bench.eol.limits import Guard, Limits, check_ratio, judge
 from bench.eol.verdict import Verdict, together
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 
 BOUNDS = Limits(9.0, 11.0)
 numbers = st.floats(-1e3, 1e3)

@@ -6,7 +6,7 @@ import pytest
 
 from bench.eol.limits import Guard, Limits
 from bench.eol.plan import load_plan, plan_schema
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 
 NAMES = ["stator-resistance", "back-emf-constant"]
 GOOD = """

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sqlalchemy import Engine
 
-from bench.cli import main
+from bench.cli.main import main
 from bench.eol.statistics.gauge import gauge_study
 from tests.command_line import Call, called
 

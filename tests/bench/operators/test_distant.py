@@ -14,13 +14,13 @@ from typing import Any
 
 import pytest
 
-from bench.errors import message
-from bench.language import translator
-from bench.operators.distant import DistantOperator, DistantPrompt
-from bench.operators.line import FILE
+from bench.i18n.errors import message
+from bench.i18n.language import translator
+from bench.operators.operator_channel import FILE
+from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupted, Interrupts
-from procedures.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
-from procedures.text import text
+from drivers.interfaces.text import text
+from procedures.core.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
 
 #: Whatever is waited for comes within this time (s), however busy the machine.
 PATIENCE = 60.0

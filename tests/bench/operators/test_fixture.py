@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from bench.operators.fixture import FixtureOperator
 from bench.operators.rest import RestFinder
-from drivers.crosspoints import conflict
+from drivers.bases.crosspoints import conflict
 from drivers.interfaces import Accuracy, CrosspointError, Reading
-from procedures.actions import (
+from drivers.interfaces.text import text
+from procedures.core.actions import (
     ALIGN_D,
     ALL_OPEN,
     Connect,
@@ -38,8 +39,7 @@ from procedures.actions import (
     VoltageProbe,
     meter_across,
 )
-from procedures.bench import ProcedureError, Role
-from procedures.text import text
+from procedures.core.bench import ProcedureError, Role
 from tests.bench.conftest import Clock
 
 

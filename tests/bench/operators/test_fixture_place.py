@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from bench.errors import InputError, UsageError
-from bench.files.motor_file import load_motor
+from bench.i18n.errors import InputError, UsageError
+from bench.motor.motor_file import load_motor
+from bench.run.context import place
 from bench.safety.interrupts import Interrupts
-from bench.surroundings import place
-from procedures.actions import EnterReading
-from procedures.bench import Role
-from procedures.text import text
+from drivers.interfaces.text import text
+from procedures.core.actions import EnterReading
+from procedures.core.bench import Role
 
 ACTUATOR = """
 [station]

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.errors import InputError, UsageError
+from bench.i18n.errors import InputError, UsageError
 from bench.panel.access import Access, TooManyTriesError, add_person
 from bench.panel.sessions import Right
 from bench.panel.throttle import LoginThrottle

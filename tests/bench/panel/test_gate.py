@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli import main
+from bench.cli.main import main
 from bench.panel.access import add_person
 from tests.bench.panel.client import LIVE, Outsider, Page
 from tests.bench.panel.conftest import Server

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from bench.errors import InputError
+from bench.i18n.errors import InputError
+from bench.journal.journal import Journal
 from bench.panel.launch import Launcher, Order
 from bench.panel.live_run import LiveRun
 from bench.panel.tail import JournalTail
-from bench.record.journal import Journal
 
 STATIC = Order(("pole-pairs-static",), "virtual", "lg-400w", "J. Doe")
 

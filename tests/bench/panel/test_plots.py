@@ -3,9 +3,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from bench.journal.waveforms import StoredWaveform
 from bench.panel.decimate import envelope
 from bench.panel.plots import POINTS, waveform_plot
-from bench.record.waveforms import StoredWaveform
 
 samples = arrays(np.float64, st.integers(0, 400), elements=st.floats(-1e6, 1e6))
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.rehearsal.assumed import assumed_drive, assumed_motor
-from procedures.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Connection, Nameplate
 from sim_instruments.six_step.machine import virtual_motor
 
 PLATE: dict[str, Any] = {"name": "x", "rated_current": 10.0, "rated_speed_rpm": 3000.0, "rated_voltage": 48.0}

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from bench.cli import main
-from bench.record.journal_file import read_journal
+from bench.cli.main import main
+from bench.journal.journal_file import read_journal
 
 MOTOR = """
 [nameplate]

@@ -8,14 +8,14 @@ from typing import Any
 import pytest
 import pyvisa
 
-from bench.files.motor_file import load_motor
-from bench.files.station import make_station
-from bench.instruments import StationInstruments
-from bench.safety.limits import SetPoint
-from bench.virtual_station import describe
+from bench.motor.motor_file import load_motor
+from bench.safety.limits.bounds import SetPoint
+from bench.safety.station_instruments import StationInstruments
+from bench.station.station_file import make_station
+from bench.virtual.virtual_station import describe
 from drivers.interfaces import Waveform
-from procedures.bench import Role
-from procedures.nameplate import Nameplate
+from procedures.core.bench import Role
+from procedures.core.nameplate import Nameplate
 from sim_instruments.bench import VirtualBench
 
 Limits = Mapping[str, Mapping[str, float]]

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from bench.guardian.charge import Charge
-from bench.guardian.record import read_guardian
+from bench.journal.guardian_record import read_guardian
 from bench.safety.calls import CallWatches
-from bench.safety.guardian_link import GuardianLink, Unguarded
-from bench.safety.guardian_scope import Scope, guardian_scope
+from bench.safety.guardian.link import GuardianLink, Unguarded
+from bench.safety.guardian.protocol import Charge
+from bench.safety.guardian.scope import Scope, guardian_scope
 from bench.safety.interrupts import Interrupts
-from bench.safety.life import SignsOfLife
-from procedures.text import text
+from bench.safety.liveness import SignsOfLife
+from drivers.interfaces.text import text
 
 #: What `systemd-run --scope` does at its end: it becomes the command behind the dashes.
 BECOMES = 'echo "$@" >> "$TOLD"\nwhile [ "$1" != -- ]; do shift; done\nshift\nexec "$@"\n'
@@ -111,7 +111,7 @@ def test_a_guardian_started_by_systemd_run_hears_and_answers(
         link.hear("energising", {"instrument": "supply"})
         assert link.about() == {"token": "", **scope.about()}
         assert Path(f"/proc/{link.pid}/exe").readlink().name.startswith("python")
-        assert Path(environment["TOLD"]).read_text().splitlines()[-1].endswith("-m bench.guardian")
+        assert Path(environment["TOLD"]).read_text().splitlines()[-1].endswith("-m bench.safety.guardian")
     finally:
         assert link.dismiss(journal_lost=False) == ()
     # The descriptor that others learn by that it has ended was its own until then.

@@ -7,19 +7,19 @@ from typing import Any
 
 import pytest
 
-from bench.commands.station import check, reset
-from bench.errors import InputError, UsageError
-from bench.files.interlocks import InterlockEntry
-from bench.files.station import load_station
+from bench.cli.station import check, reset
+from bench.i18n.errors import InputError, UsageError
 from bench.safety import interlocks as module
 from bench.safety.interlocks import Interlocks, Uninterlocked, ready
 from bench.safety.interrupts import Interrupts
-from bench.safety.latch import Latch
-from bench.safety.state_folder import state_folder
-from bench.virtual_station import virtual_station
-from drivers.can_bus.options import CanInterlockOptions
+from bench.safety.ownership.state_folder import state_folder
+from bench.safety.trip_latch import Latch
+from bench.station.interlock_entries import InterlockEntry
+from bench.station.station_file import load_station
+from bench.virtual.virtual_station import virtual_station
+from drivers.cia402.options import CanInterlockOptions
+from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import CommunicationError
-from drivers.modbus.options import ModbusInterlockOptions
 
 STATION = """
 [station]

@@ -331,10 +331,10 @@ def test_what_puts_nothing_out_has_no_limits(counted: MakeCounted) -> None:
 
 
 def test_every_role_that_energises_or_moves_is_limited() -> None:
-    from bench.files.limits import SECTIONS
-    from bench.safety.limiting import limited
-    from bench.safety.limits import Limits
-    from procedures.bench import Role
+    from bench.safety.limits.bounds import Limits
+    from bench.safety.limits.limiting import limited
+    from bench.station.station_limits import SECTIONS
+    from procedures.core.bench import Role
 
     bare: Any = object()
     kept = {role for role in Role if limited(role, bare, role.value, Limits()) is not bare}

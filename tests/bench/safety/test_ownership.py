@@ -16,25 +16,25 @@ from typing import Any
 
 import pytest
 
-from bench.clock import SystemClock
-from bench.commands.doctor import doctor
-from bench.commands.station import reset
-from bench.errors import InputError
-from bench.files.motor_file import load_motor
-from bench.files.station import load_station
+from bench.cli.doctor import doctor
+from bench.cli.station import reset
 from bench.files.toml_text import toml_text
-from bench.instruments import StationInstruments, system_visa
-from bench.language import translator
-from bench.record.unrecorded import Unrecorded
-from bench.safety.claims import Claim, claims_of
+from bench.i18n.errors import InputError
+from bench.i18n.language import translator
+from bench.journal.unrecorded import Unrecorded
+from bench.motor.motor_file import load_motor
 from bench.safety.interlocks import ready
-from bench.safety.latch import Latch
-from bench.safety.ownership import HeldError, HeldInstrumentError, holders, owning
-from bench.safety.state_folder import FolderBusyError, StateFolder, state_folder, try_lock
-from bench.virtual_station import describe
-from procedures.bench import Role
-from procedures.nameplate import Connection, Nameplate
-from sim_instruments.served_bench import ServedBench
+from bench.safety.ownership.claims import Claim, claims_of
+from bench.safety.ownership.owner import HeldError, HeldInstrumentError, holders, owning
+from bench.safety.ownership.state_folder import FolderBusyError, StateFolder, state_folder, try_lock
+from bench.safety.station_instruments import StationInstruments, system_visa
+from bench.safety.trip_latch import Latch
+from bench.station.clock import SystemClock
+from bench.station.station_file import load_station
+from bench.virtual.virtual_station import describe
+from procedures.core.bench import Role
+from procedures.core.nameplate import Connection, Nameplate
+from sim_instruments.server.served_bench import ServedBench
 from tests.command_line import Call
 from tests.studies.held import Run, Served, quiet
 
@@ -414,7 +414,7 @@ def test_a_folder_that_cannot_be_used_is_refused(tmp_path: Path, monkeypatch: py
 def test_a_process_that_is_stopped_in_the_folder_is_named_as_the_fault(
     folder: StateFolder, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("bench.safety.state_folder._LONGEST", 0.05)
+    monkeypatch.setattr("bench.safety.ownership.state_folder._LONGEST", 0.05)
     other = os.open(folder.path / "lock", os.O_RDONLY | os.O_CREAT)
     try:
         assert try_lock(other)

@@ -8,17 +8,17 @@ from typing import Any
 
 import pytest
 
-from bench.errors import InputError
-from bench.files.station import Station, make_station
-from bench.files.watchdog_relays import RelayEntry
-from bench.safety.guardian_link import Unguarded
+from bench.i18n.errors import InputError
+from bench.safety.guardian.link import Unguarded
 from bench.safety.interrupts import Interrupts
 from bench.safety.watchdog_relays import FedRelay, RelayedGuard, relays_ready
 from bench.safety.watchdogs import armed_watchdogs, planned_watchdogs
+from bench.station.station_file import Station, make_station
+from bench.station.watchdog_relay_entries import RelayEntry
+from drivers.beckhoff.catalogue import RelayDriver, find_relay
+from drivers.delta.options import BeckhoffRelayOptions
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog, WhenSilent
-from drivers.modbus.options import BeckhoffRelayOptions
-from drivers.watchdog_relays import RelayDriver, find_relay
-from procedures.bench import Role
+from procedures.core.bench import Role
 
 PATIENCE = 30.0
 TIME = 1.0

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from bench.safety.way_down import WayDown, failures
-from bench.safety.way_down_items import OFF_BY, ROLES_OF, Do, Item, default_items, item
+from bench.safety.shutdown import failures, shut_down
+from bench.station.shutdown_sequence import OFF_BY, ROLES_OF, Do, Item, ShutdownSequence, default_items, item
 from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, Reading
-from procedures.bench import Role
+from procedures.core.bench import Role
 from tests.bench.conftest import Clock
 
 
@@ -112,7 +112,7 @@ def test_one_item_that_fails_does_not_stop_the_next(
         if what == ("measured" if one.measures else wanted):
             instruments[one.role].failing = what
     journal = Journal()
-    outcomes = WayDown().walk(instruments, journal, Clock())
+    outcomes = shut_down(ShutdownSequence(), instruments, journal, Clock())
     assert [outcome.item for outcome in outcomes] == list(USUAL)
     assert len(calls) == len(USUAL)
     failed = [outcome.item for outcome in outcomes if outcome.error]
@@ -129,7 +129,7 @@ def test_what_is_measured_is_waited_for_and_stands_in_the_journal(instruments: d
     instruments[Role.DYNAMOMETER].values = iter([-30.0, -8.0, -0.5])
     instruments[Role.SUPPLY].values = iter([12.0, 3.0, 0.9])
     clock, journal = Clock(), Journal()
-    assert not failures(WayDown().walk(instruments, journal, clock))
+    assert not failures(shut_down(ShutdownSequence(), instruments, journal, clock))
     assert clock.time == pytest.approx(0.2)
     found = {(e["instrument"], e["item"]): (e["value"], e["unit"]) for e in journal.events if "value" in e}
     assert found == {
@@ -153,7 +153,7 @@ def test_what_does_not_come_about_is_a_failure_with_its_value(
 ) -> None:
     instruments[role].values = iter([40.0] * 1000)
     clock = Clock()
-    (outcome,) = WayDown((item(do, role, 2.0, 1.5),)).walk(instruments, Journal(), clock)
+    (outcome,) = shut_down(ShutdownSequence((item(do, role, 2.0, 1.5),)), instruments, Journal(), clock)
     assert f"is 40 {unit} after 1.5 s; at most 2 {unit} is safe" in outcome.error
     assert outcome.found is not None
     assert (outcome.found.value, outcome.found.unit) == (40.0, unit)
@@ -162,7 +162,9 @@ def test_what_does_not_come_about_is_a_failure_with_its_value(
 
 def test_nan_is_not_safe(instruments: dict[Role, Any]) -> None:
     instruments[Role.SUPPLY].values = iter([float("nan")] * 1000)
-    (outcome,) = WayDown((item(Do.VOLTAGE_DECAYED, Role.SUPPLY, 2.0, 0.2),)).walk(instruments, Journal(), Clock())
+    (outcome,) = shut_down(
+        ShutdownSequence((item(Do.VOLTAGE_DECAYED, Role.SUPPLY, 2.0, 0.2),)), instruments, Journal(), Clock()
+    )
     assert "the voltage is nan" in outcome.error
 
 
@@ -171,7 +173,7 @@ def test_an_instrument_that_hangs_does_not_hold_up_the_others(
 ) -> None:
     instruments[Role.INVERTER].hanging = "command_zero"
     instruments[Role.TACHOMETER].make_safe = release.set
-    outcomes = WayDown().walk(instruments, Journal(), Clock(), patience=0.05)
+    outcomes = shut_down(ShutdownSequence(), instruments, Journal(), Clock(), patience=0.05)
     assert not failures(outcomes)
     assert calls.index("supply.output_off") < calls.index("inverter.make_safe")
     assert calls.index("inverter.command_zero") < calls.index("inverter.make_safe")
@@ -180,12 +182,16 @@ def test_an_instrument_that_hangs_does_not_hold_up_the_others(
 def test_whoever_is_in_a_hurry_waits_for_no_person_and_no_coasting_shaft(
     instruments: dict[Role, Any], release: threading.Event
 ) -> None:
-    way = WayDown((item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.SPEED_ZERO, Role.DYNAMOMETER)), frozenset({Role.SUPPLY}))
+    way = ShutdownSequence(
+        (item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.SPEED_ZERO, Role.DYNAMOMETER)), frozenset({Role.SUPPLY})
+    )
     instruments[Role.SUPPLY].hanging = "output_off"
     instruments[Role.DYNAMOMETER].values = iter([40.0] * 1000)
     hurry, clock = threading.Event(), Clock()
     hurry.set()
-    speed, supply = sorted(way.walk(instruments, Journal(), clock, hurry=hurry), key=lambda one: one.item.role.value)
+    speed, supply = sorted(
+        shut_down(way, instruments, Journal(), clock, hurry=hurry), key=lambda one: one.item.role.value
+    )
     assert supply.error == "no answer in time"
     assert "not waited for" in speed.error
     assert clock.time == 0.0
@@ -196,11 +202,11 @@ def test_a_full_disk_does_not_keep_the_next_instrument_on(instruments: dict[Role
         def event(self, kind: str, **data: Any) -> None:
             raise OSError(28, "No space left on device")
 
-    assert len(WayDown().walk(instruments, Full(), Clock())) == len(USUAL) == len(calls)
+    assert len(shut_down(ShutdownSequence(), instruments, Full(), Clock())) == len(USUAL) == len(calls)
 
 
 def test_nothing_opened_nothing_to_make_safe() -> None:
-    assert WayDown().walk({}, Journal(), Clock()) == []
+    assert shut_down(ShutdownSequence(), {}, Journal(), Clock()) == []
 
 
 @pytest.mark.parametrize("do", Do)
@@ -227,7 +233,7 @@ def test_a_walk_that_is_broken_off_leaves_nobody_speaking_to_an_instrument(instr
     finished: list[str] = []
     inverter = instruments[Role.INVERTER]
     inverter.make_safe = lambda: (threading.Event().wait(0.2), finished.append("inverter"))
-    way = WayDown((item(Do.DISABLE, Role.INVERTER), item(Do.OUTPUT_OFF, Role.SUPPLY)))
+    way = ShutdownSequence((item(Do.DISABLE, Role.INVERTER), item(Do.OUTPUT_OFF, Role.SUPPLY)))
     with pytest.raises(KeyboardInterrupt):
-        way.walk(instruments, Stopped(), Clock(), patience=0.01)
+        shut_down(way, instruments, Stopped(), Clock(), patience=0.01)
     assert finished == ["inverter"]

@@ -18,7 +18,7 @@ from canopen.objectdictionary import (
 )
 from canopen.sdo.exceptions import SdoAbortedError
 
-from drivers.can_bus.power_state import PowerState, decode_state
+from drivers.cia402.power_state import PowerState, decode_state
 
 CHANNEL = "six-step"
 OBJECTS = {

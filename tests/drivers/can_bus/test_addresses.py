@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from drivers.can_bus.addresses import BusAddress, parse_address
 from drivers.interfaces import CommunicationError
+from drivers.transport.can.addresses import BusAddress, parse_address
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,12 @@ from canopen.sdo import SdoClient
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.can_bus.addresses import parse_address
-from drivers.can_bus.objects import ABSENT, NodeObjects
-from drivers.can_bus.options import Cia402SixStepOptions
-from drivers.can_bus.power_state import PowerStateMachine
-from drivers.can_bus.watchdog import HeartbeatWatchdog
+from drivers.cia402.options import Cia402SixStepOptions
+from drivers.cia402.power_state import PowerStateMachine
+from drivers.cia402.watchdog import HeartbeatWatchdog
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError
+from drivers.transport.can.addresses import parse_address
+from drivers.transport.can.objects import ABSENT, NodeObjects
 
 OBJECTS = (0x1000, 0x1008, 0x1016, 0x6007, 0x6040, 0x6041, 0x6079)
 #: Server command specifiers: expedited and segmented uploads, downloads, segments, aborts, and anything else.

@@ -6,9 +6,9 @@ from typing import Any
 import can
 import pytest
 
-from drivers.can_bus.cia402_inverter import Cia402Inverter, open_cia402_inverter
-from drivers.can_bus.options import Cia402Options
-from drivers.can_bus.power_state import PowerState
+from drivers.cia402.inverter import Cia402Inverter, open_cia402_inverter
+from drivers.cia402.options import Cia402Options
+from drivers.cia402.power_state import PowerState
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,

@@ -10,15 +10,9 @@ import pytest
 from canopen.objectdictionary import INTEGER32, UNSIGNED32, ODArray, ODVariable
 from canopen.sdo.exceptions import SdoAbortedError
 
-from drivers.can_bus.cia402_rotor_actuator import (
-    BRAKE,
-    CLUTCH,
-    COUPLING,
-    Cia402RotorActuator,
-    open_cia402_rotor_actuator,
-)
-from drivers.can_bus.options import Cia402RotorActuatorOptions
-from drivers.can_bus.power_state import PowerState
+from drivers.cia402.options import Cia402RotorActuatorOptions
+from drivers.cia402.power_state import PowerState
+from drivers.cia402.rotor_actuator import BRAKE, CLUTCH, COUPLING, Cia402RotorActuator, open_cia402_rotor_actuator
 from drivers.interfaces import (
     CommunicationError,
     IdentityError,

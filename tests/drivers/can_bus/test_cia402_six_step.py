@@ -6,9 +6,9 @@ from typing import Any
 import can
 import pytest
 
-from drivers.can_bus.cia402_six_step import Cia402SixStep, open_cia402_six_step
-from drivers.can_bus.options import Cia402SixStepOptions
-from drivers.can_bus.power_state import PowerState
+from drivers.cia402.options import Cia402SixStepOptions
+from drivers.cia402.power_state import PowerState
+from drivers.cia402.six_step import Cia402SixStep, open_cia402_six_step
 from drivers.interfaces import Accuracy, CommunicationError, IdentityError, MeasurementError, ReportedError
 
 CHANNEL = "six-step"

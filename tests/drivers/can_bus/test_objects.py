@@ -5,8 +5,8 @@ from canopen.sdo.exceptions import SdoCommunicationError
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.can_bus.objects import NodeObjects
 from drivers.interfaces import CommunicationError
+from drivers.transport.can.objects import NodeObjects
 
 
 class OddNode:

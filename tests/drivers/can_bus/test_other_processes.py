@@ -8,17 +8,17 @@ from typing import Any
 import can
 import pytest
 
-from drivers.can_bus.buses import CanBuses
-from drivers.can_bus.cia402_six_step import open_cia402_six_step
-from drivers.can_bus.interlock import CanInterlock
-from drivers.can_bus.listening import LatestFrame
-from drivers.can_bus.options import CanInterlockOptions, Cia402SixStepOptions
-from drivers.can_bus.power_state import PowerState
-from drivers.can_bus.sockets import keep_to_own_group
+from drivers.cia402.options import CanInterlockOptions, Cia402SixStepOptions
+from drivers.cia402.power_state import PowerState
+from drivers.cia402.six_step import open_cia402_six_step
 from drivers.interfaces import CommunicationError
-from sim_instruments.endpoints.can_gateway import CanGateway
-from sim_instruments.endpoints.loop_thread import LoopThread
-from sim_instruments.endpoints.tcp_service import TcpService
+from drivers.interlocks.can import CanInterlock
+from drivers.transport.can.buses import CanBuses
+from drivers.transport.can.listening import LatestFrame
+from drivers.transport.can.sockets import keep_to_own_group
+from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.loop_thread import LoopThread
+from sim_instruments.transports.tcp_service import TcpService
 
 CHANNEL = "six-step"
 OPTIONS = Cia402SixStepOptions()

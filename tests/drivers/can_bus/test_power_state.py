@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.can_bus.power_state import PowerState, decode_state, error_name
+from drivers.cia402.power_state import PowerState, decode_state, error_name
 
 
 @given(st.integers(0, 0xFFFF))

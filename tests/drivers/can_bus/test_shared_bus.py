@@ -5,12 +5,12 @@ from typing import Any
 import pytest
 from can.interfaces import virtual
 
-from drivers.can_bus.buses import CanBuses
-from drivers.can_bus.cia402_inverter import open_cia402_inverter
-from drivers.can_bus.cia402_six_step import open_cia402_six_step
-from drivers.can_bus.options import Cia402Options, Cia402SixStepOptions
-from drivers.can_bus.power_state import PowerState
+from drivers.cia402.inverter import open_cia402_inverter
+from drivers.cia402.options import Cia402Options, Cia402SixStepOptions
+from drivers.cia402.power_state import PowerState
+from drivers.cia402.six_step import open_cia402_six_step
 from drivers.interfaces import CommunicationError
+from drivers.transport.can.buses import CanBuses
 
 CHANNEL = "six-step"
 ADDRESS = f"can://virtual/{CHANNEL}?node=6"

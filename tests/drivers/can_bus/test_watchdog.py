@@ -5,8 +5,8 @@ from typing import Any
 import can
 import pytest
 
-from drivers.can_bus.cia402_six_step import open_cia402_six_step
-from drivers.can_bus.options import Cia402SixStepOptions
+from drivers.cia402.options import Cia402SixStepOptions
+from drivers.cia402.six_step import open_cia402_six_step
 from drivers.interfaces import ReportedError, SetpointError, Watchdog, WhenSilent
 
 CHANNEL = "six-step"

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from drivers.modbus.delta_dyn200 import DeltaDyn200, open_delta_dyn200
+from drivers.delta.dynamometer import DeltaDyn200, open_delta_dyn200
 from tests.drivers.modbus.units import OPTIONS, TcpServer, Units
 
 

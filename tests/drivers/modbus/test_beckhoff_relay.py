@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from drivers.beckhoff.bk9000 import BeckhoffRelay, open_beckhoff_relay
+from drivers.delta.options import BeckhoffRelayOptions
 from drivers.interfaces import CommunicationError, ReportedError, SetpointError, Watchdog, WhenSilent
-from drivers.modbus.beckhoff_bk9000 import BeckhoffRelay, open_beckhoff_relay
-from drivers.modbus.options import BeckhoffRelayOptions
 from tests.drivers.modbus.units import TcpServer
 
 STATUS, TIME, RESET, TYPE = 0x100C, 0x1120, 0x1121, 0x1122

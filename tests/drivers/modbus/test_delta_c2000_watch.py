@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
+from drivers.delta.dynamometer import open_delta_dyn200
+from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import ReportedError, SetpointError, Watchdog, WhenSilent
-from drivers.modbus.delta_dyn200 import open_delta_dyn200
-from drivers.modbus.options import DeltaDyn200Options
 from tests.drivers.modbus.units import TcpServer, Units
 
 WATCHED = {"maximum_speed": 300.0, "watchdog_time": 0.5}

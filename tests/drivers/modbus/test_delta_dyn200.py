@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.delta.c2000 import frequency_register
+from drivers.delta.dynamometer import DeltaDyn200, open_delta_dyn200
+from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import Accuracy, CommunicationError, MeasurementError, ReportedError, SetpointError
-from drivers.modbus.delta_c2000 import frequency_register
-from drivers.modbus.delta_dyn200 import DeltaDyn200, open_delta_dyn200
-from drivers.modbus.options import DeltaDyn200Options
 from tests.drivers.modbus.units import OPTIONS, RPM, TcpServer, Units
 
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from drivers.delta.dynamometer import DeltaDyn200, open_delta_dyn200
 from drivers.interfaces import CommunicationError, MeasurementError, ReportedError
-from drivers.modbus.delta_dyn200 import DeltaDyn200, open_delta_dyn200
 from tests.drivers.modbus.units import OPTIONS, RPM, TcpServer, Units
 
 

@@ -13,9 +13,9 @@ from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
 from pymodbus.framer.rtu import FramerRTU
 
+from drivers.delta.dyn200 import Dyn200
 from drivers.interfaces import InstrumentError
-from drivers.modbus.dyn200 import Dyn200
-from drivers.modbus.line import ModbusLine, client_for
+from drivers.transport.modbus.line import ModbusLine, client_for
 
 RPM = 2 * math.pi / 60
 

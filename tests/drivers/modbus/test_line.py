@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.delta.dynamometer import DeltaDyn200
+from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import CommunicationError
-from drivers.modbus.delta_dyn200 import DeltaDyn200
-from drivers.modbus.line import open_line, signed_16, signed_32
-from drivers.modbus.options import DeltaDyn200Options
+from drivers.transport.modbus.line import open_line, signed_16, signed_32
 from tests.drivers.modbus.units import TcpServer
 
 

@@ -7,7 +7,7 @@ import socket
 import threading
 from collections.abc import Callable
 
-from drivers.modbus.options import DeltaDyn200Options
+from drivers.delta.options import DeltaDyn200Options
 
 RPM = 2 * math.pi / 60
 OPTIONS = DeltaDyn200Options(maximum_speed=200.0, settle_timeout=2.0, watchdog_time=0.0)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.step_response import apparent_inductance
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.winding.step_response import apparent_inductance
 
 L0, SATURATION, RESISTANCE, VOLTAGE = 2e-4, 5.0, 0.05, 0.5
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.back_emf import (
+from procedures.estimation.emf.back_emf import (
     fit_back_emf,
     flux_by_integration,
     line_to_phase,
@@ -9,7 +9,7 @@ from procedures.estimation.back_emf import (
     peak_to_peak,
     period_of,
 )
-from procedures.estimation.fit import EstimationError
+from procedures.estimation.fitting.fit import EstimationError
 from tests.studies.simulated import FLUX, SPEED, emf_record
 
 TIME = np.arange(2000) * 5e-5

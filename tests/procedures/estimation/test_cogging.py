@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from procedures.estimation.cogging import fit_cogging
-from procedures.estimation.fit import EstimationError
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.mechanics.cogging import fit_cogging
 
 
 def turn(parts=((24, 4e-3, 0.3),), *, drag=0.02, noise=1e-4, readings=300, turns=1.0, seed=0, step=0.0):

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from procedures.estimation.emf_shape import emf_shape
-from procedures.estimation.fit import EstimationError
+from procedures.estimation.emf.emf_shape import emf_shape
+from procedures.estimation.fitting.fit import EstimationError
 
 
 def emf(harmonics=(), *, sizes=(1.0, 1.0, 1.0), shifts=(0.0, 0.0, 0.0), noise=0.0, periods=5.0, points=4000, drift=0.0,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from procedures.estimation.expanded import half_width
+from procedures.estimation.fitting.expanded import half_width
 
 
 def test_normal_and_student_without_a_limit_that_stands_out() -> None:

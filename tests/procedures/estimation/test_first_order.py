@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from procedures.estimation.first_order import (
+from procedures.estimation.fitting.first_order import (
     gathered_evenly,
     recursion,
     respond,

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.checks import series, uniform_step
-from procedures.estimation.fit import EstimationError, Fit, coverage_interval
-from procedures.estimation.linear import least_squares
-from procedures.estimation.noise import undithered, white_noise
+from procedures.estimation.fitting.checks import series, uniform_step
+from procedures.estimation.fitting.fit import EstimationError, Fit, coverage_interval
+from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.fitting.noise import undithered, white_noise
 
 FIT = Fit(("a", "b"), np.array([1.0, 2.0]), np.array([[0.04, 0.03], [0.03, 0.09]]), 10.0, np.zeros(12), 0.0)
 

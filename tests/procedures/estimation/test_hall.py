@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.hall import HallFault, judge, switching
+from procedures.estimation.emf.hall import HallFault, judge, switching
+from procedures.estimation.fitting.fit import EstimationError
 
 
 def record(*, offset=0.0, placements=(0.0, 0.0, 0.0), order=(1, 2, 3), inverted=(), dead=(), duty=0.5, noise=0.02,

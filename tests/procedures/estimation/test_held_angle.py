@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.held_angle import Stands, current_angle, explaining, held_angle
-from procedures.estimation.wiring import Kind, Pole
+from procedures.estimation.winding.held_angle import Stands, current_angle, explaining, held_angle
+from procedures.estimation.winding.wiring import Kind, Pole
 
 P, M, N = Pole.PLUS, Pole.MINUS, Pole.OPEN
 ALIGN_D, ALIGN_Q = (P, M, M), (N, P, M)

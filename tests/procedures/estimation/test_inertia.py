@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.inertia import Ramp, fit_coast_down, fit_ramps, subtract_tare, two_point
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.mechanics.inertia import Ramp, fit_coast_down, fit_ramps, subtract_tare, two_point
 from tests.studies.simulated import COULOMB, INERTIA, MECHANICS, TORQUE, VISCOUS, ramp_speed, ramps
 
 UP, DOWN = np.linspace(0, 0.3, 100), np.linspace(0, 0.5, 120)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.misalignment import Held, excess
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.winding.misalignment import Held, excess
 
 LD, LQ = 1e-3, 2.5e-3
 ANGULAR = 2.0 * math.pi * 1000.0

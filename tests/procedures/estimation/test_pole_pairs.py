@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.pole_pairs import from_angles, from_frequency, places
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.mechanics.pole_pairs import from_angles, from_frequency, places
 
 
 @given(st.integers(1, 24), st.floats(0, 6.28), st.integers(0, 2**32 - 1))

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from procedures.estimation.probed_phases import Fault, Pattern, fitting, patterns, phasors
+from procedures.estimation.emf.probed_phases import Fault, Pattern, fitting, patterns, phasors
 
 ALL = list(patterns())
 

@@ -3,9 +3,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.connections import ReadingConnection, phase_factor
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.resistance import at_temperature, drift, from_lines, phase_resistances, slope, unbalance
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.winding.connections import ReadingConnection, phase_factor
+from procedures.estimation.winding.resistance import (
+    at_temperature,
+    drift,
+    from_lines,
+    phase_resistances,
+    slope,
+    unbalance,
+)
 
 ohms = st.floats(0.01, 100.0)
 

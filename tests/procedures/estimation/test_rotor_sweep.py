@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.rotor_sweep import (
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.winding.rotor_sweep import (
     axis_inductances,
     extremes,
     fit_rotor_sweep,
     motor_class,
     saliency_significant,
 )
-from procedures.estimation.timed_sweep import fit_timed_sweep
+from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 from tests.studies.simulated import LD, LQ, READ_NOISE, READINGS, sweep_record
 
 ANGLE = np.linspace(0, 2 * np.pi, 90, endpoint=False)

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.first_order import respond
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.smoothing import smooth
-from procedures.estimation.step_look import look_at_step
-from procedures.estimation.step_response import fit_step_response, time_constant_63
+from procedures.estimation.fitting.first_order import respond
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.smoothing import smooth
+from procedures.estimation.winding.step_look import look_at_step
+from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
 from tests.studies.simulated import TAU, L, R, V, step_record
 
 TIME = np.arange(-200, 1200) * TAU / 200

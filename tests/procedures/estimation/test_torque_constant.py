@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.torque_constant import fit_torque_constant
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.mechanics.torque_constant import fit_torque_constant
 
 CURRENT = np.array([1.0, 2.0, 3.0, 4.0, -1.0, -2.0, -3.0, -4.0])
 NOISE = np.random.default_rng(1).normal(0, 1e-4, 8)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.fit import EstimationError
-from procedures.estimation.unbalance import largest_deviation, pooled, saliency_share
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
 
 VALUES = st.tuples(*[st.floats(min_value=1e-6, max_value=1e6)] * 3)
 

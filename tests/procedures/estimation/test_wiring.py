@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.intervals import ANY, Interval, around
-from procedures.estimation.wiring import (
+from procedures.estimation.fitting.intervals import ANY, Interval, around
+from procedures.estimation.winding.wiring import (
     CONTINUITY,
     Kind,
     Leads,

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from procedures.result import Parameter
-from procedures.uncertainty import Uncertainties
+from procedures.core.budget import Uncertainties
+from procedures.core.result import Parameter
 from reports.exports.subject import Datasheet, Subject
 
 UNITS = {

@@ -7,8 +7,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from reports.exports.catalogue import TARGETS
 from reports.exports.subject import Subject
-from reports.exports.table import TARGETS
 from reports.exports.target import sheet_for
 from tests.reports.exports.conftest import TRUTH
 

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-from procedures.parameter_set import merge
-from procedures.result import Notice, Parameter, ProcedureResult
-from procedures.text import text
+from drivers.interfaces.text import text
+from procedures.core.parameter_set import merge
+from procedures.core.result import Notice, Parameter, ProcedureResult
+from reports.exports.catalogue import TARGETS
 from reports.exports.checks import ExportRefusedError, Limits
 from reports.exports.subject import Datasheet, Subject, doubtful, pole_pairs_doubt
-from reports.exports.table import TARGETS
 from reports.exports.target import sheet_for
-from reports.figures import percent
+from reports.tables.figures import percent
 
 Make = Callable[..., Subject]
 Replaced = Callable[..., dict[str, Parameter]]

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from reports.exports.catalogue import TARGETS
 from reports.exports.subject import Datasheet, Subject
-from reports.exports.table import TARGETS
 from reports.exports.target import sheet_for
 from tests.reports.exports.back_to_si import BACK
 from tests.reports.exports.readers import READERS

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from procedures.result import Parameter
+from procedures.core.result import Parameter
 from reports.exports import quantities as q
+from reports.exports.catalogue import TARGETS
 from reports.exports.subject import Datasheet, Subject
-from reports.exports.table import TARGETS
 from reports.exports.target import sheet_for
 
 shared = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=30)

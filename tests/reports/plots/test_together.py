@@ -3,7 +3,7 @@ import os
 import numpy as np
 import pytest
 
-from procedures.text import Text
+from drivers.interfaces.text import Text
 from reports.plots import together
 from reports.plots.draw import svg
 from reports.plots.model import Axes, Curve, Manner, Plot

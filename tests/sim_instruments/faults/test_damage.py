@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.injection.catalogue import FAULT
+from sim_instruments.faults.catalogue import FAULT
 from sim_instruments.physics.motor import VirtualMotor
 
 SERIES = {"A": "supply+", "B": "supply-", "C": "supply-"}

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.injection.catalogue import FAULT, kinds
+from sim_instruments.faults.catalogue import FAULT, kinds
 
 
 def add(bench: VirtualBench, **described: Any) -> None:

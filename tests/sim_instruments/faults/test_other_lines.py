@@ -9,10 +9,10 @@ import pytest
 import serial
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.endpoints.can_direct import CHANNEL
-from sim_instruments.endpoints.modbus_direct import ModbusStream
-from sim_instruments.injection.catalogue import FAULT
+from sim_instruments.faults.catalogue import FAULT
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.transports.can.in_process import CHANNEL
+from sim_instruments.transports.modbus.in_process import ModbusStream
 
 #: Sends a request (unit and PDU) and returns unit and PDU of the reply, None for none.
 Ask = Callable[[int, str], tuple[int, str] | None]

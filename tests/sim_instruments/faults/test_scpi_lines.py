@@ -7,7 +7,7 @@ import pyvisa
 from pyvisa.constants import StatusCode
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.injection.catalogue import FAULT
+from sim_instruments.faults.catalogue import FAULT
 
 
 def add(bench: VirtualBench, **described: Any) -> None:

@@ -2,7 +2,7 @@ import threading
 
 import pytest
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 
 
 def test_a_single_participant_jumps() -> None:

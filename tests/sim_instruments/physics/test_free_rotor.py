@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sim_instruments.clock import VirtualClock
-from sim_instruments.stages import Leads, SupplyStage
-from sim_instruments.world import World
+from sim_instruments.clock.virtual_clock import VirtualClock
+from sim_instruments.world.machine_data import Leads, SupplyStage
+from sim_instruments.world.world import World
 
 #: Ten per cent of a rated current of 29 A.
 TENTH_OF_RATED = 0.02 / (1.5 * 4 * 8.5e-3 * math.sin(math.radians(7.8)))

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.physics.hall import HallSensors
 from sim_instruments.physics.windings import Windings
 from sim_instruments.six_step.machine import virtual_motor
-from sim_instruments.world import World
+from sim_instruments.world.world import World
 from tests.sim_instruments.motors import SIX_STEP
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 720, endpoint=False) + 1e-4

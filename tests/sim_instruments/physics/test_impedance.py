@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_instruments.clock import VirtualClock
-from sim_instruments.stages import Leads
-from sim_instruments.world import World
+from sim_instruments.clock.virtual_clock import VirtualClock
+from sim_instruments.world.machine_data import Leads
+from sim_instruments.world.world import World
 
 LINE = {"B": "lcr_high", "C": "lcr_low"}
 

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.physics.field import Synchronous, q_current_within
-from sim_instruments.stages import DynamometerMachine, InverterStage
-from sim_instruments.world import World
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage
+from sim_instruments.world.world import World
 
 WIRED = {"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"}
 STAGE = InverterStage(current_ripple=0.0)

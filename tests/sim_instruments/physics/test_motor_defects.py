@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.world import World
+from sim_instruments.world.world import World
 
 
 def peaks(motor: VirtualMotor) -> list[float]:

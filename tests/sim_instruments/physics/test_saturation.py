@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.saturation import MAGNET_SHARE, Saturation
-from sim_instruments.world import World
+from sim_instruments.world.world import World
 
 D, Q = 90.0, 60.0
 R, LD, LQ = 40e-3, 180e-6, 360e-6

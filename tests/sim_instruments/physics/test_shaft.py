@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.physics.motion import Drag, Wavering
-from sim_instruments.stages import DynamometerMachine
-from sim_instruments.world import World
+from sim_instruments.world.machine_data import DynamometerMachine
+from sim_instruments.world.world import World
 
 MACHINE = DynamometerMachine(inertia=1e-4, coulomb_friction=0.01, viscous_friction=2e-5, speed_ripple=0.0)
 

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.six_step.run_up import run_up
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState, steady_state
-from sim_instruments.six_step_output import SixStepOutput
-from sim_instruments.stages import DynamometerMachine
-from sim_instruments.world import World
+from sim_instruments.world.machine_data import DynamometerMachine
+from sim_instruments.world.sources.six_step_output import SixStepOutput
+from sim_instruments.world.world import World
 from tests.sim_instruments.motors import SIX_STEP
 
 WIRED = {"A": "drive_1", "B": "drive_2", "C": "drive_3"}

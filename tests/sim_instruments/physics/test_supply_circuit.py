@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sim_instruments.clock import VirtualClock
+from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.windings import Windings
-from sim_instruments.segment import State
-from sim_instruments.settings import SupplySettings
-from sim_instruments.stages import Leads, SupplyStage
-from sim_instruments.supply_regime import regime
-from sim_instruments.world import World
+from sim_instruments.world.machine_data import Leads, SupplyStage
+from sim_instruments.world.segment import State
+from sim_instruments.world.settings import SupplySettings
+from sim_instruments.world.sources.supply_regime import regime
+from sim_instruments.world.world import World
 
 
 @pytest.mark.parametrize(("angle", "inductance"), [(0.0, 73e-6), (math.pi / 2, 76.5e-6)])

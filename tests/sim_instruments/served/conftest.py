@@ -2,7 +2,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from sim_instruments.served_bench import ServedBench
+from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.motors import BENCH_MOTOR
 
 

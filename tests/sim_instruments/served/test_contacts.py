@@ -9,7 +9,7 @@ from typing import Any
 import can
 import pytest
 
-from sim_instruments.served_bench import ServedBench
+from sim_instruments.server.served_bench import ServedBench
 
 
 def ask(bench: ServedBench, pdu: str, unit: int = 1) -> str:

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from sim_instruments.control.faults import clear
-from sim_instruments.served_bench import ServedBench
+from sim_instruments.server.control.faults import clear
+from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.served import wires
 
 

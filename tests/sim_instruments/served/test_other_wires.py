@@ -10,8 +10,8 @@ import pytest
 import serial
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
-from sim_instruments.faults import Fault
-from sim_instruments.served_bench import ServedBench
+from sim_instruments.faults.line_faults import Fault
+from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.motors import BENCH_MOTOR
 from tests.sim_instruments.served import wires
 

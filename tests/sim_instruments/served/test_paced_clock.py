@@ -2,7 +2,7 @@ import threading
 
 import pytest
 
-from sim_instruments.paced_clock import PacedClock
+from sim_instruments.clock.paced_clock import PacedClock
 
 
 class Wall:

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from sim_instruments.faults import Fault
-from sim_instruments.served_bench import SCPI_ROLES, ServedBench
+from sim_instruments.faults.line_faults import Fault
+from sim_instruments.server.served_bench import SCPI_ROLES, ServedBench
 from tests.sim_instruments.served import wires
 
 

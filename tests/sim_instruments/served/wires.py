@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 import pyvisa
 
-from sim_instruments.served_bench import ServedBench
+from sim_instruments.server.served_bench import ServedBench
 
 FIRST_MESSAGE = 0xFFFFFF00
 

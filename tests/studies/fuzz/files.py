@@ -11,30 +11,30 @@ from bench.analysis.statements import read_statements
 from bench.captures import read_capture
 from bench.captures.capture import Capture
 from bench.eol.plan import load_plan
-from bench.errors import InputError
-from bench.files.fault_file import given_faults, load_faults
-from bench.files.motor_file import load_motor
-from bench.files.shipped_motors import shipped_motors
-from bench.files.station import load_station
-from bench.language import translator
+from bench.i18n.errors import InputError
+from bench.i18n.language import translator
+from bench.journal.journal import Journal, read_journal
+from bench.journal.overview import overview
+from bench.journal.run_folder import RunFolder, existing_run_folder
+from bench.journal.run_result import result_of
+from bench.journal.run_view import view_of
+from bench.journal.verify import verify
+from bench.journal.waveforms import StoredWaveform, file_image
+from bench.motor.motor_file import load_motor
+from bench.motor.shipped_motors import shipped_motors
 from bench.operators.answers import AnswersOperator, AnswersPrompt, load_answers
-from bench.plan import make_plan
-from bench.record.journal import Journal, read_journal
-from bench.record.overview import overview
-from bench.record.run_folder import RunFolder, existing_run_folder
-from bench.record.run_result import result_of
-from bench.record.run_view import view_of
-from bench.record.verify import verify
-from bench.record.waveforms import StoredWaveform, file_image
-from bench.resume import begun, check_identities, check_unchanged
-from bench.virtual_station import virtual_station
-from drivers.can_bus.addresses import parse_address
+from bench.run.plan import make_plan
+from bench.run.resume import begun, check_identities, check_unchanged
+from bench.station.station_file import load_station
+from bench.virtual.fault_file import given_faults, load_faults
+from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError
-from procedures.actions import EnterReading, MarkRestPositions
-from procedures.bench import ProcedureError
+from drivers.interfaces.text import Translate, text
+from drivers.transport.can.addresses import parse_address
 from procedures.catalogue import catalogue
-from procedures.text import Translate, text
-from reports.summary import summary
+from procedures.core.actions import EnterReading, MarkRestPositions
+from procedures.core.bench import ProcedureError
+from reports.tables.summary import summary
 from tests.studies.fuzz.target import Target, as_file, each
 
 ERRORS = (InputError,)

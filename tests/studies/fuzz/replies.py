@@ -11,28 +11,28 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
-from drivers.can_bus.buses import CanBuses
-from drivers.can_bus.cia402_inverter import Cia402Inverter
-from drivers.can_bus.cia402_six_step import Cia402SixStep
-from drivers.can_bus.node import Cia402Node
-from drivers.can_bus.objects import NodeObjects
-from drivers.can_bus.options import Cia402Options, Cia402SixStepOptions
+from drivers.cia402.inverter import Cia402Inverter
+from drivers.cia402.node import Cia402Node
+from drivers.cia402.options import Cia402Options, Cia402SixStepOptions
+from drivers.cia402.six_step import Cia402SixStep
+from drivers.delta.dynamometer import DeltaDyn200
+from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import ChannelSettings, InstrumentError, ProbeKind, Trigger
-from drivers.modbus.delta_dyn200 import DeltaDyn200
-from drivers.modbus.line import open_line
-from drivers.modbus.options import DeltaDyn200Options
-from drivers.serial_line.lutron_frame import parse_frame
-from drivers.serial_line.lutron_tachometer import LutronTachometer
-from drivers.serial_line.options import LutronTachometerOptions
-from drivers.serial_line.stream_port import StreamPort
-from drivers.visa.keysight_34461a import Keysight34461A
-from drivers.visa.keysight_e4980a import KeysightE4980A
-from drivers.visa.keysight_e36300 import KeysightE36300
-from drivers.visa.keysight_infiniivision import KeysightInfiniiVision
-from drivers.visa.options import E4980AOptions, E36300Options, InfiniiVisionOptions, Keysight34461AOptions, Probe
-from drivers.visa.replies import parse_error, parse_number, parse_numbers
-from drivers.visa.session import ScpiSession
-from drivers.visa.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.keysight.dmm_34461a import Keysight34461A
+from drivers.keysight.e4980a import KeysightE4980A
+from drivers.keysight.e36300 import KeysightE36300
+from drivers.keysight.infiniivision import KeysightInfiniiVision
+from drivers.keysight.options import E4980AOptions, E36300Options, InfiniiVisionOptions, Keysight34461AOptions, Probe
+from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.lutron.frame import parse_frame
+from drivers.lutron.options import LutronTachometerOptions
+from drivers.lutron.tachometer import LutronTachometer
+from drivers.transport.can.buses import CanBuses
+from drivers.transport.can.objects import NodeObjects
+from drivers.transport.modbus.line import open_line
+from drivers.transport.serial.stream_port import StreamPort
+from drivers.transport.visa.replies import parse_error, parse_number, parse_numbers
+from drivers.transport.visa.session import ScpiSession
 from tests.studies.fuzz.target import Target, each, pieces
 
 ERRORS = (InstrumentError,)

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from bench.files.motor_file import load_motor
+from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
-from sim_instruments.control.http import JsonService
-from sim_instruments.endpoints.modbus_frames import HEADER
 from sim_instruments.scpi.framing import MessageSplitter
+from sim_instruments.server.control.http import JsonService
+from sim_instruments.transports.modbus.frames import HEADER
 from tests.studies.fuzz.target import Target
 
 #: The longest message (bytes) that an instrument takes from a socket.

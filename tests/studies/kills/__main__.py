@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 
-from bench.safety.state_folder import VARIABLE
+from bench.safety.ownership.state_folder import VARIABLE
 from tests.studies.kills import ends, measuring, panel_server, records, wires
 from tests.studies.kills.held_trials import hold
 from tests.studies.kills.quick import bursts

@@ -15,9 +15,9 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from bench.guardian.record import read_guardian
-from bench.record.journal_file import read_journal
-from bench.served_world import ServedWorld
+from bench.journal.guardian_record import read_guardian
+from bench.journal.journal_file import read_journal
+from bench.virtual.served_world import ServedWorld
 from tests.studies.held import quiet
 from tests.studies.kills.ends import STOPS
 from tests.studies.kills.trial import PATIENCE, Queues, Trial

@@ -24,7 +24,7 @@ def process_of(port: int, to: int) -> int:
 def is_guardian(pid: int) -> bool:
     """Tell whether a process is a guardian."""
     with suppress(OSError):
-        return b"bench.guardian" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return b"bench.safety.guardian" in Path(f"/proc/{pid}/cmdline").read_bytes()
     return False
 
 

@@ -16,10 +16,10 @@ from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any
 
-from bench.commands.output import console_on
-from bench.files.motor_file import load_motor
-from bench.record.run_folder import existing_run_folder
-from bench.session import Wishes, run
+from bench.cli.output import console_on
+from bench.journal.run_folder import existing_run_folder
+from bench.motor.motor_file import load_motor
+from bench.run.run import Wishes, run
 from tests.studies.held_run import Hold
 
 #: What the study asks a run's stacks with.

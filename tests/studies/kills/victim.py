@@ -12,16 +12,16 @@ from pathlib import Path
 from time import monotonic
 from typing import IO, Any
 
-from bench.errors import InputError
 from bench.files.toml_text import toml_text
-from bench.guardian.record import read_guardian
-from bench.record.journal import read_journal
-from bench.record.run_folder import RunFolder
-from bench.record.verification import Verdict
-from bench.record.verify import verify
-from bench.safety.ownership import holders
-from bench.safety.state_folder import state_folder
-from bench.virtual_station import as_text
+from bench.i18n.errors import InputError
+from bench.journal.guardian_record import read_guardian
+from bench.journal.journal import read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.verification import Verdict
+from bench.journal.verify import verify
+from bench.safety.ownership.owner import holders
+from bench.safety.ownership.state_folder import state_folder
+from bench.virtual.virtual_station import as_text
 from tests.studies.forked import Forked
 from tests.studies.held import Served
 from tests.studies.kills.peers import is_guardian

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import Any
 
-from drivers.can_bus.addresses import parse_address
-from drivers.can_bus.buses import SharedBus
+from drivers.transport.can.addresses import parse_address
+from drivers.transport.can.buses import SharedBus
 from tests.studies.kills.held_trials import Plan
 from tests.studies.kills.proxy import Disturbance, Proxy
 from tests.studies.kills.victim import TRANSPORTS, Victim

@@ -14,7 +14,7 @@ from bench.eol.record import CheckRecord, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
-from procedures.result import Parameter
+from procedures.core.result import Parameter
 
 COUNT = 30
 LIMITS = {f"parameter_{n:02d}": Limits(0.9 * (n + 1), 1.1 * (n + 1)) for n in range(COUNT)}

@@ -11,11 +11,11 @@ import pytest
 
 from bench.eol.line.admission import Refused
 from bench.eol.line.batch import BatchWishes, Counts, run_batch
-from bench.eol.line.ledger import Begun
+from bench.eol.line.batch_log import Begun
 from bench.eol.line.process import Nursery
 from bench.eol.record import MotorRecord
 from bench.eol.store.waiting import Waiting
-from procedures.text import Text
+from drivers.interfaces.text import Text
 
 PLAN = """
 [plan]

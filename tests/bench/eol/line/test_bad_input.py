@@ -11,19 +11,19 @@ import pytest
 
 from bench.eol.line.admission import Admission, Refused
 from bench.eol.line.batch import prepare
-from bench.eol.line.keeper import Keeper, own_records
-from bench.eol.line.ledger import FILE, Begun, Ledger
+from bench.eol.line.batch_log import FILE, Begun, Ledger
 from bench.eol.line.line_file import load_line
 from bench.eol.line.messages import Task
-from bench.eol.line.passage_names import new_folder, run_folders
+from bench.eol.line.record_writer import Keeper, own_records
 from bench.eol.line.serials import FromFile, MadeUp
+from bench.eol.line.unit_names import new_folder, run_folders
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
 from bench.eol.store.spool import Spool
 from bench.eol.verdict import Verdict
-from bench.errors import InputError, UsageError
-from procedures.bench import Role
+from bench.i18n.errors import InputError, UsageError
+from procedures.core.bench import Role
 
 ABOUT = {"name": "b", "plan": "1", "motor": "2", "line": "3", "seed": 0}
 REAL = """

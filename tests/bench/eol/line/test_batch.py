@@ -7,11 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.eol.line.keeper import own_records
+from bench.eol.line.record_writer import own_records
 from bench.eol.verdict import Verdict
-from bench.record.run_folder import RunFolder
-from bench.record.verification import Verdict as Untouched
-from bench.record.verify import verify
+from bench.journal.run_folder import RunFolder
+from bench.journal.verification import Verdict as Untouched
+from bench.journal.verify import verify
 
 if TYPE_CHECKING:
     from bench.eol.record import MotorRecord

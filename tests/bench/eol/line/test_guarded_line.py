@@ -16,17 +16,17 @@ import pytest
 
 from bench.eol.line import coordinator
 from bench.eol.line.batch import Counts
-from bench.eol.line.ledger import Begun
+from bench.eol.line.batch_log import Begun
 from bench.eol.verdict import Verdict
-from bench.files.motor_file import load_motor
-from bench.files.station import load_station
 from bench.files.toml_text import toml_text
-from bench.guardian.record import read_guardian
-from bench.safety.claims import claims_of
-from bench.safety.ownership import HeldError, holders, owning
-from bench.safety.state_folder import state_folder
-from bench.virtual_station import describe
-from sim_instruments.served_bench import ServedBench
+from bench.journal.guardian_record import read_guardian
+from bench.motor.motor_file import load_motor
+from bench.safety.ownership.claims import claims_of
+from bench.safety.ownership.owner import HeldError, holders, owning
+from bench.safety.ownership.state_folder import state_folder
+from bench.station.station_file import load_station
+from bench.virtual.virtual_station import describe
+from sim_instruments.server.served_bench import ServedBench
 
 PLAN = """
 [plan]

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from bench.eol.line import pulse
-from bench.eol.line.pulse import Pulse, give_signs
+from bench.eol.line import heartbeat as pulse
+from bench.eol.line.heartbeat import Pulse, give_signs
 from bench.eol.line.times import Times
 
 

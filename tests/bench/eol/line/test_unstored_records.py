@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from sqlalchemy import create_engine, text
 
-from bench.cli import main
-from bench.eol.line.keeper import own_records
+from bench.cli.main import main
+from bench.eol.line.record_writer import own_records
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.store.spool import FOLDER

@@ -19,7 +19,7 @@ from bench.eol.store.records import Records
 from bench.eol.store.spool import Spool
 from bench.eol.store.tallies import parameters
 from bench.eol.verdict import Verdict
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 from tests.bench.eol.motor_records import motor_record
 
 

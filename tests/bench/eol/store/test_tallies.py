@@ -25,7 +25,7 @@ from bench.eol.store.tallies import (
     rows_of_neighbours,
 )
 from bench.eol.verdict import Verdict
-from bench.errors import InputError
+from bench.i18n.errors import InputError
 
 Put = Callable[..., None]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, expect, sync_playwright
 
-from bench.operators.line import FILE
+from bench.operators.operator_channel import FILE
 from bench.panel.launch import LINE
 from tests.bench.panel.conftest import CHROMIUM, FLAGS, Server
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from bench.cli import main
+from bench.cli.main import main
 from bench.panel.access import add_person
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.conftest import Server

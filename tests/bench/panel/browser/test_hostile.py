@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from bench.cli import main
-from bench.operators.line import OperatorLine
+from bench.cli.main import main
+from bench.operators.operator_channel import OperatorLine
 from bench.panel.access import add_person
 from bench.panel.launch import LINE
 from tests.bench.panel.browser.conftest import Panel

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from bench.cli import main
+from bench.cli.main import main
 from bench.eol.record import CheckRecord, Measured, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records

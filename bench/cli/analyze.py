@@ -1,0 +1,267 @@
+"""`motorbench analyze`: stored captures, evaluated by the estimators that a run uses."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from bench.cli.analyze_output import print_analysis
+from bench.i18n.errors import UsageError
+from drivers.interfaces.text import text
+
+
+def back_emf(
+    *files: Path,
+    connection: Literal["line", "phase"] = "line",
+    pole_pairs: int | None = None,
+    speed_rpm: float | None = None,
+    speed_uncertainty_rpm: float | None = None,
+    harmonics: Sequence[int] = (1, 3, 5, 7),
+    scale: Sequence[str] = (),
+    temperature: float | None = None,
+    temperature_uncertainty: float | None = None,
+    magnet_coefficient: float = -0.001,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
+    json: bool = False,
+) -> None:
+    """Fundamental, harmonics, drift and flux linkage of captured back-EMF voltages (§3.4).
+
+    Parameters
+    ----------
+    files
+        Captures of one record: R&S RTB or Tektronix TDS CSV, columns of time and volts, or HDF5.
+    connection
+        Where the probes were: between two lines, or phase to star point.
+    pole_pairs
+        Pole pairs, for the mechanical constants.
+    speed_rpm
+        Mechanical speed, rpm, to find the pole pairs by.
+    speed_uncertainty_rpm
+        Its standard uncertainty, rpm.
+    harmonics
+        Orders to fit.
+    scale
+        Factor for a channel, NAME=FACTOR, where a probe's setting was wrong.
+    temperature
+        Temperature of the magnets during the record, °C: flux linkage and constants are then those at 25 °C.
+    temperature_uncertainty
+        Half-width of what is known of it, K; 2 where not given.
+    magnet_coefficient
+        Temperature coefficient of the magnets' flux, 1/K.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_back_emf, read_statements
+    from bench.analysis.temperature import magnet_temperature
+
+    made = analyze_back_emf(
+        _some(files),
+        connection=connection,
+        pole_pairs=pole_pairs,
+        scale=_factors(scale),
+        speed_rpm=speed_rpm,
+        speed_uncertainty_rpm=speed_uncertainty_rpm,
+        harmonics=harmonics,
+        accuracy=read_statements(accuracy, accuracy_file),
+        temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
+    )
+    print_analysis(made, json=json, budget=budget)
+
+
+def step_response(
+    *files: Path,
+    connection: Literal["wye", "delta"] = "wye",
+    reading: Literal["line", "series-parallel", "phase"] = "series-parallel",
+    axis: Literal["d", "q"] | None = None,
+    voltage: str | None = None,
+    current: str | None = None,
+    scale: Sequence[str] = (),
+    temperature: float | None = None,
+    temperature_uncertainty: float | None = None,
+    copper_coefficient: float = 0.00393,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
+    json: bool = False,
+) -> None:
+    """Resistance and inductance from a recorded voltage step and its current (§3.3.1).
+
+    Parameters
+    ----------
+    files
+        The capture, or one file for each channel.
+    connection
+        How the windings are joined.
+    reading
+        How the step was applied: between two lines, A against B and C together, or phase to star point.
+    axis
+        Axis in which the rotor was locked.
+    voltage
+        Name of the voltage's channel, where its unit does not tell.
+    current
+        Name of the current's channel.
+    scale
+        Factor for a channel, NAME=FACTOR.
+    temperature
+        Temperature of the winding during the record, °C: the loop's resistance is then that at 25 °C.
+    temperature_uncertainty
+        Half-width of what is known of it, K; 2 where not given.
+    copper_coefficient
+        Temperature coefficient of the winding's resistance at 20 °C, 1/K.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_step_response, read_statements
+    from bench.analysis.temperature import copper_temperature
+
+    made = analyze_step_response(
+        list(_some(files)),
+        connection=connection,
+        reading=reading,
+        axis=axis,
+        voltage=voltage,
+        current=current,
+        scale=_factors(scale),
+        accuracy=read_statements(accuracy, accuracy_file),
+        temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
+    )
+    print_analysis(made, json=json, budget=budget)
+
+
+def coast_down(
+    *files: Path,
+    inertia: float | None = None,
+    inertia_uncertainty: float = 0.0,
+    torque: float | None = None,
+    speed: str | None = None,
+    speed_in_rpm: bool = False,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
+    json: bool = False,
+) -> None:
+    """Friction from a coast-down, and inertia where a driven ramp is there too (§3.5).
+
+    Parameters
+    ----------
+    files
+        Captures of time and speed, and torque where it was recorded.
+    inertia
+        Inertia, kg·m², where it is known.
+    inertia_uncertainty
+        Its standard uncertainty, kg·m².
+    torque
+        Torque of the driven ramp, N·m, where no column has it.
+    speed
+        Name of the speed's column.
+    speed_in_rpm
+        A speed without unit is in rpm.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: speed, torque, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_coast_down, read_statements
+
+    made = analyze_coast_down(
+        _some(files),
+        inertia=inertia,
+        inertia_uncertainty=inertia_uncertainty,
+        torque=torque,
+        speed=speed,
+        speed_in_rpm=speed_in_rpm,
+        accuracy=read_statements(accuracy, accuracy_file),
+    )
+    print_analysis(made, json=json, budget=budget)
+
+
+def rotor_sweep(
+    file: Path,
+    *,
+    connection: Literal["wye", "delta"] = "wye",
+    pole_pairs: int | None = None,
+    electrical: bool = False,
+    threshold: float = 0.10,
+    scale: Sequence[str] = (),
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
+    json: bool = False,
+) -> None:
+    """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
+
+    Parameters
+    ----------
+    file
+        Columns of angle (or time) and inductance.
+    connection
+        How the windings are joined.
+    pole_pairs
+        Pole pairs; searched where not given.
+    electrical
+        The angle is electrical, not mechanical.
+    threshold
+        Difference of smallest and largest below which the note speaks of a surface-magnet machine.
+    scale
+        Factor for a channel, NAME=FACTOR.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: inductance.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_rotor_sweep, read_statements
+
+    made = analyze_rotor_sweep(
+        file,
+        connection=connection,
+        pole_pairs=pole_pairs,
+        electrical=electrical,
+        threshold=threshold,
+        scale=_factors(scale),
+        accuracy=read_statements(accuracy, accuracy_file),
+    )
+    print_analysis(made, json=json, budget=budget)
+
+
+def _some(files: Sequence[Path]) -> Sequence[Path]:
+    if not files:
+        raise UsageError(text("name at least one file"))
+    return files
+
+
+def _factors(given: Sequence[str]) -> dict[str, float]:
+    factors = {}
+    for word in given:
+        name, _, factor = word.rpartition("=")
+        try:
+            factors[name] = float(factor)
+        except ValueError:
+            name = ""
+        if not name:
+            raise UsageError(text("--scale {word}: give NAME=FACTOR, as in CHAN3=10", word=word))
+    return factors

@@ -1,0 +1,72 @@
+"""What `motorbench analyze` prints: the table, or one JSON object; the budgets where they are asked for."""
+
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from bench.cli.output import print_json
+from bench.run.console import console_on
+
+
+def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None:
+    """Print what an analysis found; `budget` adds a table for every parameter, which JSON holds anyway."""
+    if json:
+        print_json(made)
+        return
+    from rich import box
+    from rich.table import Table
+
+    from reports.labels import parameter_name, unit_for_readers
+    from reports.tables.figures import decimals_for, figure, percent, scale_of
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name, justify in (
+        ("Parameter", "left"),
+        ("Value", "right"),
+        ("Unit", "left"),
+        ("u", "right"),
+        ("u, %", "right"),
+        ("95 %", "right"),
+    ):
+        table.add_column(name, justify="right" if justify == "right" else "left", no_wrap=True)
+    table.add_column("§", no_wrap=True)
+    for name, entry in made["parameters"].items():
+        scale = scale_of(entry["value"], unit_for_readers(name, entry["unit"]))
+        value, spread = entry["value"] / scale.factor, entry["standard_uncertainty"] / scale.factor
+        decimals = decimals_for(spread, value)
+        table.add_row(
+            parameter_name(name).render(),
+            figure(value, decimals),
+            scale.unit,
+            figure(spread, decimals),
+            percent(abs(spread / value)) if value else "–",
+            " … ".join(figure(bound / scale.factor, decimals) for bound in entry["coverage_interval"])
+            if spread
+            else "–",
+            entry["section"],
+        )
+    console = console_on(sys.stdout)
+    console.print(table)
+    for title, lines in (
+        ("Assumed", made["assumptions"]),
+        ("Warnings", [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in made["warnings"]]),
+    ):
+        if lines:
+            console.print(title, style="bold")
+            for line in lines:
+                console.print(f"  {line}", markup=False)
+    if budget:
+        _print_budgets(made)
+
+
+def _print_budgets(made: Mapping[str, Any]) -> None:
+    from bench.journal.stored_result import restore
+    from drivers.interfaces.text import english
+    from reports.tables.budget import budgets
+
+    entries = [{"name": name, **entry} for name, entry in made["parameters"].items()]
+    head = {"procedure": entries[0]["procedure"], "section": entries[0]["section"]}
+    console = console_on(sys.stdout)
+    console.print()
+    found = restore({**head, "parameters": entries, "warnings": [], "findings": {}})
+    console.print(budgets(found.parameters, english))

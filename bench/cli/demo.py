@@ -1,0 +1,77 @@
+"""`motorbench demo`: every procedure on the virtual bench."""
+
+import sys
+from pathlib import Path
+
+from bench.cli.options import Seed
+from bench.cli.output import print_end, print_json, print_page, print_summary
+from bench.cli.run import given_faults_of
+from bench.i18n.language import language_of, translator
+from bench.motor.motor_file import load_motor
+from bench.report.ahead import ReportAhead
+from bench.run.console import console_on
+from bench.run.run import Finished, Wishes
+from bench.run.run import run as run_session
+from procedures.catalogue import catalogue
+
+
+def demo(
+    *,
+    motor: str = "lg-400w",
+    seed: Seed = 0,
+    json: bool = False,
+    language: str = "auto",
+    runs: Path = Path("runs"),
+    faults: Path | None = None,
+    fault: tuple[str, ...] = (),
+) -> int:
+    """Measure a virtual motor by every procedure, print the summary beside the truth, and write the report's page.
+
+    Parameters
+    ----------
+    motor
+        A motor file with a table [virtual], or the name of a shipped motor: lg-400w, ipmsm, outrunner-delta, gimbal, drone.
+    seed
+        Seed of noise and of the operator's hand: one seed, the same figures to the last digit.
+    json
+        Print one JSON object and nothing else; no page is written.
+    language
+        en, zh, or auto by the locale.
+    runs
+        Folder in which the run's own folder is made.
+    faults
+        A file of faults to inject.
+    fault
+        One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
+
+    """
+    chosen = language_of(language)
+    translate = translator(chosen)
+    wishes = Wishes(
+        procedures=("all",),
+        motor=load_motor(motor),
+        station="virtual",
+        language=chosen,
+        runs=runs,
+        seed=seed,
+        faults=given_faults_of(faults, fault),
+    )
+    if json:
+        done = run_session(wishes, catalogue(), console_on(sys.stderr))
+        print_json(done.result)
+    else:
+        done = _shown(wishes)
+    if done.view.status != "completed":
+        print_end(done.view, done.folder, translate)
+        return 1
+    return 0
+
+
+def _shown(wishes: Wishes) -> Finished:
+    translate = translator(wishes.language)
+    with ReportAhead(wishes.language) as report:
+        done = run_session(wishes, catalogue(), console_on(sys.stderr), listeners=(report.hear,))
+        print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
+        sys.stdout.flush()
+        print_page(report.page(), done.folder, translate)
+    return done

@@ -1,0 +1,33 @@
+"""`motorbench eol labels`: the label line of each motor."""
+
+import sys
+
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
+
+
+def labels(*, batch: str, records: str = "records.sqlite") -> None:
+    """Print the label line of each motor of a batch, in the order in which they were done.
+
+    Parameters
+    ----------
+    batch
+        The batch's name.
+    records
+        Where the records are kept, as for `eol run`.
+
+    """
+    from bench.eol.labels import label_of
+    from bench.eol.line.record_writer import own_records
+
+    with own_records(records) as kept:
+        lines = [label_of(record) + "\n" for record in kept.read(batch)]
+    if not lines:
+        raise InputError(
+            text(
+                "{records}: has no motor of a batch {batch}; motorbench eol stats names the batches",
+                records=records,
+                batch=batch,
+            )
+        )
+    sys.stdout.writelines(lines)

@@ -1,0 +1,187 @@
+"""`motorbench eol run`: a batch of motors."""
+
+import sys
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from bench.cli.options import Seed
+from bench.cli.output import print_json
+from bench.eol.labels import label_of
+from bench.eol.line.admission import Refused
+from bench.eol.line.batch import BatchWishes, Counts, run_batch
+from bench.eol.line.batch_log import Begun
+from bench.eol.record import MotorRecord
+from bench.eol.store.faults import StoreError
+from bench.eol.store.waiting import Waiting
+from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError, said_by
+from bench.i18n.language import language_of, translator
+from bench.run.console import console_on
+from drivers.interfaces.text import Text, Translate, text
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def run(
+    plan: Path,
+    *,
+    station: str,
+    sockets: int | None = None,
+    batch: str = "",
+    serials: str = "",
+    motors: int | None = None,
+    records: str = "records.sqlite",
+    runs: Path = Path("runs"),
+    person: str = "",
+    operator: str = "",
+    again: bool = False,
+    seed: Seed = 0,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Measure a batch of motors, several at once where there are several sockets; a batch that was cut off goes on.
+
+    Parameters
+    ----------
+    plan
+        The plan's file.
+    station
+        A station file, or `virtual`.
+    sockets
+        How many virtual benches work side by side.
+    batch
+        The batch's name, the plan's where none is given; one that exists already goes on.
+    serials
+        A file of serial numbers, one a line; `-`: as they are scanned or typed, which is usual; or `panel`: at the
+        panel of motorbench serve.
+    motors
+        The size of a batch of virtual motors whose serial numbers are made up.
+    records
+        Where records are kept: a SQLite file, or postgresql://USER@HOST/NAME; a station whose server is away keeps them
+        in records.sqlite among its runs meanwhile.
+    runs
+        Folder in which the batch's own folder is made.
+    person
+        The name of who runs it, for the records.
+    operator
+        Who does the hand work; the usual one of the station where none is given.
+    again
+        Measure motors that have a record already.
+    seed
+        Seed of the virtual motors and benches.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    wishes = BatchWishes(
+        plan=plan,
+        station=station,
+        runs=runs,
+        sockets=sockets,
+        batch=batch,
+        serials=serials,
+        motors=motors,
+        records=records,
+        person=person,
+        operator=operator,
+        language=language_of(language),
+        seed=seed,
+        again=again,
+    )
+    began = monotonic()
+    ears = _Teller(console_on(sys.stderr if json else sys.stdout), translator(wishes.language))
+    try:
+        counts, stopped = run_batch(wishes, ears, sys.stdin)
+    except StoreError as error:
+        raise InputError(said_by(error)) from None
+    told = _told(counts, stopped, monotonic() - began)
+    if json:
+        print_json(told)
+    else:
+        _say(console_on(sys.stdout), told)
+    translate = translator(wishes.language)
+    if counts.waits.anything:
+        for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
+            print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
+    if stopped:
+        said = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
+        print(f"motorbench: {said.render(translate)}", file=sys.stderr)
+    return 0 if not stopped and counts.verdicts[Verdict.PASS.value] == counts.motors else 1
+
+
+class _Teller:
+    """Prints a line for each motor, and its label."""
+
+    def __init__(self, console: "Console", translate: Translate) -> None:
+        self._console = console
+        self._translate = translate
+        self._waits = Waiting()
+
+    def begun(self, motor: Begun, socket: str) -> None:
+        """Say nothing: its end is soon told."""
+
+    def done(self, record: MotorRecord) -> None:
+        """Print the label and what was wrong."""
+        self._line(label_of(record))
+        if record.cause:
+            self._line(f"    {record.cause}")
+
+    def refused(self, refused: Refused) -> None:
+        """Print why."""
+        self._line(text("refused: {why}", why=refused.why).render(self._translate))
+
+    def trouble(self, words: Text) -> None:
+        """Print it."""
+        self._line(f"motorbench: {words.render(self._translate)}")
+
+    def waits(self, waiting: Waiting) -> None:
+        """Print what waits where the reasons are others than before, and that nothing does any more."""
+        before, self._waits = self._waits, waiting
+        if (before.troubles, before.refused) == (waiting.troubles, waiting.refused):
+            return
+        for sentence in waiting.sentences():
+            self.trouble(sentence)
+        if before.troubles and not waiting.troubles:
+            self.trouble(text("records are stored and forwarded again"))
+
+    def _line(self, words: str) -> None:
+        self._console.file.write(words + "\n")
+        self._console.file.flush()
+
+
+def _told(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
+    return {
+        "motors": counts.motors,
+        **{verdict.value: counts.verdicts[verdict.value] for verdict in Verdict},
+        "first_pass": counts.first_pass,
+        "refused": counts.refused,
+        "bench_time": counts.bench_time,
+        "wall_time": wall,
+        "motors_per_second": counts.motors / wall if wall > 0.0 else 0.0,
+        "waiting_for_server": counts.waits.for_server,
+        "in_no_database": counts.waits.unstored,
+        "refused_records": [
+            {"identifier": refusal.identifier, "record": str(refusal.named), "why": str(refusal.why)}
+            for refusal in counts.waits.refused
+        ],
+        "waits_because": [str(trouble.why) for trouble in counts.waits.troubles],
+        "stopped": stopped,
+    }
+
+
+def _say(console: "Console", told: dict[str, Any]) -> None:
+    motors = told["motors"]
+    share = (
+        f"{100.0 * told['first_pass'] / motors:.1f} % at once, {100.0 * told['pass'] / motors:.1f} % in the end"
+        if motors
+        else ""
+    )
+    console.file.write(
+        f"{motors} motors: {told['pass']} pass, {told['fail']} fail, {told['error']} error, {told['aborted']} aborted"
+        f"{f'; yield {share}' if share else ''}; {told['refused']} serial numbers refused\n"
+        f"{told['wall_time']:.1f} s, {told['motors_per_second']:.2f} motors a second\n"
+    )

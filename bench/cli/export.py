@@ -1,0 +1,122 @@
+"""`motorbench export`: a run's parameters as a controller's file."""
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from bench.cli.output import print_json
+from bench.files.toml_file import nearest
+from bench.i18n.errors import InputError, UsageError, at
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import text
+
+if TYPE_CHECKING:
+    from reports.exports.target import Sheet, Target
+
+
+def export(
+    run: str,
+    *,
+    for_: Annotated[str, Parameter(name="--for")],
+    output: Path | None = None,
+    largest_uncertainty: float | None = None,
+    json: bool = False,
+    language: str = "auto",
+    runs: Path = Path("runs"),
+) -> int:
+    """Write a run's parameters in a controller's names, units and conventions.
+
+    Refused, with the reasons, where a needed parameter is missing or too little is known of it.
+
+    Parameters
+    ----------
+    run
+        The run's folder, or its name under `--runs`.
+    for_
+        vesc, odrive (firmware 0.5), odrive-0.6, simplefoc, moteus, ti, st, mathworks, motulator, gym-electric-motor, json, csv or c-header.
+    output
+        File to write; without it the file's content goes to standard output.
+    largest_uncertainty
+        Largest relative standard uncertainty with which a parameter is exported, instead of the stated bounds (docs/exports.md).
+    json
+        Print one JSON object and nothing else: the fields with unit, uncertainty and convention, and the content where no file is written.
+    language
+        Language of reasons and warnings: en, zh, or auto by the locale. The file's own words are English.
+    runs
+        Folder of the runs.
+
+    """
+    from bench.journal.finished_run import read_run
+    from bench.report.exporting import subject_of
+    from reports.exports.catalogue import TARGETS
+    from reports.exports.checks import ExportRefusedError, Limits
+    from reports.exports.target import sheet_for
+
+    target = TARGETS.get(for_)
+    if target is None:
+        raise UsageError(at(f"--for {for_}", nearest(for_, list(TARGETS))))
+    if largest_uncertainty is not None and not 0.0 < largest_uncertainty <= 1.0:
+        raise UsageError(
+            text(
+                "--largest-uncertainty {largest_uncertainty:g}: a number above 0 and up to 1 is allowed",
+                largest_uncertainty=largest_uncertainty,
+            )
+        )
+    translate = translator(language_of(language))
+    read = read_run(run, runs)
+    try:
+        sheet = sheet_for(target, subject_of(read), Limits(largest_uncertainty))
+    except ExportRefusedError as refused:
+        reasons = "\n".join(f"  {reason.render(translate)}" for reason in refused.reasons)
+        raise InputError(
+            text(
+                "{path} cannot be exported for {title}:\n{reasons}",
+                path=read.folder.path,
+                title=target.title,
+                reasons=reasons,
+            )
+        ) from None
+    content = target.write(sheet)
+    if output is not None:
+        _write(output, content)
+    for reason in sheet.left_out:
+        print(f"motorbench: left out: {reason.render(translate)}", file=sys.stderr)
+    for notice in sheet.subject.warnings:
+        print(f"motorbench: {notice.identifier}: {notice.message.render(translate)}", file=sys.stderr)
+    if json:
+        print_json(_as_dict(target, sheet, content, output))
+    elif output is None:
+        sys.stdout.write(content)
+        sys.stdout.flush()
+    return 0
+
+
+def _write(path: Path, content: str) -> None:
+    """Write the file whole or not at all. Raises InputError where it cannot be written."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with part.open("w", encoding="utf-8", newline="") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise InputError(
+            text("{path}: the file cannot be written: {strerror}", path=path, strerror=error.strerror)
+        ) from None
+
+
+def _as_dict(target: "Target", sheet: "Sheet", content: str, output: Path | None) -> dict[str, Any]:
+    made: dict[str, Any] = {
+        "target": target.name,
+        "title": target.title,
+        "run": sheet.subject.run,
+        "fields": {line.name: line.as_dict() for line in sheet.lines},
+        "left_out": [str(reason) for reason in sheet.left_out],
+        "warnings": [notice.as_dict() for notice in sheet.subject.warnings],
+    }
+    return made | ({"content": content} if output is None else {"file": str(output)})

@@ -1,0 +1,146 @@
+"""The command line. Nothing heavy is imported before a command is chosen."""
+
+import os
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError, Parameter
+
+from bench.i18n.errors import InputError, UsageError, message
+from drivers.interfaces.text import text
+
+#: Exit statuses: something failed; the command line was wrong.
+FAILED, USAGE = 1, 2
+
+
+def make_app() -> App:
+    """Return the application with all its commands."""
+    app = App(
+        name="motorbench",
+        help="A test bench for permanent-magnet motors, real or virtual.",
+        version=_version,
+        default_parameter=Parameter(negative=()),
+        result_action="return_value",
+    )
+    app.command("bench.cli.results:command", name="results", help="Show a run, list runs, or prove one untouched.")
+    lists = Parameter(negative=(), consume_multiple=True)
+    commands = (
+        ("demo", "Every procedure on the virtual bench, then the summary."),
+        ("run", "Run procedures on a station, or on the virtual bench."),
+        ("procedures", "List the procedures with their steps and settings."),
+        ("report", "Write a run's report as a page and a PDF."),
+        ("export", "Write a run's parameters as a motor controller's file."),
+        ("serve", "The operator's panel in a browser."),
+        ("doctor", "Check the installation: libraries, VISA backends, permissions."),
+    )
+    for name, words in commands:
+        app.command(f"bench.cli.{name}:{name}", name=name, help=words)
+    analyze = App(name="analyze", help="Evaluate a stored capture; no instrument needed.", default_parameter=lists)
+    for name, words in (
+        ("back-emf", "Fundamental and harmonics of captured back-EMF voltages."),
+        ("step-response", "Resistance and inductance from a current step."),
+        ("coast-down", "Friction from a coast-down (time, speed)."),
+        ("rotor-sweep", "Ld and Lq from inductance over the rotor's angle."),
+    ):
+        analyze.command(f"bench.cli.analyze:{name.replace('-', '_')}", name=name, help=words)
+    app.command(analyze)
+    sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
+    sim.command("bench.cli.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
+    sim.command("bench.cli.sim_serve:serve", name="serve", help="The virtual bench on real sockets.")
+    app.command(sim)
+    station = App(name="station", help="Look after a station.", default_parameter=lists)
+    station.command("bench.cli.station:check", name="check", help="Open, identify and close its instruments.")
+    station.command("bench.cli.station:reset", name="reset", help="Allow runs again after an interlock was open.")
+    app.command(station)
+    eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
+    for where, name, words in (
+        ("eol_run:run", "run", "Measure a batch of motors by a plan."),
+        ("eol_check:check", "check", "Try a plan on virtual benches: time, limits, instruments."),
+        ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
+        ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
+        ("eol_labels:labels", "labels", "The label line of each motor of a batch."),
+        ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge R&R."),
+    ):
+        eol.command(f"bench.cli.{where}", name=name, help=words)
+    app.command(eol)
+    user = App(name="user", help="People who may open the panel from a network.", default_parameter=lists)
+    user.command("bench.cli.user:add", name="add", help="Add a person, or change role and password.")
+    app.command(user)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 1 failed, 2 wrong usage; one message on standard error, never a traceback."""
+    # Matrices here are small: a second BLAS thread only waits for the first, and on a busy machine for long.
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    sys.exit(_run(given))
+
+
+def _run(given: list[str]) -> int:
+    try:
+        code = make_app()(given, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        return _refuse(given, InputError(_usage(error)), USAGE)
+    except UsageError as error:
+        return _refuse(given, error, USAGE)
+    except InputError as error:
+        return _refuse(given, error, FAILED)
+    except BrokenPipeError:
+        # Whoever read the output has had enough; there is nobody left to tell.
+        sys.stderr.close()
+        return FAILED
+    except KeyboardInterrupt:
+        return _refuse(given, InputError(text("interrupted by Ctrl-C")), FAILED)
+    except Exception as error:  # noqa: BLE001  the last place where an error becomes a message
+        return _unexpected(given, error)
+    return code if isinstance(code, int) else 0
+
+
+def _unexpected(given: list[str], error: Exception) -> int:
+    from drivers.interfaces import InstrumentError
+    from procedures.core.bench import ProcedureError
+
+    if isinstance(error, InstrumentError | ProcedureError):
+        return _refuse(given, error, FAILED)
+    said = text(
+        "a fault of the program: {kind}: {error}; please report it with what you typed",
+        kind=type(error).__name__,
+        error=str(error),
+    )
+    return _refuse(given, InputError(said), FAILED)
+
+
+def _usage(error: CycloptsError) -> str:
+    return f"{str(error).strip()} See motorbench --help"
+
+
+def _refuse(given: list[str], error: Exception, code: int) -> int:
+    """Say what went wrong in the reader's language; a program that reads the JSON gets it in English."""
+    from bench.i18n.language import translator
+
+    if "--json" in given:
+        import json
+
+        print(json.dumps({"error": str(error)}, ensure_ascii=False))
+    print(f"motorbench: {message(error, translator(_language(given)))}", file=sys.stderr)
+    return code
+
+
+def _language(given: list[str]) -> str:
+    """Return the language that a command line asks for, by the locale where it asks for none that there is."""
+    from bench.i18n.language import LANGUAGES, language_of
+
+    wish = "auto"
+    for word, following in zip(given, [*given[1:], ""], strict=True):
+        option, equals, value = word.partition("=")
+        if option == "--language":
+            wish = value if equals else following
+    return language_of(wish if wish in LANGUAGES else "auto")
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("motorbench")

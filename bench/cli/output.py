@@ -1,0 +1,64 @@
+"""What commands print: the summary for people, one JSON object for programs."""
+
+import json
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from bench.journal.encoding import plain
+from bench.journal.run_folder import RunFolder
+from bench.journal.run_view import RunView
+from bench.run.console import console_on
+from drivers.interfaces.text import Translate, text
+
+
+def print_json(made: Mapping[str, Any]) -> None:
+    """Print one object on standard output."""
+    sys.stdout.write(json.dumps(plain(made), ensure_ascii=False, allow_nan=False, indent=2) + "\n")
+
+
+def print_summary(view: RunView, folder: RunFolder, translate: Translate, *, hand_time: float = 0.0) -> None:
+    """Print the table, the warnings, how long it took and where the run lies."""
+    from reports.tables.summary import summary
+
+    console = console_on(sys.stdout)
+    console.print(summary(view.parameters(), view.warnings(), view.truth, translate))
+    console.print()
+    if view.wall_time > 0.0 and view.truth:
+        times = text(
+            "Bench time {bench:.0f} s (hands {hands:.0f} s) in {wall:.2f} s of wall time: {ratio:.0f} ×",
+            bench=view.bench_time,
+            hands=hand_time,
+            wall=view.wall_time,
+            ratio=view.bench_time / view.wall_time,
+        )
+        console.print(times.render(translate), markup=False)
+    console.print(text("Run: {folder}", folder=str(folder.path)).render(translate), markup=False, soft_wrap=True)
+
+
+def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
+    """Say where a run's page is; where it could not be drawn, what says why."""
+    said = (
+        text("Report: {page}", page=page)
+        if page
+        else text("The report's page could not be drawn; motorbench report {folder} says why", folder=str(folder.path))
+    )
+    console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
+
+
+def print_end(view: RunView, folder: RunFolder, translate: Translate) -> None:
+    """Say on standard error why a run did not complete."""
+    words = text(
+        "the run {status}: {cause}\nThe journal is in {folder}; go on with --resume {folder}",
+        status=STATUS_WORDS.get(view.status, text("was interrupted")),
+        cause=view.cause,
+        folder=str(folder.path),
+    )
+    print(f"motorbench: {words.render(translate)}", file=sys.stderr)
+
+
+STATUS_WORDS = {
+    "failed": text("failed"),
+    "aborted": text("was aborted"),
+    "interrupted": text("was interrupted"),
+}

@@ -1,0 +1,131 @@
+"""`motorbench results`: a run as its journal tells it, and which runs there are."""
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from bench.cli.output import print_end, print_json, print_summary
+from bench.files.toml_file import nearest
+from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
+from bench.journal.guardian_record import read_guardian
+from bench.journal.journal_file import read_journal
+from bench.journal.overview import overview
+from bench.journal.run_folder import RunFolder, existing_run_folder, run_folders
+from bench.journal.run_result import end_of
+from bench.journal.run_view import RunView, view_of
+from bench.run.console import console_on
+from drivers.interfaces.text import Translate, text
+from procedures.core.result import Parameter as Measured
+
+#: Procedures that a list names one by one.
+_NAMED = 3
+
+
+def results(
+    run: str,
+    *,
+    budget: Annotated[tuple[str, ...] | None, Parameter(consume_multiple=True)] = None,
+    json: bool = False,
+    language: str = "auto",
+    runs: Path = Path("runs"),
+) -> int:
+    """Show a run's parameters and warnings; a run that was cut off shows what it has.
+
+    Parameters
+    ----------
+    run
+        The run's folder, its name under `--runs`, or `latest`.
+    budget
+        Print the uncertainty budgets of these parameters, of all where none is named.
+    json
+        Print one JSON object and nothing else; the budgets are in it.
+    language
+        en, zh, or auto by the locale.
+    runs
+        Folder of the runs.
+
+    """
+    folder = existing_run_folder(run, runs)
+    translate = translator(language_of(language))
+    journal = read_journal(folder.journal)
+    view = view_of(journal.events)
+    if json:
+        acts = [{"wall": at, "cause": cause} for at, cause in _acts(folder)]
+        print_json({**view.as_dict(translate), "journal": end_of(journal), "torn": journal.torn, "guardian": acts})
+    elif budget is not None:
+        _print_budgets(view, budget, translate)
+    else:
+        print_summary(view, folder, translate)
+        if view.status != "completed":
+            print_end(view, folder, translate)
+        for at, cause in _acts(folder):
+            said = text("The guardian took the way down at {time}: {cause}", time=at, cause=cause)
+            console_on(sys.stdout).print(said.render(translate), markup=False)
+    sys.stdout.flush()
+    return 0
+
+
+def list_runs(*, json: bool = False, runs: Path = Path("runs")) -> int:
+    """List the runs of a folder in the order they began.
+
+    Parameters
+    ----------
+    json
+        Print one JSON object and nothing else.
+    runs
+        Folder of the runs.
+
+    """
+    found = [overview(folder) for folder in run_folders(runs)]
+    if json:
+        print_json({"runs": [asdict(each) for each in found]})
+    elif not found:
+        print(f"there are no runs in {runs}")
+    else:
+        widest = max(len(each.name) for each in found)
+        for each in found:
+            what = (
+                ", ".join(each.procedures) if len(each.procedures) <= _NAMED else f"{len(each.procedures)} procedures"
+            )
+            print(f"{each.name:{widest}}  {each.status:11}  {each.motor}: {what}")
+    return 0
+
+
+def _acts(folder: RunFolder) -> list[tuple[str, str]]:
+    """Return when (ISO 8601, UTC) and why the guardian took the way down; empty where it never had to."""
+    return [(event["wall"], event["data"]["cause"]) for event in read_guardian(folder.path) if event["kind"] == "took"]
+
+
+def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) -> None:
+    from reports.tables.budget import budgets
+
+    found = view.parameters()
+    for name in names:
+        if name not in found.parameters:
+            raise UsageError(
+                text(
+                    "--budget {name}: the run has no such parameter; {hint}",
+                    name=name,
+                    hint=nearest(name, list(found.parameters)),
+                )
+            )
+    wanted: list[Measured] = []
+    for name in names or found.parameters:
+        wanted += [found.parameters[name], *found.alternatives[name]]
+    console_on(sys.stdout).print(budgets(wanted, translate))
+
+
+#: `motorbench results RUN`, `results list` and `results verify RUN`.
+command = App(
+    name="results",
+    help="Show a run, whole or cut off.",
+    default_parameter=Parameter(negative=()),
+    result_action="return_value",
+)
+command.default(results)
+command.command(list_runs, name="list", help="List the runs of a folder.")
+command.command("bench.cli.verify:verify", name="verify", help="Prove that a run is as it was written.")

@@ -1,0 +1,183 @@
+"""`motorbench run`: procedures on a station or on the virtual bench."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from bench.cli.options import Seed
+from bench.cli.output import print_end, print_json, print_summary
+from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
+from bench.journal.run_folder import existing_run_folder
+from bench.motor.motor_file import MotorFile, load_motor
+from bench.run.console import console_on
+from bench.run.run import Wishes
+from bench.run.run import run as run_session
+from drivers.interfaces.text import text
+from procedures.catalogue import catalogue
+
+if TYPE_CHECKING:
+    from bench.virtual.fault_file import GivenFault
+
+
+def run(
+    *procedures: str,
+    station: str | None = None,
+    motor: str | None = None,
+    operator: str = "",
+    person: str = "",
+    serial_number: str = "",
+    answers: Path | None = None,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
+    language: str = "auto",
+    json: bool = False,
+    resume: str | None = None,
+    repeat: tuple[str, ...] = (),
+    trace: bool = False,
+    seed: Seed | None = None,
+    faults: Path | None = None,
+    fault: tuple[str, ...] = (),
+    runs: Path = Path("runs"),
+    continue_on_error: bool = False,
+    rehearse: bool = False,
+) -> int:
+    """Run procedures one after the other and print what they found.
+
+    Parameters
+    ----------
+    procedures
+        Names as `motorbench procedures` lists them, or `all`.
+    station
+        A station file, or `virtual`.
+    motor
+        A motor file, or the name of a shipped motor.
+    operator
+        Who does the hand work: terminal (a person), panel (a person at a panel), virtual, answers (typed readings from a
+        file), fixture (the station's own).
+    person
+        The name of who runs it, for the record.
+    serial_number
+        The motor's serial number, in place of the one in its file.
+    answers
+        TOML file of readings for `--operator answers`.
+    set_
+        A setting, `name=value` or `procedure.name=value`; may be given several times.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+    resume
+        A run's folder, its name under `--runs`, or `latest`: go on at its first unfinished procedure.
+    repeat
+        With --resume: a procedure to run again although it is finished; may be given several times.
+    trace
+        Record every exchange with the instruments in the journal.
+    seed
+        Seed of the virtual bench.
+    faults
+        A file of faults for the virtual bench.
+    fault
+        One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
+    runs
+        Folder in which the run's own folder is made.
+    continue_on_error
+        Go on with the next procedure where one fails.
+    rehearse
+        Try the plan on a virtual twin of the station and list every set point and action; nothing of the station is opened.
+
+    """
+    folder = existing_run_folder(resume, runs) if resume else None
+    if folder is not None:
+        from bench.run.resume import begun
+
+        _, began = begun(folder)
+        station = station or began.get("station", {}).get("source")
+        motor = motor or began.get("motor", {}).get("source")
+        procedures = procedures or tuple(began.get("procedures", ()))
+        set_ = set_ or tuple(began.get("settings", ()))
+        seed = began.get("seed") if seed is None else seed
+        serial_number = serial_number or began.get("motor", {}).get("serial_number", "")
+    unknown = sorted(set(repeat) - set(procedures))
+    if repeat and folder is None:
+        raise UsageError(text("--repeat goes with --resume RUN"))
+    if unknown:
+        raise UsageError(
+            text(
+                "--repeat {unknown}: it is not among the procedures of this run: {names}",
+                unknown=unknown[0],
+                names=procedures,
+            )
+        )
+    if not procedures:
+        raise UsageError(text("name at least one procedure, or all; motorbench procedures lists them"))
+    if station is None or motor is None:
+        raise UsageError(text("--station FILE|virtual and --motor FILE are needed"))
+    chosen = language_of(language)
+    wishes = Wishes(
+        procedures=procedures,
+        motor=_numbered(load_motor(motor), serial_number),
+        station=station,
+        language=chosen,
+        runs=runs,
+        operator=operator,
+        person=person,
+        answers=answers,
+        assignments=set_,
+        seed=seed or 0,
+        trace=trace,
+        faults=given_faults_of(faults, fault),
+        go_on=continue_on_error,
+        resume=folder,
+        repeat=repeat,
+    )
+    if rehearse:
+        return _rehearse(wishes, json=json)
+    done = run_session(wishes, catalogue(), console_on(sys.stderr))
+    translate = translator(chosen)
+    if json:
+        print_json(done.result)
+    else:
+        print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
+    if done.view.status != "completed":
+        print_end(done.view, done.folder, translate)
+        return 1
+    return 0
+
+
+def _rehearse(wishes: Wishes, *, json: bool) -> int:
+    from bench.cli.rehearse_output import print_rehearsal
+    from bench.rehearsal.rehearse import rehearse
+
+    done = rehearse(wishes, catalogue(), console_on(sys.stderr))
+    translate = translator(wishes.language)
+    if json:
+        print_json(done.as_dict(translate))
+    else:
+        print_rehearsal(done, translate)
+    return 0 if done.good else 1
+
+
+def _numbered(motor: MotorFile, serial_number: str) -> MotorFile:
+    if not serial_number:
+        return motor
+    if len(serial_number) > 64 or not serial_number.isprintable():
+        raise UsageError(
+            text(
+                "--serial-number {serial_number!r}: allowed are up to 64 printable characters",
+                serial_number=serial_number,
+            )
+        )
+    return replace(motor, nameplate=replace(motor.nameplate, serial_number=serial_number))
+
+
+def given_faults_of(file: Path | None, phrases: Sequence[str]) -> "Sequence[GivenFault]":
+    """Return the faults that are asked for; a run without any loads nothing of the virtual bench."""
+    if file is None and not phrases:
+        return ()
+    from bench.virtual.fault_file import given_faults
+
+    return given_faults(file, phrases)

@@ -1,0 +1,187 @@
+"""`motorbench serve`: the operator's panel in a browser."""
+
+import logging
+import socket
+import ssl
+from ipaddress import ip_address
+from pathlib import Path
+
+from bench.i18n.errors import InputError, UsageError, said_by
+from drivers.interfaces.text import text
+
+#: Largest message (bytes) from a browser, the same that NiceGUI's pages keep to.
+_LONGEST_MESSAGE = 1_000_000
+#: Shortest idle time (min): tests and the impatient; below it nobody could log in.
+_LEAST_IDLE = 0.02
+
+
+def serve(
+    *,
+    station: str = "",
+    virtual: bool = False,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    people: Path | None = None,
+    runs: Path = Path("runs"),
+    motors: Path = Path("motors"),
+    plans: Path = Path("plans"),
+    records: str = "records.sqlite",
+    allow_host: tuple[str, ...] = (),
+    certificate: Path | None = None,
+    key: Path | None = None,
+    trusted_proxy: tuple[str, ...] = (),
+    session_idle: float = 30.0,
+    session_length: float = 12.0,
+) -> int:
+    """Serve the panel until Ctrl-C; runs that go on then go on, and are found again at the next start.
+
+    Parameters
+    ----------
+    station
+        The station's file.
+    virtual
+        The virtual bench in place of a station.
+    host
+        The address to listen on; any other than loopback asks for a login and needs --people.
+    port
+        The port to listen on.
+    people
+        File of the people who may log in, made by motorbench user add.
+    runs
+        Folder of the runs.
+    motors
+        Folder of the motor files to choose from.
+    plans
+        Folder of the end of line's plans to choose from.
+    records
+        Where the end of line's records are kept, as motorbench eol run has it.
+    allow_host
+        A further name or address that browsers call the panel by; may be given several times.
+    certificate
+        The server's certificate (PEM, with its chain) for TLS; --key belongs to it.
+    key
+        The certificate's private key (PEM, without a password).
+    trusted_proxy
+        The address of a reverse proxy whose X-Forwarded-For and X-Forwarded-Proto hold; may be given several times.
+    session_idle
+        Minutes after which a login ends that is not used.
+    session_length
+        Hours after which a login ends in any case.
+
+    """
+    if virtual == bool(station):
+        raise UsageError(text("give --station FILE, or --virtual for the virtual bench"))
+    if station and not Path(station).is_file():
+        raise InputError(text("{station}: there is no such station file", station=station))
+    if not _is_loopback(host) and people is None:
+        raise UsageError(
+            text(
+                "--host {host} opens the panel to a network, where everyone could start the motor; "
+                "add --people FILE (motorbench user add makes it)",
+                host=host,
+            )
+        )
+    _check_times(session_idle, session_length)
+    _check_certificate(certificate, key)
+    for address in trusted_proxy:
+        _check_address(address)
+    _check_free(host, port)
+    from nicegui import ui
+
+    from bench.panel.access import Access
+    from bench.panel.app import build
+    from bench.panel.hosts import AllowedHosts
+    from bench.panel.panel import Panel
+    from bench.panel.sessions import Sessions, SessionTimes
+
+    # Without a login there is nothing to end: the next request would begin the same again.
+    times = SessionTimes(60.0 * session_idle, 3600.0 * session_length) if people else SessionTimes()
+    panel = Panel(runs, station or "virtual", motors, plans, records, Sessions(times))
+    build(panel, AllowedHosts(host, allow_host), Access(people) if people else None)
+    logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
+    ui.run(
+        host=host,
+        port=port,
+        title="motorbench",
+        reload=False,
+        show=False,
+        show_welcome_message=False,
+        favicon="⚙️",
+        # The quicker parser takes a request's head of any length.
+        http="h11",
+        ws_max_size=_LONGEST_MESSAGE,
+        server_header=False,
+        # Else every program of this computer could say where it comes from.
+        proxy_headers=bool(trusted_proxy),
+        forwarded_allow_ips=list(trusted_proxy),
+        ssl_certfile=certificate,
+        ssl_keyfile=key,
+    )
+    return 0
+
+
+def _check_times(idle: float, length: float) -> None:
+    # Written so that a figure that is none is refused as well.
+    if not (_LEAST_IDLE <= idle <= 60.0 * length):
+        raise UsageError(
+            text(
+                "--session-idle {idle:g} (min) with --session-length {length:g} (h): allowed are {least:g} min and "
+                "more, up to the session's length",
+                idle=idle,
+                length=length,
+                least=_LEAST_IDLE,
+            )
+        )
+
+
+def _check_certificate(certificate: Path | None, key: Path | None) -> None:
+    if (certificate is None) != (key is None):
+        raise UsageError(text("give --certificate and --key together, or neither"))
+    if certificate is None or key is None:
+        return
+    try:
+        ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(certificate, key, password=_no_password)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            text(
+                "--certificate {certificate} and --key {key} cannot be used: {error}; give a certificate and its key as "
+                "PEM files, the key without a password",
+                certificate=certificate,
+                key=key,
+                error=said_by(error) or type(error).__name__,
+            )
+        ) from error
+
+
+def _no_password() -> str:
+    raise ValueError("the key asks for a password")
+
+
+def _check_address(address: str) -> None:
+    try:
+        ip_address(address)
+    except ValueError:
+        raise UsageError(text("--trusted-proxy {address}: give an IP address", address=address)) from None
+
+
+def _check_free(host: str, port: int) -> None:
+    if not 0 < port < 1 << 16:
+        raise UsageError(text("--port {port}: allowed are 1 to 65535", port=port))
+    try:
+        socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET).close()
+    except OSError as error:
+        raise InputError(
+            text(
+                "{host}:{port} cannot be listened on: {strerror}; choose another with --port or --host",
+                host=host,
+                port=port,
+                strerror=error.strerror,
+            )
+        ) from error
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        raise UsageError(text("--host {host}: give an IP address", host=host)) from None

@@ -1,0 +1,160 @@
+"""`motorbench sim serve`: the virtual bench on real sockets, in a process of its own."""
+
+import ipaddress
+import json as json_format
+import logging
+import os
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.cli.options import Seed
+from bench.i18n.errors import InputError, UsageError, said_by
+from drivers.interfaces.text import text
+
+if TYPE_CHECKING:
+    from sim_instruments.server.served_bench import ServedBench
+
+
+def serve(
+    *,
+    motor: str,
+    station_file: Path | None = None,
+    json: bool = False,
+    speedup: float = 1.0,
+    seed: Seed = 0,
+    host: str = "127.0.0.1",
+    faults: Path | None = None,
+    fault: tuple[str, ...] = (),
+    fixture: bool = False,
+    watchdog_relay: bool = False,
+) -> None:
+    """Serve the virtual bench to other processes until SIGINT or SIGTERM.
+
+    Standard output is a ready station file, the addresses being comments in it; it is flushed before anybody is served.
+
+    Parameters
+    ----------
+    motor
+        A motor file with a table [virtual], or the name of a shipped motor.
+    station_file
+        Write the station file here instead, and print the addresses only.
+    json
+        Print one JSON object on one line and nothing else.
+    speedup
+        How many seconds pass on the bench in one, 0.1 to 1000.
+    seed
+        Seed of the instruments' noise and errors.
+    host
+        The IPv4 address that the TCP ports listen on; the control endpoint always stays on loopback.
+    faults
+        A file of faults to inject.
+    fault
+        One fault in a few words, like "supply: silence at 12"; may be given several times.
+    fixture
+        With an end-of-line fixture: switch matrix, rotor actuator and insulation tester.
+    watchdog_relay
+        With a relay that must be fed: while it has dropped out, the supply's output is off.
+
+    """
+    from bench.motor.motor_file import load_motor
+    from bench.safety.interrupts import Interrupted, Interrupts
+    from bench.virtual.fault_file import given_faults, inject
+    from bench.virtual.true_values import truth_of
+    from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
+    from sim_instruments.server.served_bench import ServedBench
+
+    if not SLOWEST <= speedup <= FASTEST:
+        raise UsageError(
+            text(
+                "--speedup {speedup:g}: allowed is {slowest:g} to {fastest:g}",
+                speedup=speedup,
+                slowest=SLOWEST,
+                fastest=FASTEST,
+            )
+        )
+    _check_host(host)
+    given = given_faults(faults, fault)
+    read = load_motor(motor)
+    virtual = read.virtual_motor()
+    told = {"name": read.nameplate.name, "source": read.source, "truth": truth_of(virtual, read.six_step)}
+    # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
+    logging.getLogger().addHandler(logging.NullHandler())
+    try:
+        more = {"six_step": read.six_step, "fixture": fixture, "watchdog_relay": watchdog_relay}
+        interrupts = Interrupts()
+        with interrupts.raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
+            inject(given, bench.bench.injector.add)
+            _tell(bench, told, station_file, json, seed)
+            with interrupts.waiting():
+                threading.Event().wait()
+    except Interrupted:
+        # That is how serving ends.
+        return
+
+
+def _opened(
+    kind: "type[ServedBench]",
+    motor: Any,
+    speedup: float,
+    host: str,
+    seed: int,
+    told: dict[str, Any],
+    more: dict[str, Any],
+) -> "ServedBench":
+    try:
+        return kind(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, **more)
+    except OSError as error:
+        raise InputError(
+            text("the virtual bench cannot be served on {host}: {error}", host=host, error=said_by(error))
+        ) from error
+
+
+def _check_host(host: str) -> None:
+    try:
+        ipaddress.IPv4Address(host)
+    except ValueError:
+        raise UsageError(text("--host {host}: give an IPv4 address, like 127.0.0.1", host=host)) from None
+
+
+def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: bool, seed: int) -> None:
+    from bench.files.toml_text import toml_text
+    from bench.virtual.virtual_station import as_text, describe
+
+    station = describe(bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays())
+    if file is not None:
+        _write(file, toml_text(station))
+    if json:
+        made = {
+            "station": station,
+            "control": bench.control,
+            "addresses": bench.addresses(),
+            "motor": told,
+            "speedup": bench.clock.speedup,
+            "seed": seed,
+            "station_file": str(file) if file else None,
+            "pid": os.getpid(),
+        }
+        print(json_format.dumps(made, ensure_ascii=False), flush=True)
+        return
+    for role, ways in bench.addresses().items():
+        for way, address in ways.items():
+            print(f"# {role:<13}{way:<8}{as_text(address)}")
+    print(f"# {'control':<21}{bench.control}")
+    print(f"# station file: {file}" if file else toml_text(station), flush=True)
+    print(
+        f"motorbench: {told['name']} is served at {bench.clock.speedup:g} × real time; Ctrl-C ends it", file=sys.stderr
+    )
+
+
+def _write(file: Path, content: str) -> None:
+    """Write the file whole or not at all: others wait for it to be there."""
+    draft = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        draft.write_text(content, encoding="utf-8")
+        draft.replace(file)
+    except OSError as error:
+        raise InputError(
+            text("{file}: the station file cannot be written: {strerror}", file=file, strerror=error.strerror)
+        ) from error

@@ -1,0 +1,194 @@
+"""`motorbench sim six-step`: steady states of a BLDC drive."""
+
+import json as json_format
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.i18n.errors import InputError, UsageError, at, said_by
+from drivers.interfaces.text import text
+
+if TYPE_CHECKING:
+    from sim_instruments.six_step.state import Bridge
+    from sim_instruments.six_step.steady_state import SteadyState
+
+_RPM = math.pi / 30
+_MOST_PLOTTED = 4
+
+
+def six_step(
+    motor: str,
+    *,
+    speed: list[float] | None = None,
+    load: list[float] | None = None,
+    json: bool = False,
+    plot: Path | None = None,
+) -> None:
+    """Solve the periodic steady state of a six-step BLDC drive at given speeds or shaft loads.
+
+    `motor` is a motor file or the name of a shipped motor; `speed` in rpm, `load` in N·m (negative: the shaft is
+    driven); `json` prints one JSON object; `plot` writes currents and voltage components over one state as SVG or PNG.
+    Raises InputError when the file, a speed or a load cannot be used.
+    """
+    from bench.motor.six_step_file import load_drive
+    from sim_instruments.six_step.state import Bridge
+
+    if bool(speed) == bool(load):
+        raise UsageError(text("give either --speed RPM… or --load NM…, one of the two"))
+    _check_plot(plot, len(speed or load or []))
+    bridge = Bridge(load_drive(motor))
+    points = [_point(bridge, motor, speed=value) for value in speed or []]
+    points += [_point(bridge, motor, load=value) for value in load or []]
+    if plot is not None:
+        from bench.cli.six_step_plot import draw
+
+        draw(points, plot)
+    for point in points:
+        if point.average_supply_current < 0:
+            rpm = point.speed / _RPM
+            print(f"{rpm:.6g} rpm: the EMF drives current back into the source (generating)", file=sys.stderr)
+    if json:
+        print(json_format.dumps({"points": [as_json(point) for point in points]}, allow_nan=False))
+    else:
+        print("\n\n".join(as_text(point) for point in points))
+
+
+def _check_plot(plot: Path | None, points: int) -> None:
+    if plot is None:
+        return
+    if plot.suffix.lower() not in (".svg", ".png"):
+        raise UsageError(text("--plot {plot}: a name ending in .svg or .png is allowed", plot=plot))
+    if points > _MOST_PLOTTED:
+        raise UsageError(
+            text(
+                "--plot shows up to {most_plotted} points beside each other, not {points}; give fewer",
+                most_plotted=_MOST_PLOTTED,
+                points=points,
+            )
+        )
+
+
+def _point(bridge: "Bridge", motor: str, *, speed: float = 0.0, load: float | None = None) -> "SteadyState":
+    from sim_instruments.six_step.drive import SixStepError
+    from sim_instruments.six_step.load import balance_load
+    from sim_instruments.six_step.steady_state import steady_state
+
+    if load is None and not (math.isfinite(speed) and speed > 0):
+        raise InputError(
+            text("--speed {speed:g}: a finite speed above 0 rpm is allowed; a drive at rest has no period", speed=speed)
+        )
+    try:
+        return steady_state(bridge, speed * _RPM) if load is None else balance_load(bridge, load)
+    except SixStepError as error:
+        raise InputError(at(motor, said_by(error))) from None
+
+
+def as_json(point: "SteadyState") -> dict[str, Any]:
+    """Return a point of the command's JSON, SI units, over the state T1T2; a, b, c are windings, or phases of a wye."""
+    from sim_instruments.six_step import balance
+    from sim_instruments.six_step.circuit import Observables
+
+    supply, losses = balance.supply_voltages(point), balance.losses(point)
+    components: dict[str, Any] = {
+        f"{name}_branch": {
+            "emf": branch.emf,
+            "resistance": branch.resistance,
+            "self_inductance": branch.self_inductance,
+            "mutual_inductance": list(branch.mutual_inductance),
+            "terminal": branch.terminal,
+        }
+        for name, branch in balance.branches(point).items()
+    }
+    components["supply"] = {
+        "switches_at_supply_current": supply.switches_at_supply_current,
+        "switches": supply.switches,
+        "source_resistance": supply.source_resistance,
+        "source": supply.source,
+    }
+    return {
+        "speed_rpm": point.speed / _RPM,
+        "load_torque": point.load_torque,
+        "electromagnetic_torque": point.electromagnetic_torque,
+        "supply_current": point.average_supply_current,
+        "bus_voltage": point.average_bus_voltage,
+        "source_voltage": point.drive.source_voltage,
+        "winding_current_average": _abc(point.averages[Observables.currents]),
+        "winding_current_rms": _abc(balance.winding_rms(point)),
+        "winding_current_start": _abc(point.start_currents),
+        "winding_current_end": _abc(point.end_currents),
+        "freewheel_time": point.freewheel_time,
+        "state_time": point.state_time,
+        "voltage_components": components,
+        "losses": {
+            "copper": losses.copper,
+            "switches": losses.switches,
+            "diode": losses.diode,
+            "source": losses.source,
+            "friction": losses.friction,
+        },
+        "power_residual": balance.power_residual(point),
+    }
+
+
+def _abc(values: Any) -> dict[str, float]:
+    return dict(zip("abc", map(float, values), strict=True))
+
+
+def as_text(point: "SteadyState") -> str:
+    """Return a point as lines for a person, with the document's two tables."""
+    from sim_instruments.six_step import balance
+    from sim_instruments.six_step.circuit import Observables
+
+    averages, drive = point.averages, point.drive
+    supply, losses = balance.supply_voltages(point), balance.losses(point)
+    kind = "generating" if point.average_supply_current < 0 else "motoring"
+    share = 100 * point.freewheel_time / point.state_time
+    lines = [
+        f"{point.speed / _RPM:.2f} rpm, {kind}: load {point.load_torque:.5g} N·m, "
+        f"electromagnetic torque {point.electromagnetic_torque:.5g} N·m",
+        f"  state T1T2 of {1e3 * point.state_time:.4f} ms, "
+        + (
+            "the freewheel does not end"
+            if point.freewheel_time >= point.state_time
+            else f"freewheel {1e3 * point.freewheel_time:.4f} ms ({share:.1f} %)"
+        ),
+        "  averages over the state / V" + "".join(f"{name + ' branch':>14}" for name in balance.branches(point)),
+    ]
+    branches = list(balance.branches(point).values())
+    rows = {
+        "EMF": [b.emf for b in branches],
+        "R_11 drop": [b.resistance for b in branches],
+        "L11 drop": [b.self_inductance for b in branches],
+        "L12 drop, first term": [b.mutual_inductance[0] for b in branches],
+        "L12 drop, second term": [b.mutual_inductance[1] for b in branches],
+        "terminal voltage": [b.terminal for b in branches],
+    }
+    lines += [f"    {name:<26}" + "".join(f"{value:14.5f}" for value in values) for name, values in rows.items()]
+    lines += [
+        "  supply",
+        f"    I_s {point.average_supply_current:.5f} A   I_s·2R_t {supply.switches_at_supply_current:.6f} V "
+        f"(both switches in truth {supply.switches:.6f} V)",
+        f"    I_s·R_source {supply.source_resistance:.6f} V   V_so {drive.source_voltage:g} V   "
+        f"bus {point.average_bus_voltage:.5f} V",
+        "  " + ("winding" if drive.connection == "delta" else "phase") + " currents / A"
+        "             a             b             c",
+    ]
+    currents = {
+        "average": averages[Observables.currents],
+        "I_eff": balance.winding_rms(point),
+        "at the start": point.start_currents,
+        "at the end": point.end_currents,
+    }
+    lines += [f"    {name:<16}" + "".join(f"{float(value):14.5f}" for value in row) for name, row in currents.items()]
+    lines.append(
+        f"  losses / W: copper {losses.copper:.4f}, switches {losses.switches:.4f}, diode {losses.diode:.4f}, "
+        f"source {losses.source:.4f}, friction {losses.friction:.4f}; "
+        f"power balance's residual {balance.power_residual(point):.1e}"
+    )
+    if drive.connection == "delta" and averages[2] != 0:
+        effective, inductive = balance.equivalent_resistance(point, 2)
+        lines.append(
+            f"  winding c: R_11r {effective:.5f} Ω (loss), R_11L {inductive:.5f} Ω (exchange of stored energy)"
+        )
+    return "\n".join(lines)

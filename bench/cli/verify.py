@@ -1,0 +1,48 @@
+"""`motorbench results verify`: whether a run is as it was written."""
+
+from pathlib import Path
+
+from bench.cli.output import print_json
+from bench.journal.run_folder import existing_run_folder
+from bench.journal.verification import Verdict
+from bench.journal.verify import verify as verify_run
+
+
+def verify(run: str, *, sha256: str = "", json: bool = False, runs: Path = Path("runs")) -> int:
+    """Show whether a run's journal, waveforms and result are as they were written; the status is 0 only where they are.
+
+    Parameters
+    ----------
+    run
+        The run's folder, its name under `--runs`, or `latest`.
+    sha256
+        Hash of the journal's last event, as it was noted outside the run's folder.
+    json
+        Print one JSON object and nothing else.
+    runs
+        Folder of the runs.
+
+    """
+    folder = existing_run_folder(run, runs)
+    found = verify_run(folder, sha256.strip())
+    if json:
+        print_json(
+            {
+                "run": str(folder.path),
+                "verdict": found.verdict.value,
+                "unproven": found.unproven or None,
+                "events": found.events,
+                "sha256": found.last_hash,
+                "waveforms": found.waveforms,
+                "findings": [{"file": f.file, "line": f.line or None, "what": f.what} for f in found.findings],
+            }
+        )
+    else:
+        print(f"{folder.path}: {found.verdict.value}")
+        for finding in found.findings:
+            print(f"  {finding}")
+        if found.unproven:
+            print(f"  {found.unproven}")
+        print(f"  journal    {found.events} whole events, the last with SHA-256 {found.last_hash or 'none'}")
+        print(f"  waveforms  {found.waveforms} files compared")
+    return 0 if found.verdict is Verdict.UNTOUCHED else 1

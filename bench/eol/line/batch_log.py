@@ -1,0 +1,132 @@
+"""A batch's own file: what it is, and which motors were begun, so that a batch that was killed can go on."""
+
+import json
+import os
+import uuid
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.i18n.errors import InputError
+from bench.journal.disk import sync_folder, write_all
+from drivers.interfaces.text import Text, text
+
+FILE = "batch.jsonl"
+#: What must be the same for a batch to go on, and what it is called.
+_SAME = {
+    "plan": text("the plan"),
+    "motor": text("the motor file"),
+    "line": text("the station"),
+    "seed": text("the seed"),
+    "again": Text("--again"),
+}
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A motor that was begun: its number in the batch and its serial number."""
+
+    number: int
+    serial_number: str
+
+
+class Ledger:
+    """Appends to `batch.jsonl`; `uid` is the batch's own for ever, `last` the highest number begun so far."""
+
+    def __init__(self, folder: Path, about: Mapping[str, Any]) -> None:
+        self.path = folder / FILE
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            resumed = self.path.exists()
+            self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        except OSError as error:
+            raise InputError(
+                text(
+                    "{folder}: the batch's folder cannot be made: {strerror}; see --runs",
+                    folder=folder,
+                    strerror=error.strerror,
+                )
+            ) from None
+        try:
+            head = self._head() if resumed else {}
+            if head:
+                self._check(head, about)
+                self._end_torn_line()
+            else:
+                head = {"batch": uuid.uuid4().hex, **about}
+                self._write(head)
+                os.fsync(self._file)
+                sync_folder(folder)
+        except OSError as error:
+            self.close()
+            raise InputError(
+                text(
+                    "{path}: the batch cannot be begun: {strerror}; see --runs", path=self.path, strerror=error.strerror
+                )
+            ) from None
+        except InputError:
+            self.close()
+            raise
+        self.uid = str(head["batch"])
+        self.resumed = resumed
+        self.last = max((motor.number for motor in self.begun()), default=0)
+
+    def begin(self, motor: Begun, socket: str) -> None:
+        """Note that a motor is begun. Raises OSError."""
+        self._write({"number": motor.number, "serial_number": motor.serial_number, "socket": socket})
+        self.last = max(self.last, motor.number)
+
+    def begun(self) -> Iterator[Begun]:
+        """Give the motors that were begun, in order; one begun twice stands there twice."""
+        with self.path.open(encoding="utf-8") as file:
+            for line in file:
+                entry = _entry(line)
+                if isinstance(entry.get("number"), int) and isinstance(entry.get("serial_number"), str):
+                    yield Begun(entry["number"], entry["serial_number"])
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+
+    def _head(self) -> dict[str, Any]:
+        with self.path.open(encoding="utf-8") as file:
+            head = _entry(file.readline())
+        if head and "batch" not in head:
+            raise InputError(
+                text("{path}: this is not a batch's file; choose another --batch or --runs", path=self.path)
+            )
+        return head
+
+    def _end_torn_line(self) -> None:
+        """Have what follows begin on a line of its own, whatever was cut off in writing before it."""
+        with self.path.open("rb") as file:
+            file.seek(-1, os.SEEK_END)
+            if file.read(1) != b"\n":
+                write_all(self._file, b"\n")
+
+    def _check(self, head: Mapping[str, Any], about: Mapping[str, Any]) -> None:
+        for key, what in _SAME.items():
+            if key in about and head.get(key) != about[key]:
+                raise InputError(
+                    text(
+                        "{path}: {what} is not the one that this batch was begun with; "
+                        "begin another batch with --batch NAME, or take the former one",
+                        path=self.path,
+                        what=what,
+                    )
+                )
+
+    def _write(self, entry: Mapping[str, Any]) -> None:
+        write_all(self._file, json.dumps(entry, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n")
+
+
+def _entry(line: str) -> dict[str, Any]:
+    """Return a line's object; one that was cut off in writing holds nothing."""
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        return {}
+    return entry if isinstance(entry, dict) else {}

@@ -1,0 +1,184 @@
+"""A batch's line to panels: serial numbers and wishes come in, what stands in which socket goes out."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from bench.eol.labels import label_of
+from bench.eol.line.admission import Refused
+from bench.eol.line.batch_log import Begun
+from bench.eol.line.coordinator import Hears
+from bench.eol.line.serials import Given
+from bench.eol.record import MotorRecord
+from bench.eol.store.waiting import Waiting
+from bench.eol.verdict import Verdict
+from bench.journal.stored_result import store_text
+from bench.operators.operator_channel import OperatorLine
+from drivers.interfaces.text import Text, text
+
+#: The file in a batch's folder that says where its line is.
+FILE = "line.json"
+#: Serial numbers that wait for a socket, at most: what is scanned beyond them is refused.
+_WAITING = 100
+
+
+@dataclass
+class _Socket:
+    """A socket as a panel shows it: the motor in it since when (UTC, ISO 8601), and the last one's end."""
+
+    name: str
+    serial_number: str = ""
+    since: str = ""
+    last: dict[str, Any] | None = None
+
+
+@dataclass
+class _Counts:
+    """What became of the motors since the batch was begun or resumed."""
+
+    since: str
+    verdicts: dict[str, int] = field(default_factory=lambda: dict.fromkeys((verdict.value for verdict in Verdict), 0))
+    first_pass: int = 0
+    refused: int = 0
+
+
+class Desk:
+    """Hears what happens on a line, passes it on to `ears`, and tells it whole to every panel at each change.
+
+    A panel says `{"serial": NUMBER}`, `{"finish": PERSON}`: no more motors, those in the sockets to their end, or
+    `{"stop": PERSON}`: the way down now.
+    """
+
+    def __init__(self, batch: str, plan: str, sockets: Sequence[str], serials: Given, ears: Hears) -> None:
+        self._about = {"batch": batch, "plan": plan}
+        self._sockets = {name: _Socket(name) for name in sockets}
+        self._serials = serials
+        self._ears = ears
+        self._counts = _Counts(_now())
+        self._message: dict[str, Any] | None = None
+        self._records = _waiting(Waiting())
+        self._ending: Text | None = None
+        self._stop: Callable[[str], None] = lambda _: None
+        self._lock = Lock()
+        self._line = OperatorLine(self._hear)
+        self._tell()
+
+    def open(self, folder: Path, stop: Callable[[str], None]) -> None:
+        """Announce the line in the batch's folder; `stop` ends the batch. Raises OSError."""
+        self._stop = stop
+        self._line.announce(folder, FILE)
+
+    def close(self) -> None:
+        """Hang up and take the announcement back."""
+        self._line.close()
+
+    def begun(self, motor: Begun, socket: str) -> None:
+        """Hear that a motor is measured from now on."""
+        with self._lock:
+            place = self._sockets[socket]
+            place.serial_number, place.since = motor.serial_number, _now()
+            self._message = {"kind": "begun", "words": motor.serial_number, "socket": socket}
+        self._ears.begun(motor, socket)
+        self._tell()
+
+    def done(self, record: MotorRecord) -> None:
+        """Hear that a motor's record is kept."""
+        with self._lock:
+            place = self._sockets[record.socket]
+            place.serial_number = place.since = ""
+            place.last = {
+                "serial_number": record.serial_number,
+                "verdict": record.verdict.value,
+                "cause": record.cause,
+                "label": label_of(record),
+                "outside": [one.parameter for one in record.measured if one.verdict is Verdict.FAIL],
+            }
+            self._counts.verdicts[record.verdict.value] += 1
+            self._counts.first_pass += record.first_pass
+        self._ears.done(record)
+        self._tell()
+
+    def refused(self, refused: Refused) -> None:
+        """Hear that a serial number is not measured."""
+        with self._lock:
+            self._counts.refused += 1
+            self._message = _told("refused", refused.why)
+        self._ears.refused(refused)
+        self._tell()
+
+    def trouble(self, words: Text) -> None:
+        """Hear of something that went wrong and concerns no motor's figures."""
+        with self._lock:
+            self._message = _told("trouble", words)
+        self._ears.trouble(words)
+        self._tell()
+
+    def waits(self, waiting: Waiting) -> None:
+        """Hear what of the records waits to be stored or forwarded."""
+        with self._lock:
+            self._records = _waiting(waiting)
+        self._ears.waits(waiting)
+        self._tell()
+
+    def _hear(self, message: Mapping[str, Any]) -> Text | None:
+        match message:
+            case {"serial": str(serial)}:
+                return self._given(serial)
+            case {"finish": str(person)}:
+                self._ending = text("finished by {person}", person=person)
+                self._serials.end()
+            case {"stop": str(person)}:
+                self._ending = text("stopped by {person}", person=person)
+                self._stop(person)
+            case {"watching": _}:
+                return None
+            case _:
+                return text('allowed are {{"serial": NUMBER}}, {{"finish": PERSON}} and {{"stop": PERSON}}')
+        self._tell()
+        return None
+
+    def _given(self, serial: str) -> Text | None:
+        serial = serial.strip()
+        if self._ending is not None:
+            return text("serial number {serial}: the batch is {ending}", serial=serial, ending=self._ending)
+        if not serial:
+            return text("no serial number was given")
+        if self._serials.waiting >= _WAITING:
+            return text("serial number {serial}: {number} wait for a socket already", serial=serial, number=_WAITING)
+        self._serials.give(serial)
+        self._tell()
+        return None
+
+    def _tell(self) -> None:
+        with self._lock:
+            told = {
+                **self._about,
+                "sockets": [asdict(socket) for socket in self._sockets.values()],
+                "counts": asdict(self._counts),
+                "waiting": self._serials.waiting,
+                "records": self._records,
+                "message": self._message,
+                "ending": None if self._ending is None else store_text(self._ending),
+            }
+        self._line.say({"line": told})
+
+
+def _told(kind: str, words: Text) -> dict[str, Any]:
+    return {"kind": kind, "words": str(words), "text": store_text(words)}
+
+
+def _waiting(waiting: Waiting) -> dict[str, Any]:
+    """Return what waits as a panel shows it."""
+    return {
+        "for_server": waiting.for_server,
+        "unstored": waiting.unstored,
+        "next_try": None if waiting.next_try is None else waiting.next_try.isoformat(),
+        "sentences": [store_text(sentence) for sentence in waiting.sentences()],
+    }
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

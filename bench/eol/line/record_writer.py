@@ -1,0 +1,142 @@
+"""Where a batch's records go: a file beside the runs, forwarded to a server where one is named."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from sqlalchemy import Engine
+
+from bench.eol.record import MotorRecord
+from bench.eol.store.database import database_url, open_database
+from bench.eol.store.faults import FAULTS, StoreError, fault_of
+from bench.eol.store.forwarder import Forwarder
+from bench.eol.store.forwarding import ForwardingRecords
+from bench.eol.store.insertion import settle
+from bench.eol.store.records import Passage, Records
+from bench.eol.store.spool import FOLDER, Spool
+from bench.eol.store.waiting import Waiting
+from bench.i18n.errors import InputError, said_by
+from drivers.interfaces.text import text
+
+#: The file among the runs that keeps records until their server has them.
+FILE = "records.sqlite"
+#: How long (s) the batch's end waits for what is being stored or forwarded.
+_AT_THE_END = 20.0
+
+
+class Keeper:
+    """Keeps records in one database; with a server, that is the station's own, and what it holds is forwarded.
+
+    What the database does not take now is kept in files of `spool` and stored later.
+    """
+
+    def __init__(self, own: Engine, spool: Spool, server: str = "") -> None:
+        self._own = own
+        self._spool = spool
+        self.records = Records(own)
+        self._forwarding = ForwardingRecords(own, (lambda: open_database(server)) if server else None, spool)
+        self._has_server = bool(server)
+        self._left = Waiting()
+        try:
+            # What an earlier batch left there counts as measured.
+            self._forwarding.store_spooled()
+            spool.reserve()
+        except BaseException:
+            self._forwarding.close()
+            raise
+        self._forwarder = Forwarder(self._forwarding)
+
+    def save(self, record: MotorRecord) -> None:
+        """Keep a record; it is durable when this returns. Raises StoreError where neither the database nor the disk takes it."""
+        self._forwarding.save(record)
+        if self._has_server or self._forwarding.own_fault or self._forwarding.refused:
+            self._forwarder.news()
+
+    def earlier(self, serial_number: str) -> Passage | None:
+        """Return the last passage of a serial number, in any batch, or None. Raises StoreError where that cannot be looked up."""
+        with _reading():
+            spooled = [record for record in self._spooled() if record.serial_number == serial_number]
+            if spooled:
+                last = spooled[-1]
+                return Passage(last.batch, last.number, last.verdict)
+            return self.records.last_passage(serial_number)
+
+    def numbers(self, batch: str) -> Iterator[int]:
+        """Give the numbers of a batch's motors that have a record. Raises StoreError where that cannot be looked up."""
+        with _reading():
+            yield from self.records.numbers(batch)
+            yield from (record.number for record in self._spooled() if record.batch == batch)
+
+    def experience(self, plan: str) -> dict[str, tuple[int, int, float]]:
+        """Return what `Records.experience` does. Raises StoreError where that cannot be looked up."""
+        with _reading():
+            return self.records.experience(plan)
+
+    def listen(self, listener: Callable[[Waiting], None]) -> None:
+        """Have `listener` called with what waits to be stored or forwarded, at each change, from any thread."""
+        self._forwarder.listen(listener)
+
+    @property
+    def left(self) -> Waiting:
+        """What still waited at the end."""
+        return self._left
+
+    def close(self) -> None:
+        """Store and forward what can be now, and let go of the databases."""
+        self._left = self._forwarder.close(_AT_THE_END)
+        # For who reads the file by other means; a disk that is full loses nothing by it.
+        with suppress(InputError):
+            settle(self._own)
+        self._forwarding.close()
+        self._spool.close()
+
+    def _spooled(self) -> Iterator[MotorRecord]:
+        # Healthy stations have no files there, and must not list a folder for each motor.
+        if self._forwarding.own_fault or self._forwarding.refused or self._forwarder.state.unstored:
+            yield from self._spool.records()
+
+
+@contextmanager
+def _reading() -> Iterator[None]:
+    try:
+        yield
+    except FAULTS as error:
+        raise StoreError(
+            text("the station's records cannot be read: {error}", error=said_by(fault_of(error)))
+        ) from error
+
+
+def open_keeper(reference: str, runs: Path) -> Keeper:
+    """Return where records are kept: a file's path or an address as `database_url` takes it.
+
+    Raises InputError where it cannot be used; a server that is away can.
+    """
+    if database_url(reference).get_backend_name() != "postgresql":
+        own = str(database_url(reference).database)
+        return Keeper(open_database(reference), Spool(runs / FOLDER, own))
+    try:
+        runs.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            text(
+                "{runs}: the folder of the runs cannot be made: {strerror}; see --runs",
+                runs=runs,
+                strerror=error.strerror,
+            )
+        ) from None
+    own = str((runs / FILE).absolute())
+    return Keeper(open_database(own), Spool(runs / FOLDER, own), reference)
+
+
+@contextmanager
+def own_records(reference: str) -> Iterator[Records]:
+    """Give the records of a database as `open_keeper` takes it. Raises InputError where there are none."""
+    if "://" not in reference and not Path(reference).is_file():
+        raise InputError(
+            text("{reference}: there are no records here; name their file or server by --records", reference=reference)
+        )
+    engine = open_database(reference)
+    try:
+        yield Records(engine)
+    finally:
+        engine.dispose()

@@ -1,0 +1,92 @@
+"""Files that are on the disk, and not only on their way to it, when the call returns; and room kept for the end of a run."""
+
+import errno
+import os
+from pathlib import Path
+
+from bench.i18n.errors import InputError
+from bench.journal.errors import RecordError
+from drivers.interfaces.text import text
+
+#: Room (bytes) kept for the events of the way down and for the result, should the disk fill up.
+RESERVE = 512 * 1024
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+def write_all(file: int, content: bytes) -> None:
+    """Write all of it to an open file."""
+    view = memoryview(content)
+    while view:
+        view = view[os.write(file, view) :]
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Have a file of this content on the disk, whole or not at all. Raises RecordError."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        file = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+        try:
+            write_all(file, content)
+            os.fsync(file)
+        finally:
+            os.close(file)
+        part.replace(path)
+        sync_folder(path.parent)
+    except OSError as error:
+        _remove(part)
+        raise RecordError(path, error) from error
+
+
+def sync_folder(path: Path) -> None:
+    """Have a folder's entries on the disk."""
+    folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+class Reserve:
+    """Room on the disk that is given back when it is needed most."""
+
+    def __init__(self, path: Path, size: int = RESERVE) -> None:
+        self._path = path
+        try:
+            file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o644)
+            try:
+                os.posix_fallocate(file, 0, size)
+            finally:
+                os.close(file)
+        except OSError as error:
+            self.release()
+            if error.errno not in _NO_ROOM:
+                raise InputError(
+                    text(
+                        "{parent}: the run cannot be written there: {strerror}. Make the folder writable, or copy the run "
+                        "to one that is",
+                        parent=path.parent,
+                        strerror=error.strerror,
+                    )
+                ) from None
+            raise InputError(
+                text(
+                    "{parent}: there is no room for a run ({strerror}): {size} KiB are kept for its end alone. "
+                    "Make room, or choose another disk by --runs",
+                    parent=path.parent,
+                    strerror=error.strerror,
+                    size=size // 1024,
+                )
+            ) from None
+
+    def release(self) -> None:
+        """Give the room back; may be called twice."""
+        _remove(self._path)
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        # A file that cannot be removed harms nobody; the error that led here is the one to be told.
+        if error.errno not in (errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO, errno.ENOENT):
+            raise

@@ -1,0 +1,72 @@
+"""Anything a procedure or an instrument hands over, as JSON that never fails."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import Any
+
+from drivers.interfaces.text import Text
+
+#: Depth beyond which a value is told instead of taken apart (a structure that contains itself).
+_DEPTH = 12
+
+
+def dumps(value: Mapping[str, Any]) -> str:
+    """Return one line of JSON; numbers that JSON has no form for stand as the texts "NaN", "Infinity", "-Infinity"."""
+    try:
+        return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    except (TypeError, ValueError, RecursionError):
+        return json.dumps(plain(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def plain(value: object, depth: int = 0) -> Any:
+    """Return the value in JSON's own types; dataclasses become objects, sentences their English words."""
+    if value is None or isinstance(value, bool | str):
+        return str(value) if isinstance(value, Enum) else value
+    if isinstance(value, Enum):
+        return plain(value.value, depth + 1)
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return _number(float(value))
+    if isinstance(value, complex):
+        return {"real": _number(value.real), "imag": _number(value.imag)}
+    if isinstance(value, Text):
+        return _told(value)
+    if depth >= _DEPTH:
+        return _told(value)
+    if isinstance(value, Mapping):
+        return {_key(key): plain(item, depth + 1) for key, item in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name), depth + 1) for field in fields(value)}
+    if isinstance(value, bytes | bytearray):
+        return value.hex(" ")
+    if hasattr(value, "tolist"):
+        return plain(value.tolist(), depth + 1)
+    if isinstance(value, Iterable):
+        return [plain(item, depth + 1) for item in value]
+    return _told(value)
+
+
+def to_bytes(line: str) -> bytes:
+    """Return a line of JSON as UTF-8; halves of surrogate pairs stand as JSON's own escapes."""
+    return line.encode("utf-8", "backslashreplace")
+
+
+def _number(value: float) -> float | str:
+    if math.isfinite(value):
+        return value
+    return "NaN" if math.isnan(value) else ("Infinity" if value > 0 else "-Infinity")
+
+
+def _key(key: object) -> str:
+    return key if isinstance(key, str) else str(key.value if isinstance(key, Enum) else key)
+
+
+def _told(value: object) -> str:
+    try:
+        return str(value)
+    except Exception as error:  # noqa: BLE001  a value that cannot be told must not cost the journal's line
+        return f"<{type(value).__name__}: {type(error).__name__}>"

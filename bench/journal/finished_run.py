@@ -1,0 +1,49 @@
+"""A run read back from its folder: what the journal comes to, the motor's plate, and where the record ends."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.i18n.errors import InputError
+from bench.journal.journal import Event, read_journal
+from bench.journal.run_folder import RunFolder, existing_run_folder
+from bench.journal.run_view import RunView, view_of
+from bench.motor.motor_file import recorded_motor
+from drivers.interfaces.text import text
+from procedures.core.nameplate import Nameplate
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """A run as its journal tells it; `last_hash` is that of the journal's last line, `torn` whether a line after it was cut."""
+
+    folder: RunFolder
+    events: Sequence[Event]
+    view: RunView
+    nameplate: Nameplate
+    last_hash: str
+    torn: bool
+
+    @property
+    def name(self) -> str:
+        """The run's own name: that of its folder."""
+        return self.folder.path.resolve().name
+
+    @property
+    def started(self) -> str:
+        """When it began (ISO 8601, UTC)."""
+        return self.events[0].wall
+
+
+def read_run(reference: str, runs: Path) -> FinishedRun:
+    """Return a run by its folder, or by its name under `runs`.
+
+    Raises InputError where there is none, its journal was changed, or it does not begin as a run's does.
+    """
+    folder = existing_run_folder(reference, runs)
+    journal = read_journal(folder.journal)
+    if not journal.events or journal.events[0].kind != "run_started":
+        raise InputError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
+    view = view_of(journal.events)
+    motor = recorded_motor(view.start["motor_file"], view.start["motor"]["source"])
+    return FinishedRun(folder, journal.events, view, motor.nameplate, journal.last_hash, journal.torn)

@@ -1,0 +1,170 @@
+"""What a guardian did, in a file whose space is taken at the start: a full disk does not silence it."""
+
+import fcntl
+import hashlib
+import json
+import os
+import sys
+import threading
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from bench.journal.encoding import dumps, to_bytes
+from bench.journal.journal_file import last_whole_line
+
+#: The file in a run's folder.
+FILE = "guardian.jsonl"
+#: Room (bytes) for some hundred events.
+_ROOM = 1 << 16
+#: How long (s) the guardian before this one may still be there.
+_LEAVING = 8.0
+
+
+class GuardianRecord:
+    """Appends events to a run's `guardian.jsonl`; one that cannot be written goes to standard error and is passed over.
+
+    Lines are those of a journal, each with the hash of the one before; `time` is in seconds since this guardian's start.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._lock = threading.Lock()
+        self._file = -1
+        self._length = self._number = 0
+        self._hash = ""
+        self._begun = monotonic()
+        try:
+            self._file = os.open(folder / FILE, os.O_RDWR | os.O_CREAT, 0o644)
+            _wait_for_lock(self._file)
+            # A run that is resumed goes on with the same file.
+            content = _whole(os.pread(self._file, 1 << 24, 0))
+            self._length, lines = len(content), content.splitlines()
+            self._number, self._hash = len(lines), hashlib.sha256(lines[-1]).hexdigest() if lines else ""
+            os.ftruncate(self._file, self._length)
+            os.posix_fallocate(self._file, self._length, _ROOM)
+        except OSError as error:
+            complain(f"{folder / FILE} cannot be written: {error}")
+            if isinstance(error, BlockingIOError):
+                # Another guardian's file stays another guardian's.
+                os.close(self._file)
+                self._file = -1
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """The number and the SHA-256 of the last event on the disk."""
+        with self._lock:
+            return {"events": self._number, "sha256": self._hash}
+
+    def event(self, kind: str, **data: Any) -> None:
+        """Append one event, on the disk when this returns."""
+        self._append(kind, data, sealed=False)
+
+    def seal(self, kind: str, **data: Any) -> None:
+        """Append an event that holds the digest of its own content: nothing that follows has to vouch for it."""
+        self._append(kind, data, sealed=True)
+
+    def _append(self, kind: str, data: dict[str, Any], *, sealed: bool) -> None:
+        with self._lock:
+            entry = {
+                "n": self._number + 1,
+                "wall": datetime.now(UTC).isoformat(timespec="microseconds"),
+                "time": monotonic() - self._begun,
+                "kind": kind,
+                "data": data,
+                "previous": self._hash,
+            }
+            line = to_bytes(dumps(sealed_entry(entry) if sealed else entry))
+            if self._file < 0:
+                return
+            try:
+                os.pwrite(self._file, line + b"\n", self._length)
+                self._length += len(line) + 1
+                self._number, self._hash = self._number + 1, hashlib.sha256(line).hexdigest()
+                os.fdatasync(self._file)
+            except OSError as error:
+                complain(f"an event cannot be written ({error}): {line.decode(errors='replace')}")
+
+    def close(self) -> bool:
+        """Give back the room that was not needed; tell whether the file ends with the last event now."""
+        with self._lock:
+            if self._file < 0:
+                return False
+            try:
+                os.ftruncate(self._file, self._length)
+            except OSError as error:
+                complain(f"its record's room cannot be given back: {error}")
+                return False
+            else:
+                return True
+            finally:
+                os.close(self._file)
+                self._file = -1
+
+
+def sealed_entry(entry: dict[str, Any]) -> dict[str, Any]:
+    """Return an event's line with the digest of its content in its data; a digest that it holds already counts for nothing."""
+    content = {key: value for key, value in entry["data"].items() if key != "digest"}
+    digest = hashlib.sha256(to_bytes(dumps({**entry, "data": content}))).hexdigest()
+    return {**entry, "data": {**content, "digest": digest}}
+
+
+def journal_head(folder: Path, *, durable: bool) -> dict[str, Any] | None:
+    """Return the number and the SHA-256 of the last whole event of the run's journal, None where there is none.
+
+    With `durable` it is on the disk: who wrote it is dead and cannot see to that.
+    """
+    try:
+        if durable:
+            file = os.open(folder / "journal.jsonl", os.O_RDONLY)
+            try:
+                os.fsync(file)
+            finally:
+                os.close(file)
+        line = last_whole_line(folder / "journal.jsonl")
+    except OSError as error:
+        complain(f"the run's journal cannot be read: {error}")
+        return None
+    return None if line is None or line.event is None else {"events": line.event.number, "sha256": line.sha256}
+
+
+def _wait_for_lock(file: int) -> None:
+    """Wait until the guardian of the run that is resumed has left: it may still be on its way down.
+
+    Raises OSError where it does not leave.
+    """
+    begun = monotonic()
+    while True:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if monotonic() - begun > _LEAVING:
+                raise
+            threading.Event().wait(0.05)
+        else:
+            return
+
+
+def complain(words: str) -> None:
+    """Say it on standard error, which may have nobody behind it any more."""
+    with suppress(OSError, ValueError):
+        print(f"motorbench guardian: {words}", file=sys.stderr, flush=True)
+
+
+def read_guardian(folder: Path) -> list[dict[str, Any]]:
+    """Return the events in a run's folder, oldest first; empty where no guardian was needed."""
+    path = folder / FILE
+    if not path.exists():
+        return []
+    events = []
+    for line in _whole(path.read_bytes()).splitlines():
+        with suppress(ValueError):
+            events.append(json.loads(line))
+    return events
+
+
+def _whole(content: bytes) -> bytes:
+    """Return the lines that were written to their end; room that was not used is zeros."""
+    used = content.rstrip(b"\0")
+    return used[: used.rfind(b"\n") + 1]

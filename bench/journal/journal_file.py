@@ -1,0 +1,157 @@
+"""A journal as it lies on the disk: whole lines, each carrying the hash of the line before, and perhaps a torn last one."""
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import text
+
+#: No event is longer than this (bytes); a file without line ends must not be taken into memory whole.
+LONGEST_LINE = 64 * 1024 * 1024
+#: So much (bytes) of a journal's end holds its last line, mostly.
+_TAIL = 64 * 1024
+
+
+@dataclass(frozen=True)
+class Event:
+    """One line of a journal: `number` from 1, `wall` time (ISO 8601, UTC), bench `time` (s), `kind`, `data`."""
+
+    number: int
+    wall: str
+    time: float
+    kind: str
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line as read: its place in the file from 1, its length (bytes), and the SHA-256 that the next one must carry.
+
+    `event` is None for what is no event, `previous` the hash it carries of the line before; a line that does not end
+    was `torn`.
+    """
+
+    place: int
+    length: int
+    sha256: str
+    torn: bool
+    event: Event | None
+    previous: str
+
+
+@dataclass(frozen=True)
+class JournalFile:
+    """A journal that was read: its whole events, how many bytes of a torn end follow them, and where and how they end."""
+
+    events: tuple[Event, ...]
+    torn_bytes: int
+    length: int
+    last_hash: str
+
+    @property
+    def torn(self) -> bool:
+        """Whether something was cut off in writing."""
+        return self.torn_bytes > 0
+
+
+def read_lines(path: Path) -> Iterator[Line]:
+    """Give a journal's lines in order, whatever they hold. Raises InputError where the file cannot be read."""
+    try:
+        with path.open("rb") as file:
+            place = 0
+            while content := file.readline(LONGEST_LINE):
+                place += 1
+                yield parse_line(place, content)
+    except OSError as error:
+        raise InputError(
+            text("{path}: the journal cannot be read: {strerror}", path=path, strerror=error.strerror)
+        ) from None
+
+
+def read_journal(path: Path) -> JournalFile:
+    """Read a journal; what was cut off in writing at its end is left out and counted in `torn_bytes`.
+
+    Raises InputError for a file that is missing, or whose chain of hashes is broken at some line.
+    """
+    events: list[Event] = []
+    last_hash, length, torn, torn_at = "", 0, 0, 0
+    for line in read_lines(path):
+        if torn or line.torn or line.event is None:
+            # A power cut may leave several broken lines, but no whole one after them.
+            if line.event is not None and not line.torn:
+                raise InputError(
+                    text(
+                        "{path}: line {torn_at} is not an event; the journal was changed after it was written",
+                        path=path,
+                        torn_at=torn_at,
+                    )
+                )
+            torn, torn_at = torn + line.length, torn_at or line.place
+            continue
+        if line.previous != last_hash or line.event.number != line.place:
+            raise InputError(
+                text(
+                    "{path}: line {place} does not follow from the line before; the journal was changed after it was "
+                    "written. motorbench results verify {parent} says more",
+                    path=path,
+                    place=line.place,
+                    parent=path.parent,
+                )
+            )
+        events.append(line.event)
+        last_hash = line.sha256
+        length += line.length
+    return JournalFile(tuple(events), torn, length, last_hash)
+
+
+def last_whole_line(path: Path) -> Line | None:
+    """Return a journal's last line that was written to its end, None where there is none; its place is its event's number.
+
+    Raises OSError.
+    """
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        wanted = min(size, _TAIL)
+        while True:
+            file.seek(size - wanted)
+            content = file.read(wanted)
+            end = content.rfind(b"\n") + 1
+            begin = content.rfind(b"\n", 0, end - 1) + 1 if end else 0
+            if wanted == size or begin:
+                break
+            wanted = min(size, 4 * wanted)
+    if not end:
+        return None
+    line = parse_line(0, content[begin:end])
+    return replace(line, place=line.event.number) if line.event else None
+
+
+def parse_line(place: int, content: bytes) -> Line:
+    """Return what stands in a line of a journal, with its end or torn off."""
+    whole = content.endswith(b"\n")
+    body = content[:-1] if whole else content
+    event, previous = _event(body)
+    return Line(place, len(content), hashlib.sha256(body).hexdigest(), not whole, event, previous)
+
+
+def _event(line: bytes) -> tuple[Event | None, str]:
+    try:
+        raw = json.loads(line)
+        event = Event(raw["n"], raw["wall"], raw["time"], raw["kind"], raw["data"])
+        previous = raw["previous"]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None, ""
+    kinds = (
+        (event.number, int),
+        (event.wall, str),
+        (event.time, float | int),
+        (event.kind, str),
+        (event.data, dict),
+        (previous, str),
+    )
+    return (event, previous) if all(isinstance(value, kind) for value, kind in kinds) else (None, "")

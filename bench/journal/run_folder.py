@@ -1,0 +1,130 @@
+"""Where a run lives on disk."""
+
+import json
+import os
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from bench.files.toml_file import nearest
+from bench.i18n.errors import InputError
+from bench.journal.disk import write_file
+from bench.journal.encoding import plain, to_bytes
+from drivers.interfaces.text import Text, text
+
+#: What a rehearsal's folder holds in place of a run's journal, so that neither is taken for the other.
+REHEARSAL = "rehearsal.jsonl"
+#: Stands for the run that began last.
+LATEST = "latest"
+#: Runs that a message names.
+_SHOWN = 8
+_STAMPED = re.compile(r"\d{8}T\d{6}Z-")
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """One folder a run: the journal, the result, the waveforms."""
+
+    path: Path
+
+    @property
+    def journal(self) -> Path:
+        """The append-only record."""
+        return self.path / "journal.jsonl"
+
+    @property
+    def result(self) -> Path:
+        """What the journal comes to, as JSON."""
+        return self.path / "result.json"
+
+    @property
+    def waveforms(self) -> Path:
+        """Folder of the samples that the journal refers to."""
+        return self.path / "waveforms"
+
+    @property
+    def reserve(self) -> Path:
+        """Room that is kept for the end of a run while it goes on."""
+        return self.path / ".reserve"
+
+    def write_result(self, result: dict[str, Any]) -> None:
+        """Have `result.json` on the disk, whole or not at all. Raises RecordError."""
+        write_file(self.result, stored_form(result))
+
+
+def stored_form(result: dict[str, Any]) -> bytes:
+    """Return the content of `result.json`."""
+    return to_bytes(json.dumps(plain(result), ensure_ascii=False, allow_nan=False, indent=2) + "\n")
+
+
+def new_run_folder(runs: Path, motor: str) -> RunFolder:
+    """Make a folder named by the time (UTC) and the motor. Raises InputError where it cannot be made."""
+    name = re.sub(r"[^\w.-]+", "-", motor).strip("-").lower() or "motor"
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    for count in range(1000):
+        path = runs / (f"{stamp}-{name}" + (f"-{count + 1}" if count else ""))
+        try:
+            runs.mkdir(parents=True, exist_ok=True)
+            path.mkdir()
+        except FileExistsError as error:
+            if runs.is_dir():
+                continue
+            raise InputError(text("{runs}: is a file; give --runs the folder of the runs", runs=runs)) from error
+        except OSError as error:
+            raise InputError(
+                text(
+                    "{path}: the run's folder cannot be made: {strerror}; see --runs",
+                    path=path,
+                    strerror=error.strerror,
+                )
+            ) from None
+        return RunFolder(path)
+    raise InputError(text("{runs}: too many runs of {name} in one second", runs=runs, name=name))
+
+
+def existing_run_folder(reference: str, runs: Path) -> RunFolder:
+    """Return a run by its folder, by its name under `runs`, or the one begun last for `latest`. Raises InputError for none."""
+    for path in (Path(reference), runs / reference):
+        # Unlike Path.is_file, these take a name that is too long, too.
+        if os.path.isfile(path / "journal.jsonl"):
+            return RunFolder(path)
+        if os.path.isfile(path / REHEARSAL):
+            raise InputError(
+                text(
+                    "{path}: this is a rehearsal; nothing was measured, and it cannot be resumed or shown as a run",
+                    path=path,
+                )
+            )
+    there = run_folders(runs)
+    if reference == LATEST and there:
+        return there[-1]
+    names = [folder.path.name for folder in there]
+    hint = Text("; {near}", {"near": nearest(Path(reference).name, names[-_SHOWN:])}) if names else ""
+    raise InputError(
+        text(
+            "{reference}: there is no run here, nor under {runs} (a run's folder holds journal.jsonl){hint}. "
+            "motorbench results list --runs {runs} lists them",
+            reference=reference,
+            runs=runs,
+            hint=hint,
+        )
+    )
+
+
+def run_folders(runs: Path) -> list[RunFolder]:
+    """Return all runs of a folder, in the order they began by their names. Raises InputError where it cannot be read."""
+    try:
+        found = sorted(path for path in runs.iterdir() if (path / "journal.jsonl").is_file())
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise InputError(
+            text(
+                "{runs}: the folder of the runs cannot be read: {strerror}; see --runs",
+                runs=runs,
+                strerror=error.strerror,
+            )
+        ) from None
+    return [RunFolder(path) for path in sorted(found, key=lambda path: (_STAMPED.match(path.name) is not None, path))]

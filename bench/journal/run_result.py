@@ -1,0 +1,48 @@
+"""The result of a run as its journal tells it, tied to the journal's end."""
+
+from typing import Any
+
+from bench.i18n.errors import InputError
+from bench.journal.journal_file import JournalFile, read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.run_view import RunView, view_of
+from drivers.interfaces.text import Translate, english
+
+
+def result_of(journal: JournalFile, translate: Translate = english) -> dict[str, Any]:
+    """Return a journal's view as it stands in `result.json`; under `journal` the number and the hash of its last event.
+
+    Raises InputError for events that are not as a run writes them.
+    """
+    return {**view_of(journal.events).as_dict(translate), "journal": end_of(journal)}
+
+
+def end_of(journal: JournalFile) -> dict[str, Any]:
+    """Return what a journal's end is recognised by."""
+    return {"events": len(journal.events), "sha256": journal.last_hash}
+
+
+def conclude(folder: RunFolder, view: RunView, translate: Translate) -> dict[str, Any]:
+    """Write `result.json` from the journal as it lies on the disk and return it.
+
+    Where either cannot be done `view` is told why, its status is no longer `completed`, and its own figures are returned.
+    """
+    try:
+        journal = read_journal(folder.journal)
+        if journal.events and journal.events[-1].kind == "run_finished":
+            result = result_of(journal, translate)
+            folder.write_result(result)
+            return result
+        why = f"{folder.journal} has no end, so there is no result.json"
+    except (InputError, OSError) as error:
+        why = f"{folder.result} was not made: {error}"
+    view.apply(
+        "run_finished",
+        {
+            "status": "aborted" if view.status == "aborted" else "failed",
+            "cause": "\n".join(part for part in (view.cause, why) if part),
+            "bench_time": 0.0,
+            "wall_time": 0.0,
+        },
+    )
+    return view.as_dict(translate)

@@ -1,0 +1,82 @@
+"""Who signed a run off: each signature names the journal's end as it was then, so that a later change shows."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from pathlib import Path
+
+from bench.i18n.errors import InputError, said_by
+from bench.journal.disk import write_file
+from bench.journal.journal_file import read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.run_result import end_of
+from drivers.interfaces.text import text
+
+_FILE = "signatures.json"
+_LONGEST = 500
+
+
+@dataclass(frozen=True)
+class Signature:
+    """One signature: who, as what, when (ISO 8601, UTC), the words, and number and hash of the journal's last event."""
+
+    person: str
+    role: str
+    time: str
+    words: str
+    events: int
+    sha256: str
+    holds: bool = True
+
+
+def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime) -> None:
+    """Add a signature to a run that has ended.
+
+    Raises InputError where nobody signs, the run has no end, its journal is not whole, or the file cannot be written.
+    """
+    if not person.strip():
+        raise InputError(text("a signature needs the name of who signs"))
+    if len(words) > _LONGEST:
+        raise InputError(
+            text("the remark has {count} characters; up to {longest} are allowed", count=len(words), longest=_LONGEST)
+        )
+    journal = read_journal(folder.journal)
+    if not journal.events or journal.events[-1].kind != "run_finished":
+        raise InputError(text("{name} has no end; only a run that has ended is signed off", name=folder.path.name))
+    end = end_of(journal)
+    made = Signature(
+        person.strip(), role, when.isoformat(timespec="seconds"), words.strip(), end["events"], end["sha256"]
+    )
+    kept = [*_stored(_path(folder)), made]
+    content = json.dumps(
+        [{k: v for k, v in asdict(s).items() if k != "holds"} for s in kept], ensure_ascii=False, indent=2
+    )
+    try:
+        write_file(_path(folder), content.encode("utf-8", "backslashreplace") + b"\n")
+    except OSError as error:
+        raise InputError(
+            text("{path}: the signature was not written: {error}", path=_path(folder), error=said_by(error))
+        ) from error
+
+
+def signatures(folder: RunFolder) -> Sequence[Signature]:
+    """Return a run's signatures; one whose journal went on or was changed since does not hold any more."""
+    stored = _stored(_path(folder))
+    if not stored:
+        return ()
+    end = end_of(read_journal(folder.journal))
+    return [Signature(**{**asdict(s), "holds": (s.events, s.sha256) == (end["events"], end["sha256"])}) for s in stored]
+
+
+def _path(folder: RunFolder) -> Path:
+    return folder.path / _FILE
+
+
+def _stored(path: Path) -> list[Signature]:
+    try:
+        return [Signature(**entry) for entry in json.loads(path.read_text(encoding="utf-8"))]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(text("{path}: these are no signatures: {error}", path=path, error=said_by(error))) from None

@@ -1,0 +1,55 @@
+"""Hand work as it stands in the journal's `action` events, back as the action it was."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, cast, get_args
+
+from drivers.interfaces.text import Text
+from procedures.core.actions import (
+    Action,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CurrentProbe,
+    EnterReading,
+    Mend,
+    Node,
+    Socket,
+    Terminal,
+    VoltageProbe,
+)
+
+_KINDS: Mapping[str, type[Any]] = {kind.__name__: kind for kind in get_args(Action)}
+
+
+def restore_action(event: Mapping[str, Any]) -> Action:
+    """Return the action that an `action` event tells of; raises ValueError where it tells of none that is known."""
+    name, details = event.get("action"), event.get("details")
+    kind = _KINDS.get(str(name))
+    if kind is None or not isinstance(details, Mapping):
+        raise ValueError(f"the journal's action {name!r} is not known to this version; it cannot be drawn")
+    try:
+        return cast("Action", _made(kind, details))
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"the journal's action {name} lacks {error}; it cannot be drawn") from error
+
+
+def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
+    if kind is Connect:
+        return Connect({Terminal(t): Socket(socket) for t, socket in details["terminals"].items()})
+    if kind is ConnectProbes:
+        return ConnectProbes(tuple(_probe(probe) for probe in details["probes"]))
+    if kind is ConnectVoltmeter:
+        return ConnectVoltmeter(Terminal(details["positive"]), Terminal(details["negative"]))
+    if kind is EnterReading:
+        # The journal holds the quantity's English words, which are its template.
+        return EnterReading(**{**details, "quantity": Text(details["quantity"])})
+    if kind is Mend:
+        return Mend(Text(details["finding"]), tuple(Text(line) for line in details["wanted"]))
+    return kind(**{field.name: details[field.name] for field in fields(kind)})
+
+
+def _probe(details: Mapping[str, Any]) -> VoltageProbe | CurrentProbe:
+    if "terminal" in details:
+        return CurrentProbe(details["channel"], Terminal(details["terminal"]))
+    return VoltageProbe(details["channel"], Node(details["positive"]), Node(details["negative"]))

@@ -1,0 +1,107 @@
+"""A procedure's result as it stands in the journal, and back."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from string import Formatter
+from typing import Any
+
+from drivers.interfaces.text import Text
+from procedures.core.result import Contribution, Notice, Parameter, ProcedureResult
+
+#: How a value may be formatted: with a short width, so that no file can ask for a line of any length.
+_FORM = re.compile(r"[<>^]?[-+ ]?0?\d{0,2}(\.\d{1,2})?[a-zA-Z%]?")
+
+
+def store(result: ProcedureResult) -> dict[str, Any]:
+    """Return the whole result in JSON's types."""
+    return {
+        "procedure": result.procedure,
+        "section": result.section,
+        "parameters": [{"name": p.name, **p.as_dict()} for p in result.parameters],
+        "warnings": [store_notice(notice) for notice in result.warnings],
+        "findings": dict(result.findings),
+    }
+
+
+def restore(data: Mapping[str, Any]) -> ProcedureResult:
+    """Return the result that `store` took apart."""
+    return ProcedureResult(
+        procedure=data["procedure"],
+        section=data["section"],
+        parameters=tuple(_parameter(entry) for entry in data["parameters"]),
+        warnings=tuple(restore_notice(entry) for entry in data["warnings"]),
+        findings=data["findings"],
+    )
+
+
+def store_notice(notice: Notice) -> dict[str, Any]:
+    """Return a warning in JSON's types."""
+    return {"id": notice.identifier, "text": store_text(notice.message)}
+
+
+def restore_notice(data: Mapping[str, Any]) -> Notice:
+    """Return the warning that `store_notice` took apart."""
+    return Notice(data["id"], restore_text(data["text"]))
+
+
+def store_text(message: Text) -> dict[str, Any]:
+    """Return a sentence with its values, so that it can be said in another language later."""
+    return {"template": message.template, "values": {name: _store_value(v) for name, v in message.values.items()}}
+
+
+def restore_text(data: Mapping[str, Any]) -> Text:
+    """Return the sentence that `store_text` took apart. Raises ValueError, KeyError or TypeError for one that cannot be said."""
+    for _, name, form, _ in Formatter().parse(data["template"]):
+        if name is not None and not (name.isidentifier() and _FORM.fullmatch(form or "")):
+            raise ValueError(f"{{{name}:{form}}} is no place for a value")
+    sentence = Text(data["template"], {name: _restore_value(value) for name, value in data["values"].items()})
+    sentence.render()
+    return sentence
+
+
+def _store_value(value: object) -> Any:
+    if isinstance(value, Text):
+        return {"text": store_text(value)}
+    if isinstance(value, bool | str) or value is None:
+        return value
+    if isinstance(value, int | float):
+        # A number keeps its kind: a template may format it.
+        number = value if isinstance(value, int) and type(value) is int else float(value)
+        return number if math.isfinite(number) else {"number": str(number)}
+    if isinstance(value, Sequence):
+        return [_store_value(item) for item in value]
+    return str(value)
+
+
+def _restore_value(value: Any) -> object:
+    if isinstance(value, dict):
+        return float(value["number"]) if "number" in value else restore_text(value["text"])
+    if isinstance(value, list):
+        return [_restore_value(item) for item in value]
+    return value
+
+
+def _parameter(data: Mapping[str, Any]) -> Parameter:
+    low, high = data["coverage_interval"]
+    freedom = data["degrees_of_freedom"]
+    return Parameter(
+        name=data["name"],
+        value=_float(data["value"]),
+        unit=data["unit"],
+        standard_uncertainty=_float(data["standard_uncertainty"]),
+        degrees_of_freedom=math.inf if freedom is None else _float(freedom),
+        coverage_interval=(_float(low), _float(high)),
+        procedure=data["procedure"],
+        section=data["section"],
+        estimator=data["estimator"],
+        note_value=None if data["note_value"] is None else _float(data["note_value"]),
+        convention=data["convention"],
+        winding=None if data["winding"] is None else _float(data["winding"]),
+        source=data["source"],
+        budget=tuple(Contribution(**row) for row in data["budget"]),
+    )
+
+
+def _float(value: float | str) -> float:
+    return float(value)

@@ -1,0 +1,172 @@
+"""Whether a run is as it was written: the journal's chain, its end, the waveform files, the result, the guardian's record."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.i18n.errors import InputError
+from bench.i18n.language import translator
+from bench.journal.chain import first_fault
+from bench.journal.encoding import plain
+from bench.journal.journal_file import Event, JournalFile, Line, read_lines
+from bench.journal.run_folder import RunFolder, stored_form
+from bench.journal.run_result import result_of
+from bench.journal.verification import Finding, Verification
+from bench.journal.verify_guardian import check_chain, check_guardian
+from drivers.interfaces.text import Translate, english, text
+
+#: Differences between result and journal that a finding names.
+_NAMED = 5
+
+
+@dataclass(frozen=True)
+class _End:
+    """What a result says of the journal it was made of."""
+
+    events: int
+    sha256: str
+    content: dict[str, Any]
+
+
+def verify(folder: RunFolder, noted: str = "") -> Verification:
+    """Compare the journal with itself, and the waveform files and the result with the journal.
+
+    `noted` is the hash of the last event as it was noted outside the run's folder. Raises InputError for what cannot be read.
+    """
+    lines = list(read_lines(folder.journal))
+    found = Verification()
+    torn = _take_torn(lines)
+    end = _stored_end(folder, found)
+    fault = first_fault(lines, {end.events: end.sha256} if end else {})
+    whole = lines[: fault.line - 1] if fault else lines
+    found.events, found.last_hash = len(whole), whole[-1].sha256 if whole else ""
+    if fault:
+        found.findings.append(Finding(folder.journal.name, fault.line, fault.what))
+    elif end is not None and end.events > len(lines):
+        what = f"is missing: result.json was made of {end.events} events, so the journal's end was changed or removed"
+        found.findings.append(Finding(folder.journal.name, len(lines) + 1, what))
+    elif noted and noted.lower() != found.last_hash:
+        what = f"its last event has the hash {found.last_hash}, not {noted} as it was noted"
+        found.findings.append(Finding(folder.journal.name, 0, what))
+    events = [line.event for line in whole if line.event is not None]
+    _check_waveforms(folder, events, found)
+    hashes = [line.sha256 for line in whole]
+    if found.findings:
+        check_chain(folder.path, found)
+        return found
+    if why := _unproven(events, end, torn, noted):
+        found.doubt(why)
+    check_guardian(folder.path, events, hashes, found)
+    if not found.findings:
+        _check_result(folder, events, end, found, hashes)
+    return found
+
+
+def _take_torn(lines: list[Line]) -> int:
+    """Take what was cut off in writing from the end; return its length (bytes)."""
+    torn = 0
+    while lines and (lines[-1].torn or lines[-1].event is None):
+        torn += lines.pop().length
+    return torn
+
+
+def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
+    try:
+        content = json.loads(folder.result.read_bytes())
+        end = content["journal"]
+        events, sha256 = end["events"], end["sha256"]
+        if type(events) is int and isinstance(sha256, str) and events > 0:
+            return _End(events, sha256, content)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InputError(
+            text("{result}: cannot be read: {strerror}", result=folder.result, strerror=error.strerror)
+        ) from None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        content = None
+    what = "is no result as a run writes it, with the journal's last event in it: it was changed"
+    found.findings.append(Finding(folder.result.name, 0, what))
+    return None
+
+
+def _check_waveforms(folder: RunFolder, events: Sequence[Event], found: Verification) -> None:
+    for event in events:
+        told = event.data.get("file")
+        if event.kind != "waveforms" or not isinstance(told, Mapping):
+            continue
+        if told.get("sha256") == "":
+            # A plan said that they need not be kept; those that were are vouched for by the motor's record.
+            continue
+        name = str(told.get("path"))
+        found.waveforms += 1
+        path = folder.path / name
+        if not path.is_file():
+            what = f"is missing; event {event.number} of the journal refers to it"
+        elif _sha256(path) != told.get("sha256"):
+            what = f"was changed: its hash is not the one in event {event.number} of the journal"
+        else:
+            continue
+        found.findings.append(Finding(name, 0, what))
+
+
+def _check_result(
+    folder: RunFolder, events: Sequence[Event], end: _End | None, found: Verification, hashes: Sequence[str]
+) -> None:
+    if end is None:
+        return
+    if end.sha256 != hashes[end.events - 1]:
+        what = f"was changed: the hash it holds of event {end.events} is not that of the journal"
+        found.findings.append(Finding(folder.result.name, 0, what))
+        return
+    made_of = JournalFile(tuple(events[: end.events]), 0, 0, end.sha256)
+    view = json.loads(json.dumps(plain(result_of(made_of, _language(made_of.events)))))
+    differing = list(_differences(end.content, view))
+    if differing:
+        more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
+        what = f"was changed: {', '.join(differing[:_NAMED])}{more} differ from what the journal comes to"
+        found.findings.append(Finding(folder.result.name, 0, what))
+    elif folder.result.read_bytes() != stored_form(view):
+        what = "was written anew: its content is the same, and its form is not that in which a run writes it"
+        found.findings.append(Finding(folder.result.name, 0, what))
+
+
+def _unproven(events: Sequence[Event], end: _End | None, torn: int, noted: str) -> str:
+    if torn:
+        return f"{torn} bytes at the journal's end are no whole event: the run was cut off there"
+    if not events or events[-1].kind != "run_finished":
+        return "the journal has no end: the run was cut off or still goes on, or its end was taken away"
+    if end is None and not noted:
+        return "there is no result.json that would vouch for the journal's end"
+    if end is not None and end.events < len(events) and not noted:
+        return f"result.json was made of the first {end.events} events only, and does not vouch for the journal's end"
+    return ""
+
+
+def _language(events: Sequence[Event]) -> Translate:
+    for event in reversed(events):
+        if event.kind in ("run_started", "run_resumed"):
+            return translator("zh") if event.data.get("language") == "zh" else english
+    return english
+
+
+def _differences(stored: Any, view: Any, where: str = "") -> Iterator[str]:
+    if isinstance(stored, dict) and isinstance(view, dict):
+        for key in dict.fromkeys((*view, *stored)):
+            if key not in stored or key not in view:
+                yield f"{where}{key}"
+            else:
+                yield from _differences(stored[key], view[key], f"{where}{key}.")
+    elif isinstance(stored, list) and isinstance(view, list) and len(stored) == len(view):
+        for index, (one, other) in enumerate(zip(stored, view, strict=True)):
+            yield from _differences(one, other, f"{where}{index}.")
+    elif type(stored) is not type(view) or stored != view:
+        yield where.rstrip(".")
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,1 @@
+"""Motor files: the nameplate, and the truth of a virtual motor."""

@@ -1,0 +1,177 @@
+"""The motor's file: what a technician knows of it, and for a virtual motor the truth."""
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
+
+from bench.files.toml_file import Section, parse, validate
+from bench.i18n.errors import InputError, at, said_by
+from bench.motor.motor_insides import InsideSection
+from bench.motor.motor_sections import ExpectedSection, NameplateSection, number
+from bench.motor.shipped_motors import motor_content
+from bench.motor.six_step_file import drive_file_of, holds_drive
+from drivers.interfaces.text import text
+from procedures.core.nameplate import Connection, Nameplate
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.six_step.drive import SixStepDrive
+from sim_instruments.six_step.machine import virtual_motor
+
+Resistance = Annotated[float, Field(gt=0.0, le=1e4, strict=True)]
+Share = Annotated[float, Field(ge=0.0, le=2.0, strict=True)]
+
+
+class FluxHarmonic(Section):
+    """One harmonic of the EMF: its order, its amplitude relative to the fundamental's, its phase (rad)."""
+
+    order: int = number("", at_least=2, up_to=100)
+    amplitude: float = number("", at_least=0.0, up_to=1.0, description="relative to the fundamental of the EMF")
+    phase: float = number("rad", 0.0, at_least=-2.0 * math.pi, up_to=2.0 * math.pi)
+
+
+class VirtualSection(InsideSection):
+    """`[virtual]`: the truth of a virtual motor, SI; for a delta the values are those of one winding."""
+
+    phase_resistance: tuple[Resistance, Resistance, Resistance] = Field(
+        description="a number above 0 and up to 10000 ohm for all three windings, or a list of three such numbers",
+        json_schema_extra={"unit": "ohm"},
+    )
+    resistance_temperature: float = number("°C", 25.0, at_least=-40.0, up_to=300.0)
+    d_axis_inductance: float = number("H", above=0.0, up_to=10.0)
+    q_axis_inductance: float = number("H", above=0.0, up_to=10.0)
+    zero_sequence_inductance: float | None = number("H", None, above=0.0, up_to=10.0)
+    flux_linkage: float = number("V·s/rad", above=0.0, up_to=100.0, description="peak, per electrical radian")
+    flux_harmonics: tuple[FluxHarmonic, ...] = ()
+    pole_pairs: int = number("", at_least=1, up_to=200)
+    inertia: float = number("kg·m²", above=0.0, up_to=1e3)
+    coulomb_friction: float = number("N·m", 0.0, at_least=0.0, up_to=1e3)
+    viscous_friction: float = number("N·m·s/rad", 0.0, at_least=0.0, up_to=1e3)
+    cogging_torque: float = number("N·m", 0.0, at_least=0.0, up_to=1e3, description="amplitude")
+    cogging_order: int = number("", 12, at_least=1, up_to=10_000, description="periods a turn")
+    cogging_phase: float = number("rad", 0.0, at_least=-2.0 * math.pi, up_to=2.0 * math.pi, description="at angle zero")
+    emf_shares: tuple[Share, Share, Share] = Field(
+        (1.0, 1.0, 1.0),
+        description="a list of three numbers from 0 to 2: each winding's EMF as a share of flux_linkage's",
+        json_schema_extra={"unit": ""},
+    )
+    temperature_coefficient: float = number("1/K", 0.00393, at_least=0.0, up_to=0.1, description="copper's at 20 °C")
+    flux_temperature_coefficient: float = number("1/K", -0.001, at_least=-0.1, up_to=0.1)
+    thermal_resistance: float = number("K/W", 0.5, at_least=0.0, up_to=1e3)
+    thermal_time_constant: float = number("s", 600.0, above=0.0, up_to=1e6)
+    # As Saturation's law takes it: the q axis' differential inductance has halved there.
+    d_axis_saturation_current: float | None = number(
+        "A", None, above=0.0, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+    )
+    q_axis_saturation_current: float | None = number(
+        "A", None, above=0.0, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+    )
+
+    @field_validator("phase_resistance", mode="before")
+    @classmethod
+    def _three(cls, value: object) -> object:
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return (value, value, value)
+        if isinstance(value, list):
+            if len(value) != 3:
+                raise PydanticCustomError("list_length", "a motor has three windings, not {n}", {"n": len(value)})
+            for item in value:
+                if isinstance(item, bool) or not isinstance(item, int | float):
+                    raise PydanticCustomError("float_type", "not a number")
+            return tuple(value)
+        raise PydanticCustomError("float_type", "not a number")
+
+    def motor(self, connection: Connection) -> VirtualMotor:
+        """Return it as the virtual bench takes it."""
+        own = VirtualSection.model_fields.keys() - InsideSection.model_fields.keys()
+        values = {**{name: getattr(self, name) for name in own}, **self.insides()}
+        values["phase_resistances"] = values.pop("phase_resistance")
+        values["flux_harmonics"] = tuple((h.order, h.amplitude, h.phase) for h in self.flux_harmonics)
+        for axis in ("d_axis_saturation_current", "q_axis_saturation_current"):
+            # An axis that the file says nothing of does not saturate.
+            values[axis] = math.inf if values[axis] is None else values[axis]
+        name: Literal["wye", "delta"] = "delta" if connection is Connection.DELTA else "wye"
+        return VirtualMotor(connection=name, **values)
+
+
+class _File(Section):
+    nameplate: NameplateSection
+    virtual: VirtualSection | None = None
+    expected: ExpectedSection = ExpectedSection()
+
+
+@dataclass(frozen=True)
+class MotorFile:
+    """A motor file that was read: its plate, the truth of a virtual motor where it holds one, and what identifies it.
+
+    `six_step` is the drive of a BLDC file, whose machine the virtual motor then is.
+    """
+
+    source: str
+    content: str
+    sha256: str
+    nameplate: Nameplate
+    virtual: VirtualMotor | None
+    six_step: SixStepDrive | None = None
+
+    def virtual_motor(self) -> VirtualMotor:
+        """Return the virtual motor. Raises InputError where the file has none."""
+        if self.virtual is None:
+            raise InputError(
+                text(
+                    "{source}: the virtual bench needs the motor's truth and the file has none; "
+                    "add a table [virtual] with phase_resistance, d_axis_inductance, q_axis_inductance, flux_linkage, "
+                    "pole_pairs and inertia",
+                    source=self.source,
+                )
+            )
+        return self.virtual
+
+
+def load_motor(reference: str) -> MotorFile:
+    """Return a motor by its file, or by its name for one that comes with the program.
+
+    Raises InputError for a file that cannot be read or is not right, naming key, value and allowed range.
+    """
+    source, content, data = motor_content(reference)
+    return _motor(content, data, source)
+
+
+def recorded_motor(content: str, source: str) -> MotorFile:
+    """Return the motor of a file's text as a run's journal keeps it. Raises InputError where it is not right."""
+    raw = content.encode("utf-8")
+    return _motor(raw, parse(raw, source), source)
+
+
+def _motor(content: bytes, data: Mapping[str, Any], source: str) -> MotorFile:
+    if holds_drive(data):
+        drive_file = drive_file_of(data, source)
+        drive = drive_file.drive
+        nameplate = drive_file.nameplate.nameplate(drive_file.expected)
+        return _made(content, source, nameplate, replace(virtual_motor(drive), **drive_file.insides), drive)
+    file = validate(_File, data, source)
+    try:
+        motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None
+    except ValueError as error:
+        raise InputError(at(f"{source}: virtual", said_by(error))) from None
+    return _made(content, source, file.nameplate.nameplate(file.expected), motor, None)
+
+
+def _made(
+    content: bytes,
+    source: str,
+    nameplate: Nameplate,
+    virtual: VirtualMotor | None,
+    six_step: SixStepDrive | None,
+) -> MotorFile:
+    return MotorFile(
+        source=source,
+        content=content.decode("utf-8"),
+        sha256=hashlib.sha256(content).hexdigest(),
+        nameplate=nameplate,
+        virtual=virtual,
+        six_step=six_step,
+    )

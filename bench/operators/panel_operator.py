@@ -1,0 +1,188 @@
+"""A person at a panel in another process: questions are put on the run's line, and answers checked here."""
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from itertools import count
+from time import monotonic
+from typing import Any
+
+from bench.i18n.errors import said_by
+from bench.journal.stored_result import store_text
+from bench.operators.operator_channel import OperatorLine
+from bench.safety.interrupts import Interrupted, Interrupts
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
+from procedures.core.bench import Operator
+
+#: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
+_SLICE = 0.05
+
+
+class DistantOperator:
+    """Asks whoever listens on the run's line, and waits.
+
+    `hands` perform what a person confirms where the bench is a virtual one, and read what is to be read. An abort is a request to
+    stop made of `interrupts`. Where nobody has watched for `patience` (s), the run ends too: nothing stays energised before
+    an empty chair.
+    """
+
+    def __init__(self, interrupts: Interrupts, hands: Operator | None = None, *, patience: float = 60.0) -> None:
+        self._interrupts = interrupts
+        self._hands = hands
+        self._patience = patience
+        self._condition = threading.Condition()
+        self._numbers = count(1)
+        self._question: dict[str, Any] | None = None
+        self._given: list[Any] = []
+        self._watched = monotonic()
+        self._closed = threading.Event()
+        self.line = OperatorLine(self._hear)
+        self._watch = threading.Thread(target=self._watch_chair, name="empty chair", daemon=True)
+        self._watch.start()
+
+    def perform(self, action: Action) -> object:
+        """Have it done or read; return what it gives."""
+        if isinstance(action, EnterReading):
+            seen = self._hands.perform(action) if self._hands else None
+            return self.number(
+                action.quantity, action.unit, action.minimum, action.maximum, action=action, proposed=seen
+            )
+        said: dict[str, Any] = {"kind": "action", "action": type(action).__name__, "details": action}
+        said["lines"] = [store_text(line) for line in action.lines({})]
+        if isinstance(action, MarkRestPositions) and self._hands is None:
+            return [math.radians(angle) for angle in self._ask({**said, "kind": "angles"}, _angles)]
+        self._ask(said, _nothing)
+        if isinstance(action, Mend) and self._hands is None:
+            # Who does not want to go on aborts.
+            return True
+        return self._hands.perform(action) if self._hands else None
+
+    def number(
+        self,
+        quantity: Text,
+        unit: str,
+        minimum: float,
+        maximum: float,
+        *,
+        action: Action | None = None,
+        proposed: object = None,
+    ) -> float:
+        """Ask for a number in `unit` within `minimum` … `maximum`."""
+        asked: dict[str, Any] = {
+            "kind": "number",
+            "quantity": store_text(quantity),
+            "unit": unit,
+            "minimum": minimum,
+            "maximum": maximum,
+            "proposed": proposed,
+        }
+        if action is not None:
+            asked |= {"action": type(action).__name__, "details": action}
+
+        def within(value: object) -> float:
+            number = _number(value)
+            if not minimum <= number <= maximum:
+                raise ValueError(
+                    text(
+                        "{number:g} {unit} is outside {minimum:g} … {maximum:g} {unit}",
+                        number=number,
+                        unit=unit,
+                        minimum=minimum,
+                        maximum=maximum,
+                    )
+                )
+            return number
+
+        return float(self._ask(asked, within))
+
+    def confirm(self, heading: str, sentence: str) -> None:
+        """Have something done to an instrument that is set by hand."""
+        self._ask({"kind": "confirm", "instrument": heading, "sentence": sentence}, _nothing)
+
+    def close(self) -> None:
+        """Take the line down."""
+        self._closed.set()
+        self._watch.join()
+        self.line.close()
+
+    def _ask(self, asked: Mapping[str, Any], check: Callable[[object], Any]) -> Any:
+        number = next(self._numbers)
+        with self._condition:
+            self._question = {**asked, "id": number, "check": check}
+            self._given = []
+        self.line.say({"question": {**asked, "id": number}})
+        try:
+            with self._condition:
+                while not self._given:
+                    if self._closed.is_set():
+                        raise Interrupted(text("the panel's line, which was taken down"))
+                    self._interrupts.check()
+                    self._condition.wait(_SLICE)
+                return self._given[0]
+        finally:
+            with self._condition:
+                self._question = None
+            self.line.say({"question": None})
+
+    def _hear(self, message: Mapping[str, Any]) -> Text | None:
+        self._watched = monotonic()
+        if "abort" in message:
+            self._interrupts.request(text("{person} at the panel", person=message["abort"] or text("a person")))
+            return None
+        if "answer" not in message:
+            return None if message.get("watching") else text("there are answer, abort and watching")
+        with self._condition:
+            question = self._question
+            if question is None or message.get("id") != question["id"]:
+                return text("this is not asked any more")
+            if self._given:
+                return text("this is answered already")
+            try:
+                self._given = [question["check"](message["answer"])]
+            except ValueError as fault:
+                return said_by(fault)
+            self._condition.notify_all()
+        return None
+
+    def _watch_chair(self) -> None:
+        while not self._closed.wait(min(1.0, self._patience / 4.0)):
+            alone = monotonic() - self._watched
+            if alone > self._patience:
+                self._interrupts.request(text("an empty chair: no panel has watched for {time:.0f} s", time=alone))
+                return
+
+
+class DistantPrompt:
+    """The way to the same person for instruments set and read by hand; `instrument` is the role."""
+
+    def __init__(self, operator: DistantOperator, instrument: str) -> None:
+        self._operator = operator
+        self._instrument = instrument
+
+    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+        """Return the number given, within its range."""
+        what = " ".join(words for words in (quantity, context) if words)
+        named = Text("{instrument}, {quantity}", {"instrument": Text(self._instrument), "quantity": what})
+        return self._operator.number(named, unit, minimum, maximum)
+
+    def confirm(self, text: str) -> None:
+        """Return once the person says that it is done."""
+        self._operator.confirm(self._instrument, text)
+
+
+def _nothing(value: object) -> None:
+    if value is not None:
+        raise ValueError(text("this only needs to be confirmed"))
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(text("{value} is not a number", value=repr(value)))
+    return float(value)
+
+
+def _angles(value: object) -> list[float]:
+    if not isinstance(value, list) or not value:
+        raise ValueError(text("angles are a list of numbers, in degrees"))
+    return [_number(item) for item in value]

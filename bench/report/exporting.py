@@ -1,0 +1,40 @@
+"""From a run's record to what is exported of it."""
+
+from collections.abc import Mapping, Sequence
+
+from bench.journal.finished_run import FinishedRun
+from procedures.catalogue import catalogue
+from reports.exports.subject import Datasheet, Subject, doubtful, pole_pairs_doubt
+
+
+def subject_of(run: FinishedRun) -> Subject:
+    """Return the run's best figures, its plate, and what stands against them."""
+    found, plate = run.view.parameters(), run.nameplate
+    entered = {name: p.value for name, p in found.parameters.items() if p.source != "measured"}
+    software = run.view.start.get("software", {})
+    return Subject(
+        motor=plate.name,
+        serial_number=plate.serial_number,
+        run=run.name,
+        measured_on=run.started[:10],
+        software=str(software.get("motorbench", "")),
+        parameters=found.parameters,
+        datasheet=Datasheet(
+            rated_current=plate.rated_current,
+            maximum_current=entered.get("maximum_current", plate.maximum_current),
+            rated_speed_rpm=entered.get("rated_speed", plate.rated_speed_rpm),
+            maximum_speed_rpm=plate.maximum_speed_rpm,
+        ),
+        warnings=doubtful(run.view.warnings()),
+        pole_pairs_doubt=pole_pairs_doubt(found, run.view.finished),
+        given_by=_givers(),
+    )
+
+
+def _givers() -> Mapping[str, Sequence[str]]:
+    """Return the procedures that give each parameter."""
+    givers: dict[str, list[str]] = {}
+    for name, procedure in catalogue().items():
+        for parameter in procedure.gives:
+            givers.setdefault(parameter, []).append(name)
+    return givers

@@ -1,0 +1,64 @@
+"""Whether a run needs a guardian, and the run's surroundings with one."""
+
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from uuid import uuid4
+
+from bench.run.context import Place
+from bench.safety.calls import CallWatches
+from bench.safety.guardian.guarded_instruments import needs_guardian
+from bench.safety.guardian.link import Guard, GuardianLink, Unguarded
+from bench.safety.guardian.protocol import Charge
+from bench.safety.guardian.scope import guardian_scope
+from bench.safety.interrupts import Interrupts
+from bench.safety.liveness import SignsOfLife, Waits, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
+from bench.station.station_file import VIRTUAL
+from procedures.core.bench import Role
+
+
+@contextmanager
+def guarded(
+    where: Place,
+    roles: Collection[Role],
+    folder: Path,
+    interrupts: Interrupts,
+    calls: CallWatches,
+    *,
+    wanted: bool = True,
+    lifelines: Sequence[int] = (),
+) -> Iterator[tuple[Place, Guard]]:
+    """Have a guardian for the length of the block where the roles of a run can feed energy that would outlive its process.
+
+    Gives the surroundings, in which every wait looks at requests to stop and is no sign of death, and the guardian, which
+    is told of calls that nobody answers. The virtual bench in process ends
+    with the process, and what a person sets is the person's to switch off. `lifelines` are file descriptors that it keeps open.
+    """
+    station = where.station
+    life = SignsOfLife()
+    waits = Waits(interrupts, life, interruptible=where.in_process is None)
+    watched = replace(
+        where,
+        clock=WatchedClock(where.clock, waits),
+        operator=WatchedOperator(where.operator, waits),
+        prompts=watched_prompts(where.prompts, waits),
+        sharing=WatchedSharing(where.sharing, waits),
+    )
+    if not wanted or station.source == VIRTUAL or not needs_guardian(station, roles):
+        yield watched, Unguarded()
+        return
+    charge = Charge(
+        str(Path(station.source).resolve()),
+        station.content,
+        tuple(sorted(role.value for role in roles)),
+        str(folder.resolve()),
+        station.guardian.heartbeat,
+        station.guardian.stalled,
+        uuid4().hex,
+    )
+    guard = GuardianLink(charge, life, interrupts, calls, guardian_scope(), lifelines)
+    try:
+        yield watched, guard
+    finally:
+        guard.dismiss(journal_lost=False)

@@ -1,0 +1,119 @@
+"""Which procedures a run takes, each with its settings."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bench.files.toml_file import nearest, validate
+from bench.i18n.errors import InputError, UsageError
+from bench.station.station_file import Station
+from drivers.interfaces.text import Translate, text
+from procedures.core.procedure import Procedure, Settings
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+Catalogue = Mapping[str, type[Procedure[Any]]]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A procedure and the settings it is to run with."""
+
+    name: str
+    procedure: type[Procedure[Any]]
+    settings: Settings
+
+
+def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catalogue) -> list[Planned]:
+    """Return the procedures named (for `all`, all but the end-of-line checks) with settings from `name=value` or
+    `procedure.name=value`.
+
+    Without a procedure's name a setting goes to every planned procedure that knows it. Raises UsageError for an unknown
+    procedure or setting, InputError for a value that is not allowed.
+    """
+    measurements = [name for name, kind in catalogue.items() if not kind.end_of_line]
+    wanted = measurements if list(names) == ["all"] else list(dict.fromkeys(names))
+    for name in wanted:
+        if name not in catalogue:
+            raise UsageError(
+                text("there is no procedure {name!r}: {hint}; or all", name=name, hint=nearest(name, list(catalogue)))
+            )
+    given: dict[str, dict[str, Any]] = {name: {} for name in wanted}
+    for assignment in assignments:
+        _assign(assignment, given, catalogue)
+    return [
+        Planned(
+            name,
+            catalogue[name],
+            validate(catalogue[name].settings_type(), given[name], "--set", name),
+        )
+        for name in wanted
+    ]
+
+
+def possible(plan: list[Planned], station: Station, console: "Console", translate: Translate) -> list[Planned]:
+    """Return the procedures that the station has the instruments for, and say which are left out."""
+    possible = []
+    for planned in plan:
+        missing = sorted(role.value for role in planned.procedure.roles - set(station.entries))
+        if missing:
+            left_out = text(
+                "{procedure} is left out: the station has no {roles}", procedure=planned.name, roles=missing
+            )
+            console.print(left_out.render(translate), markup=False)
+        else:
+            possible.append(planned)
+    return possible
+
+
+def check_roles(plan: Sequence[Planned], station: Station) -> None:
+    """Raise InputError where the station has not the instruments that a procedure needs."""
+    for planned in plan:
+        missing = [f"[instruments.{role.value}]" for role in planned.procedure.roles if role not in station.entries]
+        if missing:
+            raise InputError(
+                text(
+                    "{source}: {name} needs {names}; add it to the file",
+                    source=station.source,
+                    name=planned.name,
+                    names=sorted(missing),
+                )
+            )
+
+
+def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalogue) -> None:
+    key, equals, typed = assignment.partition("=")
+    owner, dot, setting = key.strip().rpartition(".")
+    if not equals or not setting:
+        raise UsageError(text("--set {assignment}: give name=value or procedure.name=value", assignment=assignment))
+    if dot and owner not in given:
+        raise UsageError(
+            text(
+                "--set {assignment}: {owner} is not among the procedures of this run: {names}",
+                assignment=assignment,
+                owner=owner,
+                names=list(given),
+            )
+        )
+    owners = [name for name in ([owner] if dot else given) if setting in _settings(catalogue[name])]
+    if not owners:
+        known = sorted({known for name in ([owner] if dot else given) for known in _settings(catalogue[name])})
+        hint = nearest(setting, known) if known else text("these procedures have no settings")
+        raise UsageError(
+            text("--set {assignment}: no setting {setting}; {hint}", assignment=assignment, setting=setting, hint=hint)
+        )
+    for name in owners:
+        given[name][setting] = _value(typed.strip())
+
+
+def _settings(procedure: type[Procedure[Any]]) -> list[str]:
+    return list(procedure.settings_type().model_fields)
+
+
+def _value(typed: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {typed}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return typed

@@ -1,0 +1,183 @@
+"""What must be as it was for a run to go on: motor, station with its calibrations, instruments, software."""
+
+import json
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from bench.i18n.errors import InputError
+from bench.journal.encoding import plain
+from bench.journal.journal_file import Event, JournalFile, read_journal
+from bench.journal.run_folder import RunFolder
+from bench.motor.motor_file import MotorFile
+from bench.station.station_file import Station
+from drivers.interfaces import Instrument
+from drivers.interfaces.text import Text, lines, text
+from procedures.core.bench import Role
+
+_FILES = {"motor": text("motor"), "station": text("station")}
+#: Changes that a message tells.
+_TOLD = 5
+_NOT_TOGETHER = text("figures from before and after would not belong together")
+
+
+def begun(folder: RunFolder) -> tuple[JournalFile, Mapping[str, Any]]:
+    """Return a run's journal and what its first event tells. Raises InputError where it has no beginning."""
+    read = read_journal(folder.journal)
+    if not read.events or read.events[0].kind != "run_started":
+        raise InputError(
+            text(
+                "{journal}: the journal has no beginning, so there is nothing to go on with; start a new run",
+                journal=folder.journal,
+            )
+        )
+    return read, read.events[0].data
+
+
+def check_unchanged(
+    folder: RunFolder, began: Mapping[str, Any], motor: MotorFile, station: Station, software: Mapping[str, str]
+) -> None:
+    """Raise InputError naming what has changed since the run began; a comment in a file may."""
+    files = (
+        ("motor", motor.source, motor.content, motor.sha256),
+        ("station", station.source, station.content, station.sha256),
+    )
+    for what, source, content, sha256 in files:
+        then = began.get(what, {})
+        if then.get("sha256") == sha256:
+            continue
+        changed = _changes(began.get(f"{what}_file"), content)
+        if changed is None or changed:
+            raise InputError(
+                text(
+                    "{path}: the {what} file {source} is not the one this run began with ({then}): "
+                    "{changes}. {remedy}; {not_together}",
+                    path=folder.path,
+                    what=_FILES[what],
+                    source=source,
+                    then=then.get("source"),
+                    changes=_few(changed or [text("its content")]),
+                    remedy=_station_remedy(station, changed) if what == "station" else _RESTORE,
+                    not_together=_NOT_TOGETHER,
+                )
+            )
+    then = began.get("software", {})
+    changed = [
+        _change(
+            name,
+            _short(then[name]) if name in then else text("not recorded"),
+            _short(software[name]) if name in software else text("gone"),
+        )
+        for name in dict.fromkeys((*then, *software))
+        if then.get(name) != software.get(name)
+    ]
+    if changed:
+        raise InputError(
+            text(
+                "{path}: the software is not the one this run began with: {changes}. "
+                "Have those versions again (requirements.lock names them), or start a new run; {not_together}",
+                path=folder.path,
+                changes=_few(changed),
+                not_together=_NOT_TOGETHER,
+            )
+        )
+
+
+def check_identities(folder: RunFolder, events: Iterable[Event], opened: Mapping[Role, Instrument]) -> None:
+    """Raise InputError where another instrument answers than the one that a role had before."""
+    before = {e.data.get("instrument"): e.data.get("identity") for e in events if e.kind == "instrument_opened"}
+    for role, instrument in opened.items():
+        then, now = before.get(role.value), plain(instrument.identity)
+        if then is not None and then != now:
+            raise InputError(
+                text(
+                    "{path}: another instrument answers as {role} than before: it was {former} and is {present}. "
+                    "Connect the former again, or start a new run; {not_together}",
+                    path=folder.path,
+                    role=role.value,
+                    former=_who(then),
+                    present=_who(now),
+                    not_together=_NOT_TOGETHER,
+                )
+            )
+
+
+def left_unsafe(events: Iterable[Event]) -> bool:
+    """Return whether a run's last session may have left something on: it has no end, or its way down failed somewhere."""
+    ended = failed = False
+    for event in events:
+        if event.kind in ("run_started", "run_resumed"):
+            ended = failed = False
+        elif event.kind == "made_safe":
+            failed = failed or event.data.get("outcome") == "failed"
+        elif event.kind == "run_finished":
+            ended = True
+    return failed or not ended
+
+
+_RESTORE = text("Restore it, or start a new run")
+
+
+def _station_remedy(station: Station, changed: Sequence[Text] | None) -> Text:
+    if station.control and changed:
+        keys = [str(change.values["name"]) for change in changed]
+        if all(key.endswith(("control", "address")) for key in keys):
+            return text("A bench served anew has other ports and another world: start a new run on it")
+    return _RESTORE
+
+
+def _changes(before: object, after: str) -> list[Text] | None:
+    """Return the keys that differ between two files; None where that cannot be told."""
+    then, now = _parsed(before), _parsed(after)
+    if then is None or now is None:
+        return None
+    flat_then, flat_now = dict(_flat(then)), dict(_flat(now))
+    return [
+        _change(key, _shown(flat_then, key), _shown(flat_now, key))
+        for key in dict.fromkeys((*flat_then, *flat_now))
+        if flat_then.get(key, ...) != flat_now.get(key, ...)
+    ]
+
+
+def _change(name: str, then: Text | str, now: Text | str) -> Text:
+    return text("{name} was {then} and is {now}", name=name, then=then, now=now)
+
+
+def _parsed(content: object) -> Mapping[str, Any] | None:
+    if not isinstance(content, str):
+        return None
+    for parse in (tomllib.loads, json.loads):
+        try:
+            found: Any = parse(content)
+        except (ValueError, RecursionError):
+            continue
+        return found if isinstance(found, dict) else None
+    return None
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _shown(table: Mapping[str, object], key: str) -> Text | str:
+    return str(table[key])[:60] if key in table else text("not there")
+
+
+def _few(changes: Sequence[Text]) -> Text:
+    more = len(changes) - _TOLD
+    told = [*changes[:_TOLD], *([text("and {number} more", number=more)] if more > 0 else [])]
+    return lines(told, between="; ")
+
+
+def _short(value: object) -> str:
+    said = str(value)
+    return f"{said[:12]}…" if len(said) > 40 else said
+
+
+def _who(identity: object) -> Text | str:
+    known = identity if isinstance(identity, Mapping) else {}
+    return " ".join(str(part) for part in known.values() if part) or text("unknown")

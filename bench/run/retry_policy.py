@@ -1,0 +1,45 @@
+"""One attempt at a procedure, and what a run does after it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from bench.run.plan import Planned
+from procedures.core.result import ProcedureResult
+
+
+class Next(Enum):
+    """What follows an attempt."""
+
+    GO_ON = "go_on"
+    STOP = "stop"
+    AGAIN = "again"
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What was planned and what came of it: a result, or the error with its words.
+
+    `started` and `ended` are bench time (s), the wait for instruments that others used left out.
+    """
+
+    planned: Planned
+    started: float
+    ended: float
+    result: ProcedureResult | None = None
+    error: Exception | None = None
+    cause: str = ""
+
+
+#: Decides what follows.
+After = Callable[[Attempt], Next]
+
+
+def stop_at_failure(attempt: Attempt) -> Next:
+    """End the run with the first procedure that fails."""
+    return Next.GO_ON if attempt.error is None else Next.STOP
+
+
+def never_stop(_: Attempt) -> Next:
+    """Go on with the next procedure where one fails."""
+    return Next.GO_ON

@@ -1,0 +1,278 @@
+"""Runs procedures one after the other, and takes the way down however it ends."""
+
+import traceback
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from time import monotonic
+from typing import Any, Protocol
+
+from bench.i18n.errors import message, said_by
+from bench.journal.errors import RecordError
+from bench.journal.journal import Journal
+from bench.journal.run_view import RunView
+from bench.journal.stored_result import store, store_notice
+from bench.run.plan import Planned
+from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
+from bench.safety.guardian.link import Guard, Unguarded
+from bench.safety.interrupts import Interrupted, Interrupts
+from bench.safety.shutdown import failures, shut_down
+from bench.station.sharing import Alone, Sharing
+from bench.station.shutdown_sequence import OFF_BY, ShutdownSequence
+from drivers.interfaces import Clock, Instrument, InstrumentError
+from drivers.interfaces.text import Translate, text
+from procedures.core.bench import Bench, Operator, ProcedureError, Role
+from procedures.core.nameplate import Nameplate
+from procedures.core.result import Notice
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.plausibility.consistency import check_consistency
+
+
+class Instruments(Protocol):
+    """The station's instruments, opened when first needed."""
+
+    def available(self) -> Mapping[Role, Instrument]:
+        """Return one for every role of the station; what is not open yet opens when first used."""
+
+    def open(self, role: Role) -> None:
+        """Open the instrument of a role now, where the station has one."""
+
+    def opened(self) -> Mapping[Role, Instrument]:
+        """Return those that are open, without anything in front of them."""
+
+    def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
+        """Close all, or those of these roles, each on its own; return what went wrong."""
+
+
+@dataclass(frozen=True)
+class Runner:
+    """What a run needs; the journal's view is `view`, which also holds what an earlier run of the same folder finished."""
+
+    instruments: Instruments
+    operator: Operator
+    clock: Clock
+    journal: Journal
+    view: RunView
+    nameplate: Nameplate
+    translate: Translate
+    way_down: ShutdownSequence = field(default_factory=ShutdownSequence)
+    interrupts: Interrupts = field(default_factory=Interrupts)
+    guard: Guard = field(default_factory=Unguarded)
+    sharing: Sharing = field(default_factory=Alone)
+
+    def run(
+        self,
+        plan: Sequence[Planned],
+        begin: str,
+        about: Mapping[str, Any],
+        *,
+        after: After = stop_at_failure,
+        repeat: Collection[str] = (),
+        warnings: Sequence[Notice] = (),
+        unsafe_before: bool = False,
+    ) -> RunView:
+        """Run what is not finished yet and return the view; never raises for what happens on the bench.
+
+        `begin` is the first event's kind and `about` its data; `warnings` hold for the whole run. The status is `completed`,
+        `failed` or `aborted`. `after` says what follows each attempt at a procedure. What is named in `repeat` runs
+        although it is finished; its new result takes the place of the old one, which stays in the journal.
+        `unsafe_before` says that an earlier session may have left something on: it is switched off before all else.
+        """
+        started, bench_started = monotonic(), self.clock.now()
+        self.journal.listen(self.interrupts.hear)
+        status, causes = "completed", list[str]()
+        with self.interrupts.raising():
+            try:
+                try:
+                    status = self._measure(
+                        plan, begin, about, after, repeat, warnings, causes, unsafe_before=unsafe_before
+                    )
+                finally:
+                    # From here on no request to stop is raised any more.
+                    self.interrupts.shutdown_begins()
+            except (Interrupted, KeyboardInterrupt) as stop:
+                status = "aborted"
+                causes.append(_interruption(stop, self.translate))
+            except Exception as error:  # noqa: BLE001  the journal itself may have failed; the way down follows all the same
+                status = "failed"
+                causes.append(message(error, self.translate))
+            finally:
+                unsafe = self._down(causes)
+                causes += unsafe
+                if unsafe and status == "completed":
+                    status = "failed"
+                self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
+        return self.view
+
+    def _measure(
+        self,
+        plan: Sequence[Planned],
+        begin: str,
+        about: Mapping[str, Any],
+        after: After,
+        repeat: Collection[str],
+        warnings: Sequence[Notice],
+        causes: list[str],
+        *,
+        unsafe_before: bool,
+    ) -> str:
+        """Do what is planned; return the status, and put into `causes` why a procedure failed."""
+        status = "completed"
+        self.journal.event(begin, **about)
+        self.interrupts.check()
+        bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
+        for notice in warnings:
+            self._tell("", notice)
+        left = [planned for planned in plan if planned.name in repeat or planned.name not in self.view.finished]
+        if unsafe_before:
+            self._secure(left)
+        for planned in left:
+            if not self._shares(planned):
+                self._foresee(bench, planned)
+        for planned in left:
+            attempt = self._procedure(bench, planned)
+            while (follows := after(attempt)) is Next.AGAIN:
+                attempt = self._procedure(bench, planned)
+            if attempt.error is not None:
+                status = "failed"
+                causes.append(f"{planned.name}: {attempt.cause}")
+            if follows is Next.STOP:
+                break
+        self._check_consistency()
+        # One that was swallowed is no reason to call the run complete.
+        self.interrupts.check()
+        return status
+
+    def _secure(self, left: Sequence[Planned]) -> None:
+        """Bring what is still needed to its harmless state; hands must not touch what was left on."""
+        roles = {role for planned in left for role in planned.procedure.roles}
+        if unsafe := secure(self.instruments, roles, self._walk):
+            raise InstrumentError(
+                "the bench", "; ".join(unsafe), remedy="Switch it off by hand, then go on with --resume"
+            )
+
+    def _tell(self, procedure: str, notice: Notice) -> None:
+        """Put a warning into the journal that is known before anything is energised."""
+        said = notice.message.render(self.translate)
+        self.journal.event("known_before", procedure=procedure, warning=store_notice(notice), message=said)
+
+    def _foresee(self, bench: Bench, planned: Planned) -> None:
+        try:
+            for notice in planned.procedure.foresee(bench, self.nameplate, planned.settings):
+                self._tell(planned.name, notice)
+        except (InstrumentError, ProcedureError) as error:
+            # Nothing is claimed of an instrument that does not answer; the procedure itself will say so.
+            self.journal.event("not_foreseen", procedure=planned.name, cause=message(error, self.translate))
+
+    def _check_consistency(self) -> None:
+        findings = {name: result.findings for name, result in self.view.finished.items()}
+        alarms = check_consistency(self.view.parameters(), findings, self.nameplate)
+        self.journal.event("consistency_checked", warnings=[store_notice(alarm) for alarm in alarms])
+
+    def _procedure(self, bench: Bench, planned: Planned) -> Attempt:
+        """Make one attempt."""
+        self.interrupts.check()
+        procedure = planned.procedure(bench, self.nameplate, planned.settings, self.view.parameters().parameters)
+        values = procedure.step_values()
+        self.journal.event(
+            "procedure_started",
+            procedure=planned.name,
+            section=planned.procedure.section,
+            settings=planned.settings.model_dump(mode="json"),
+            values={name: value for name, value in values.items() if isinstance(value, int | float | str)},
+            steps={step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()},
+        )
+        started, shared = self.clock.now(), self._shares(planned)
+        try:
+            if shared:
+                waited = self.sharing.acquire(shared, planned.name)
+                started += waited
+                self.journal.event("lease", instruments=sorted(role.value for role in shared), waited=waited)
+                self._foresee(bench, planned)
+            for role in sorted(planned.procedure.roles, key=lambda role: role.value):
+                self.instruments.open(role)
+            result = procedure.run()
+            self.journal.event("procedure_finished", result=store(result))
+        except BaseException as error:
+            cause = _cause(error, self.translate)
+            self.journal.event(
+                "procedure_failed", procedure=planned.name, cause=cause, trace=traceback.format_exception(error)
+            )
+            if not isinstance(error, Exception) or isinstance(error, RecordError):
+                # What is shared stays so until the way down has been walked.
+                raise
+            self._walk()
+            self._give_back(shared)
+            return Attempt(planned, started, self.clock.now(), error=error, cause=cause)
+        ended = self.clock.now()
+        self._give_back(shared)
+        return Attempt(planned, started, ended, result)
+
+    def _shares(self, planned: Planned) -> frozenset[Role]:
+        return planned.procedure.roles & self.sharing.roles
+
+    def _give_back(self, shared: Collection[Role]) -> None:
+        if shared:
+            faults = self.instruments.close(shared)
+            self.sharing.release()
+            self.journal.event("lease_ended", faults=list(faults))
+
+    def _down(self, causes: Sequence[str]) -> list[str]:
+        self.interrupts.shutdown_begins()
+        self.guard.going_down()
+        try:
+            why = "\n".join(causes) or "the procedures have ended"
+            self.journal.event("way_down_started", cause=why, **self.interrupts.delays())
+        except OSError:
+            # The way down does not need the journal; what needs it is said when the run is finished.
+            pass
+        unsafe = self._walk()
+        faults = self.instruments.close()
+        self.sharing.release()
+        journal_lost = self.journal.failure is not None
+        return [*unsafe, *faults, *self.guard.dismiss(journal_lost=journal_lost, unsafe=bool(unsafe))]
+
+    def _walk(self) -> list[str]:
+        opened, hurry = self.instruments.opened(), self.interrupts.hurry
+        return failures(shut_down(self.way_down, opened, self.journal, self.clock, hurry=hurry))
+
+    def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:
+        ended: dict[str, Any] = {
+            "status": status,
+            "cause": "\n".join(causes),
+            "bench_time": bench_time,
+            "wall_time": wall_time,
+            "guardian": self.guard.record_end(),
+        }
+        try:
+            self.journal.event("run_finished", **ended)
+        except OSError as error:
+            # The disk is full or gone: the view is told directly, so that the caller still learns how it ended.
+            unwritten = text("the journal cannot be written: {error}", error=said_by(error)).render(self.translate)
+            ended |= {"status": "failed", "cause": "\n".join([*causes, unwritten])}
+            self.view.apply("run_finished", ended)
+        self.journal.close()
+
+
+def secure(instruments: Instruments, roles: Iterable[Role], walk: Callable[[], Sequence[str]]) -> list[str]:
+    """Open the instruments of these roles, each whatever becomes of the others, and walk the way down; return what is not well."""
+    unreached = []
+    for role in sorted(roles, key=lambda role: role.value):
+        try:
+            instruments.open(role)
+        except InstrumentError as error:
+            left_on = "it may be on, and " if role in OFF_BY else ""
+            unreached.append(f"{role.value} cannot be reached, {left_on}nobody has switched it off: {error}")
+    return [*unreached, *walk()]
+
+
+def _interruption(stop: BaseException, translate: Translate) -> str:
+    if isinstance(stop, Interrupted):
+        return message(stop, translate)
+    return text("interrupted").render(translate)
+
+
+def _cause(error: BaseException, translate: Translate) -> str:
+    if isinstance(error, ProcedureError | InstrumentError | EstimationError | Interrupted):
+        return message(error, translate)
+    # Anything else is a fault of the program: its kind belongs to the message, its trace is in the journal.
+    return f"{type(error).__name__}: {message(error, translate)}"

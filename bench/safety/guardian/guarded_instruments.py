@@ -1,0 +1,143 @@
+"""A guardian's own connections to what can feed energy, and the way down over them."""
+
+import threading
+from collections.abc import Callable, Collection
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
+
+from bench.safety.shutdown import Outcome, shut_down
+from bench.safety.station_instruments import system_visa
+from bench.station.clock import SystemClock
+from bench.station.shutdown_sequence import OFF_BY, Item, ShutdownSequence
+from bench.station.station_file import Entry, Station
+from drivers.catalogue import MANUAL, Surroundings
+from drivers.interfaces import Instrument
+from drivers.transport.can.buses import CanBuses
+from procedures.core.bench import Recorder, Role
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+#: Roles that feed nothing by themselves and have their part in the way down all the same: a bridge's test level, relays.
+_ALSO = (Role.LCR_METER, Role.SWITCH_MATRIX)
+#: CAN interfaces that let several processes on the same bus (python-can's names), `slcan` by a gateway's socket only.
+_SHARED_CAN = ("socketcan/", "udp_multicast/", "slcan/socket://")
+#: How long (s) the list waits for an instrument before it goes on with the others.
+_PATIENCE = 0.2
+#: How long (s) it waits for one that does not answer before it leaves it to itself; a run that is helped misses its answers meanwhile.
+_LONGEST, _LONGEST_HELPING = 3.0, 0.8
+
+
+class GuardedInstruments:
+    """The instruments of some roles; those that several may be connected to are opened by `open`, others when needed."""
+
+    def __init__(self, station: Station, roles: Collection[Role]) -> None:
+        self._station = station
+        self._clock = SystemClock()
+        self._visa: ResourceManager | None = None
+        self._lock = threading.Lock()
+        self._can_buses = CanBuses()
+        # A tachometer's serial line has one end only, which a frozen run may still hold.
+        measuring = {item.role for item in station.way_down.items if item.measures} - {Role.TACHOMETER}
+        wanted = {role for role in roles if role in OFF_BY or role in measuring or role in _ALSO}
+        entries = {role: entry for role, entry in station.entries.items() if role in wanted}
+        self._guarded = {
+            role: _Deferred(partial(self._open, entry)) for role, entry in entries.items() if not _by_hand(entry)
+        }
+
+    @property
+    def roles(self) -> frozenset[Role]:
+        """The roles that are guarded."""
+        return frozenset(self._guarded)
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        """What is on the way down for these roles."""
+        return tuple(item for item in self._station.way_down.items if item.role in self._guarded)
+
+    def open(self) -> dict[str, str]:
+        """Open those that several may be connected to; return by role what kept one from being opened."""
+        failed = {}
+        for role, deferred in self._guarded.items():
+            if role in OFF_BY and is_shared(self._station.entries[role].address):
+                try:
+                    deferred.open()
+                except Exception as error:  # noqa: BLE001  it is tried again when it is needed
+                    failed[role.value] = f"{type(error).__name__}: {error}"
+        return failed
+
+    def opened(self) -> list[str]:
+        """Return the roles whose connection stands."""
+        return [role.value for role, deferred in self._guarded.items() if deferred.is_open]
+
+    def walk(
+        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    ) -> list[Outcome]:
+        """Do these items, each whatever becomes of the others; with `hurry`, those that measure look once.
+
+        With `helping`, the run does the same, and nobody waits long.
+        """
+        hurrying = threading.Event()
+        if hurry:
+            hurrying.set()
+        instruments = {role: cast("Instrument", deferred) for role, deferred in self._guarded.items()}
+        return shut_down(
+            ShutdownSequence(items),
+            instruments,
+            recorder,
+            self._clock,
+            hurry=hurrying,
+            patience=_PATIENCE,
+            longest=_LONGEST_HELPING if helping else _LONGEST,
+        )
+
+    def _open(self, entry: Entry) -> Instrument:
+        given = Surroundings(self._clock, self._manager, can_buses=self._can_buses, guarding=True)
+        return entry.driver.open(entry.address, entry.options, given, name=entry.name)
+
+    def _manager(self) -> "ResourceManager":
+        with self._lock:
+            if self._visa is None:
+                self._visa = system_visa(self._station.visa_library)()
+            return self._visa
+
+
+class _Deferred:
+    """Stands for an instrument that is opened when it is first used, and again where that failed."""
+
+    def __init__(self, make: Callable[[], Instrument]) -> None:
+        self._make = make
+        self._instrument: Instrument | None = None
+
+    @property
+    def is_open(self) -> bool:
+        return self._instrument is not None
+
+    def open(self) -> None:
+        if self._instrument is None:
+            self._instrument = self._make()
+
+    def __getattr__(self, name: str) -> Any:
+        self.open()
+        return getattr(self._instrument, name)
+
+
+def is_shared(address: str) -> bool:
+    """Tell whether a second process may be connected to an address while the first is.
+
+    So it is on a network, a CAN gateway's included, and on a CAN bus of the operating system; a serial line and a USB
+    instrument are one process'.
+    """
+    scheme, _, rest = address.partition("://")
+    if rest:
+        return scheme == "tcp" or (scheme == "can" and rest.startswith(_SHARED_CAN))
+    return address.upper().startswith("TCPIP")
+
+
+def needs_guardian(station: Station, roles: Collection[Role]) -> bool:
+    """Tell whether any of these roles can feed energy without a person's hand."""
+    return any(role in OFF_BY and not _by_hand(entry) for role, entry in station.entries.items() if role in roles)
+
+
+def _by_hand(entry: Entry) -> bool:
+    return entry.driver.name == MANUAL

@@ -1,0 +1,164 @@
+"""What bounds each quantity of an instrument, and whose limit that is: the motor's or the station's."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from drivers.interfaces import LimitError, SetpointError
+from procedures.core.bench import Role
+from procedures.core.nameplate import Nameplate
+from procedures.core.result import Parameter
+
+#: A reading is beyond a limit from here on (times the limit): a regulated quantity overshoots, and meters have errors.
+OVERSHOOT = 1.05
+
+RPM = 2.0 * math.pi / 60.0
+
+
+class Quantity(Enum):
+    """What a limit bounds, as the station file's keys name it (without `maximum_`)."""
+
+    VOLTAGE = "voltage"
+    CURRENT = "current"
+    FREQUENCY = "frequency"
+    SPEED = "speed"
+    TORQUE = "torque"
+    LEVEL = "level"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A bound in SI units and whose it is."""
+
+    value: float
+    owner: str
+
+
+NO_LIMIT = Limit(math.inf, "every instrument: a set point is a finite number")
+
+
+@dataclass(frozen=True)
+class SetPoint:
+    """One quantity that an instrument was asked to take: value and the bound that holds for it, whose it is, and whether it may."""
+
+    instrument: str
+    call: str
+    parameter: str
+    value: float
+    unit: str
+    bound: float
+    owner: str
+    allowed: bool
+
+
+Observer = Callable[[SetPoint], None]
+
+
+def nobody(_: SetPoint) -> None:
+    """Hear nothing."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The limits of one instrument: the motor's on set points, on readings, and the station's on both.
+
+    A rated figure of the plate bounds set points where it names no maximum; readings are held against maxima only,
+    for a motor under test may well run beyond its rating by itself.
+    """
+
+    set_points: Mapping[Quantity, Limit] = field(default_factory=dict)
+    readings: Mapping[Quantity, Limit] = field(default_factory=dict)
+    station: Mapping[Quantity, Limit] = field(default_factory=dict)
+
+    def bound(self, quantity: Quantity) -> Limit:
+        """Return the least limit of a set point."""
+        return _least(self.set_points.get(quantity), self.station.get(quantity))
+
+    def reading_bound(self, quantity: Quantity) -> Limit:
+        """Return the least limit of a reading."""
+        return _least(self.readings.get(quantity), self.station.get(quantity))
+
+
+def _least(*limits: Limit | None) -> Limit:
+    return min((limit for limit in limits if limit is not None), key=lambda limit: limit.value, default=NO_LIMIT)
+
+
+def limits_of(role: Role, nameplate: Nameplate, station: Mapping[str, float]) -> Limits:
+    """Return the limits of the instrument in a role; `station` is its table of limits in the station file, by key."""
+    by_station = {
+        Quantity(key.removeprefix("maximum_")): Limit(value, f"the station (instruments.{role.value}.limits.{key})")
+        for key, value in station.items()
+    }
+    if role is Role.INSULATION_TESTER:
+        # Its voltage stands between winding and frame: no figure for the winding itself says what that bears.
+        return Limits(_of_insulation(nameplate), {}, by_station)
+    return Limits(_of_set_points(nameplate), _of_readings(nameplate), by_station)
+
+
+def _of_insulation(plate: Nameplate) -> dict[Quantity, Limit]:
+    allowed = plate.insulation_test_voltage
+    if allowed is None:
+        return {Quantity.VOLTAGE: Limit(0.0, "the motor, whose file gives no nameplate.insulation_test_voltage")}
+    return {Quantity.VOLTAGE: Limit(allowed, "the motor (nameplate.insulation_test_voltage)")}
+
+
+def _of_set_points(plate: Nameplate) -> dict[Quantity, Limit]:
+    found = {Quantity.CURRENT: Limit(plate.current_bound, _motor("current", plate.maximum_current))}
+    if plate.voltage_bound is not None:
+        found[Quantity.VOLTAGE] = Limit(plate.voltage_bound, _motor("voltage", plate.maximum_voltage))
+    if plate.speed_bound_rpm is not None:
+        found[Quantity.SPEED] = Limit(plate.speed_bound_rpm * RPM, _motor("speed_rpm", plate.maximum_speed_rpm))
+    return found
+
+
+def _of_readings(plate: Nameplate) -> dict[Quantity, Limit]:
+    found = {}
+    for quantity, key, value, scale in (
+        (Quantity.CURRENT, "current", plate.maximum_current, 1.0),
+        (Quantity.VOLTAGE, "voltage", plate.maximum_voltage, 1.0),
+        (Quantity.SPEED, "speed_rpm", plate.maximum_speed_rpm, RPM),
+    ):
+        if value is not None:
+            found[quantity] = Limit(value * scale, _motor(key, value))
+    return found
+
+
+def _motor(key: str, maximum: float | None) -> str:
+    return f"the motor (nameplate.{'maximum' if maximum is not None else 'rated'}_{key})"
+
+
+def known_pole_pairs(nameplate: Nameplate, measured: Mapping[str, Parameter]) -> int | None:
+    """Return the number of pole pairs by measurement and by the plate, the smaller where they differ, None without either.
+
+    The smaller makes the higher speed of a frequency.
+    """
+    found = [nameplate.pole_pairs] if nameplate.pole_pairs is not None else []
+    if "pole_pairs" in measured:
+        found.append(max(1, round(measured["pole_pairs"].value)))
+    return min(found, default=None)
+
+
+def check_set_point(
+    instrument: str,
+    call: str,
+    parameter: str,
+    value: float,
+    unit: str,
+    limit: Limit,
+    *,
+    signed: bool = False,
+    observe: Observer = nobody,
+) -> None:
+    """Tell the observer of a set point, and raise SetpointError where it is beyond the limit or no finite number."""
+    low = -limit.value if signed else 0.0
+    allowed = math.isfinite(value) and low <= value <= limit.value
+    observe(SetPoint(instrument, call, parameter, value, unit, limit.value, limit.owner, allowed))
+    if not allowed:
+        raise SetpointError(instrument, parameter, value, unit, low, limit.value, limit.owner)
+
+
+def check_reading(instrument: str, parameter: str, value: float, unit: str, limit: Limit) -> None:
+    """Raise LimitError where a reading's size is beyond the limit by more than an overshoot."""
+    if abs(value) > OVERSHOOT * limit.value:
+        raise LimitError(instrument, parameter, value, unit, limit.value, limit.owner)

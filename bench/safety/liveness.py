@@ -1,0 +1,143 @@
+"""Whether a run gets on: when it last did something, and what it waits in meanwhile."""
+
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from time import monotonic
+
+from bench.safety.interrupts import Interrupts
+from bench.station.sharing import Sharing
+from drivers.interfaces import Clock
+from drivers.manual.prompt import Prompt
+from procedures.core.actions import Action
+from procedures.core.bench import Operator, Role
+
+
+class SignsOfLife:
+    """What the run's own thread stamps as it gets on, and others ask for."""
+
+    def __init__(self, now: Callable[[], float] = monotonic) -> None:
+        self._now = now
+        self._last = now()
+        self._waiting = 0
+
+    def stamp(self) -> None:
+        """Say that the run has got on."""
+        self._last = self._now()
+
+    @contextmanager
+    def excused(self) -> Iterator[None]:
+        """Within the block the run waits for something that ends by itself or for a person, and is not stuck."""
+        self._waiting += 1
+        try:
+            yield
+        finally:
+            self._waiting -= 1
+            self.stamp()
+
+    def age(self) -> float:
+        """Return for how long (s) the run has not got on without a reason."""
+        return 0.0 if self._waiting else max(0.0, self._now() - self._last)
+
+
+class Waits:
+    """What a run waits in: a request to stop is looked at first, and waiting is no sign of death.
+
+    An `interruptible` wait is also ended by one, which the bench's clock must bear.
+    """
+
+    def __init__(self, interrupts: Interrupts, life: SignsOfLife, *, interruptible: bool) -> None:
+        self._interrupts = interrupts
+        self._life = life
+        self._interruptible = interruptible
+
+    @contextmanager
+    def sleeping(self) -> Iterator[None]:
+        """Wait for time to pass, or for an answer from another process."""
+        with self._interrupts.waiting(interruptible=self._interruptible), self._life.excused():
+            yield
+
+    @contextmanager
+    def asking(self) -> Iterator[None]:
+        """Wait for somebody who looks at requests to stop himself."""
+        with self._interrupts.waiting(interruptible=False), self._life.excused():
+            yield
+
+
+class WatchedClock:
+    """A clock whose sleepers are no dead ones."""
+
+    def __init__(self, clock: Clock, waits: Waits) -> None:
+        self._clock = clock
+        self._waits = waits
+
+    def now(self) -> float:
+        """Return the bench time (s)."""
+        return self._clock.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let bench time (s) pass."""
+        with self._waits.sleeping():
+            self._clock.sleep(seconds)
+
+
+class WatchedOperator:
+    """An operator who may take as long as it takes."""
+
+    def __init__(self, operator: Operator, waits: Waits) -> None:
+        self._operator = operator
+        self._waits = waits
+
+    def perform(self, action: Action) -> object:
+        """Have it done."""
+        with self._waits.asking():
+            return self._operator.perform(action)
+
+
+class WatchedSharing:
+    """Waiting for an instrument that another socket has is no being stuck either."""
+
+    def __init__(self, sharing: Sharing, waits: Waits) -> None:
+        self._sharing = sharing
+        self._waits = waits
+
+    @property
+    def roles(self) -> frozenset[Role]:
+        """The roles whose instrument others use too."""
+        return self._sharing.roles
+
+    def acquire(self, roles: Collection[Role], purpose: str) -> float:
+        """Have these when it returns."""
+        with self._waits.sleeping():
+            return self._sharing.acquire(roles, purpose)
+
+    def release(self) -> None:
+        """Give back what there is to give back."""
+        self._sharing.release()
+
+
+class WatchedPrompt:
+    """The same for who sets and reads an instrument by hand."""
+
+    def __init__(self, prompt: Prompt, waits: Waits) -> None:
+        self._prompt = prompt
+        self._waits = waits
+
+    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+        """Return the number given."""
+        with self._waits.asking():
+            return self._prompt.ask(quantity, unit, minimum, maximum, context)
+
+    def confirm(self, text: str) -> None:
+        """Return once it is done."""
+        with self._waits.asking():
+            self._prompt.confirm(text)
+
+
+def watched_prompts(prompts: Callable[[Role], Prompt | None], waits: Waits) -> Callable[[Role], Prompt | None]:
+    """Return the ways to the person for each role, watched."""
+
+    def watched(role: Role) -> Prompt | None:
+        prompt = prompts(role)
+        return None if prompt is None else WatchedPrompt(prompt, waits)
+
+    return watched

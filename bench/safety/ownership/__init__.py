@@ -1,0 +1,1 @@
+"""Who has which instrument, across processes and users of one computer."""

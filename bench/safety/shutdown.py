@@ -1,0 +1,171 @@
+"""From whatever state to a harmless one: an ordered list, each item on its own, each outcome recorded."""
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from time import monotonic
+from typing import Any
+
+from bench.safety.instrument_threads import Call, Lane
+from bench.safety.interrupts import Flag
+from bench.safety.shutdown_items import Hurry, Measured, NotReachedError, perform
+from bench.station.shutdown_sequence import Item, ShutdownSequence
+from drivers.interfaces import Clock, Instrument, InstrumentError
+from procedures.core.bench import Recorder, Role
+
+#: How long (s) the list waits for one item before it goes on with the next, which another instrument then does meanwhile.
+PATIENCE = 1.0
+#: After this time (s) an instrument that has not answered counts as lost.
+LONGEST = 20.0
+#: How often (s) it is looked whether there is still time.
+_LOOK = 0.02
+_BY_HAND = "by hand"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one item; `error` is empty where it was done, `found` what it measured."""
+
+    item: Item
+    error: str = ""
+    found: Measured | None = None
+    #: Whether the instrument is still busy with it.
+    pending: bool = False
+
+    @property
+    def words(self) -> str:
+        """What was not done, for a person."""
+        return f"{self.item.role.value} could not be made safe ({self.item.do.value}): {self.error}"
+
+
+def shut_down(
+    sequence: ShutdownSequence,
+    instruments: Mapping[Role, Instrument],
+    recorder: Recorder,
+    clock: Clock,
+    *,
+    hurry: Hurry | None = None,
+    patience: float = PATIENCE,
+    longest: float = LONGEST,
+) -> list[Outcome]:
+    """Do every item whose instrument is there, in order, whatever becomes of those before; return the outcomes.
+
+    One that does not answer within `patience` (s) is left to itself while the next begin, and given up `longest` (s)
+    after the last. Once `hurry` is set, measurements are not repeated and nobody waits for a person.
+    """
+    return _Shutdown(sequence, instruments, recorder, clock, hurry or Flag(), patience, longest).run()
+
+
+class _Shutdown:
+    def __init__(
+        self,
+        sequence: ShutdownSequence,
+        instruments: Mapping[Role, Instrument],
+        recorder: Recorder,
+        clock: Clock,
+        hurry: Hurry,
+        patience: float,
+        longest: float,
+    ) -> None:
+        self._items = [item for item in sequence.items if item.role in instruments]
+        self._by_hand = sequence.by_hand
+        self._instruments = instruments
+        self._recorder = recorder
+        self._clock = clock
+        self._wanted = hurry
+        self._abandoned = threading.Event()
+        self._patience = patience
+        self._longest = longest
+        self._lanes: dict[str, Lane] = {}
+        self._calls: list[Call[Any]] = []
+
+    def is_set(self) -> bool:
+        """Say whether nobody waits any more: somebody is in a hurry, or this walk was broken off."""
+        return self._wanted.is_set() or self._abandoned.is_set()
+
+    def run(self) -> list[Outcome]:
+        try:
+            return self._run()
+        except BaseException:
+            # Whoever walks again must not speak to an instrument that is still being spoken to.
+            self._abandoned.set()
+            for call in self._calls:
+                call.done.wait(self._longest)
+            raise
+        finally:
+            for lane in self._lanes.values():
+                lane.end()
+
+    def _run(self) -> list[Outcome]:
+        late: list[tuple[Item, Call[Any]]] = []
+        outcomes = []
+        for item in self._items:
+            call: Call[Any] = Call(partial(perform, item, self._instruments[item.role], self._clock, self))
+            self._calls.append(call)
+            self._lane(item.role).submit(call)
+            if any(item.role is waiting.role for waiting, _ in late):
+                late.append((item, call))
+            elif self._wait(item, call, item.within + self._longest if item.measures else self._patience):
+                outcomes.append(self._outcome(item, call))
+            else:
+                late.append((item, call))
+        until = monotonic() + self._longest
+        for item, call in late:
+            # What measures goes by the bench's time.
+            left = self._longest if item.measures else max(0.0, until - monotonic())
+            self._wait(item, call, math.inf if item.role in self._by_hand else left)
+            outcomes.append(self._outcome(item, call))
+        return outcomes
+
+    def _lane(self, role: Role) -> Lane:
+        # One person answers one question at a time.
+        name = _BY_HAND if role in self._by_hand else role.value
+        if name not in self._lanes:
+            self._lanes[name] = Lane(name)
+        return self._lanes[name]
+
+    def _wait(self, item: Item, call: Call[Any], seconds: float) -> bool:
+        # What measures waits in the bench's time, which may be another than the wall's.
+        now = self._clock.now if item.measures else monotonic
+        deadline = now() + seconds
+        while not call.done.wait(_LOOK):
+            if now() >= deadline or (self.is_set() and item.role in self._by_hand):
+                return call.done.is_set()
+        return True
+
+    def _outcome(self, item: Item, call: Call[Any]) -> Outcome:
+        found, error = call.value, ""
+        if not call.done.is_set():
+            error = "no answer in time"
+        elif isinstance(call.error, NotReachedError):
+            found, error = call.error.found, str(call.error)
+        elif isinstance(call.error, InstrumentError):
+            error = str(call.error)
+        elif call.error is not None:
+            # Anything else is a fault of the program, whose kind belongs to the message.
+            error = f"{type(call.error).__name__}: {call.error}"
+        outcome = Outcome(item, error, found, not call.done.is_set())
+        self._record(outcome)
+        return outcome
+
+    def _record(self, outcome: Outcome) -> None:
+        found = {} if outcome.found is None else {"value": outcome.found.value, "unit": outcome.found.unit}
+        try:
+            self._recorder.event(
+                "made_safe",
+                instrument=outcome.item.role.value,
+                item=outcome.item.do.value,
+                outcome="failed" if outcome.error else "safe",
+                error=outcome.error,
+                **found,
+            )
+        except OSError:
+            # A full disk must not keep the next instrument on; the outcome is still returned to the caller.
+            return
+
+
+def failures(outcomes: Sequence[Outcome]) -> list[str]:
+    """Return what was not done, for a person."""
+    return [outcome.words for outcome in outcomes if outcome.error]

@@ -1,0 +1,99 @@
+"""How each item of a shutdown sequence is done to its instrument."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from bench.station.shutdown_sequence import Do, Item
+from drivers.interfaces import Clock
+from procedures.core.bench import Role
+
+_WHAT: Mapping[Do, str] = {
+    Do.VOLTAGE_DECAYED: "the voltage",
+    Do.CURRENT_ZERO: "the current",
+    Do.SPEED_ZERO: "the speed",
+}
+#: How often (s) a measuring item looks.
+_LOOK = 0.05
+
+
+class Hurry(Protocol):
+    """Whether nobody waits any more."""
+
+    def is_set(self) -> bool:
+        """Say so."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a measuring item found in the end."""
+
+    value: float
+    unit: str
+
+
+class NotReachedError(Exception):
+    """What was to be measured did not come about in time."""
+
+    def __init__(self, found: Measured, message: str) -> None:
+        self.found = found
+        super().__init__(message)
+
+
+def perform(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured | None:
+    """Do an item to its instrument; return what was measured, if it measures.
+
+    With `hurry` set, a measuring item looks once. Raises what the driver raises, NotReachedError for a value that is
+    still too large.
+    """
+    if one.measures:
+        return _await(one, _measurement(one, instrument), clock, hurry)
+    _command(one, instrument)()
+    return None
+
+
+def _command(one: Item, instrument: Any) -> Callable[[], object]:
+    match one.do:
+        case Do.COMMAND_ZERO:
+            command = instrument.command_zero
+        case Do.OUTPUT_OFF if one.role is Role.SUPPLY:
+            command = instrument.output_off
+        case Do.BRAKE:
+            command = instrument.stop
+        case _:
+            command = instrument.make_safe
+    return command  # type: ignore[no-any-return]
+
+
+def _measurement(one: Item, instrument: Any) -> Callable[[], Measured]:
+    def voltage() -> Measured:
+        if one.role is Role.VOLTMETER:
+            # Its range is whatever the last measurement needed, millivolts perhaps.
+            instrument.configure(max(100.0, one.below))
+        return Measured(abs(instrument.measure_voltage().value), "V")
+
+    def speed() -> Measured:
+        if one.role is Role.DYNAMOMETER:
+            return Measured(abs(instrument.measure().speed), "rad/s")
+        if one.role is Role.TACHOMETER:
+            return Measured(abs(instrument.measure_speed().value), "rad/s")
+        return Measured(abs(instrument.measure_frequency().value) * 2.0 * math.pi, "rad/s")
+
+    def current() -> Measured:
+        return Measured(abs(instrument.measure_current().value), "A")
+
+    return {Do.VOLTAGE_DECAYED: voltage, Do.CURRENT_ZERO: current}.get(one.do, speed)
+
+
+def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: Hurry) -> Measured:
+    deadline = clock.now() + one.within
+    while not (found := measure()).value <= one.below:
+        if hurry.is_set() or clock.now() >= deadline:
+            waited = "not waited for" if hurry.is_set() else f"after {one.within:g} s"
+            what = _WHAT[one.do]
+            raise NotReachedError(
+                found, f"{what} is {found.value:.4g} {found.unit} {waited}; at most {one.below:g} {found.unit} is safe"
+            )
+        clock.sleep(_LOOK)
+    return found

@@ -1,0 +1,204 @@
+"""A station's instruments: each opened when first needed, limited by the motor, recorded, and closed on its own."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from bench.journal.errors import RecordError
+from bench.journal.recording import Recording, WaveformSink
+from bench.safety.calls import CallWatches
+from bench.safety.limits.bounds import Observer, limits_of, nobody
+from bench.safety.limits.limited import PolePairs
+from bench.safety.limits.limiting import limited
+from bench.safety.ownership.claims import Claim, identity_keys
+from bench.safety.ownership.owner import HeldError, HeldInstrumentError, Ownership, Unowned
+from bench.safety.watchdogs import watchdog_of
+from bench.station.station_file import Entry, Station
+from drivers.catalogue import Surroundings
+from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
+from drivers.manual.prompt import Prompt
+from drivers.transport.can.buses import CanBuses
+from drivers.transport.in_process import InProcess
+from procedures.core.bench import Recorder, Role
+from procedures.core.nameplate import Nameplate
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+#: Gives the way to the person for the instrument in a role; None where there is no person.
+Prompts = Callable[[Role], Prompt | None]
+
+
+class StationInstruments:
+    """Opens, hands out and closes the instruments of a station.
+
+    `visa` makes the VISA resource manager when the first VISA instrument is opened; `in_process` opens the addresses that
+    a bench in this process has. With `trace`, every exchange of the drivers is an event too. Nobody gets an instrument
+    without the motor's and the station's limits in front of it; `pole_pairs` gives what is known of them, `observe` hears
+    every set point, `calls` watches over each exchange. `owner` has the instruments already; here it also gets them by their
+    serial numbers.
+    """
+
+    def __init__(
+        self,
+        station: Station,
+        nameplate: Nameplate,
+        clock: Clock,
+        recorder: Recorder,
+        waveforms: WaveformSink,
+        visa: "Callable[[], ResourceManager]",
+        prompts: Prompts,
+        *,
+        in_process: InProcess | None = None,
+        trace: bool = False,
+        pole_pairs: PolePairs | None = None,
+        observe: Observer = nobody,
+        calls: CallWatches | None = None,
+        owner: Ownership | None = None,
+    ) -> None:
+        self._owner = owner or Unowned()
+        self._station = station
+        self._nameplate = nameplate
+        self._waveforms = waveforms
+        self._clock = clock
+        self._recorder = recorder
+        self._make_visa = visa
+        self._prompts = prompts
+        self._trace = trace
+        self._pole_pairs = pole_pairs or (lambda: nameplate.pole_pairs)
+        self._observe = observe
+        self._calls = calls
+        self._visa: ResourceManager | None = None
+        self._in_process = in_process
+        self._can_buses = CanBuses(in_process)
+        self._opened: dict[Role, Instrument] = {}
+        self._limited = {role: self._limit(role) for role in station.entries}
+
+    def available(self) -> Mapping[Role, Instrument]:
+        """Return one instrument for every role, behind the limits, recorded, and opened at its first use."""
+        return {
+            role: Recording(instrument, role.value, self._recorder, self._waveforms)
+            for role, instrument in self._limited.items()
+        }
+
+    def open(self, role: Role) -> None:
+        """Open the instrument of a role now; does nothing where the station has none. Raises InstrumentError."""
+        if role in self._station.entries:
+            self._bare(role)
+
+    def get(self, role: Role) -> Instrument:
+        """Return the instrument of a role, opened, behind the limits."""
+        self._bare(role)
+        return self._limited[role]
+
+    def opened(self) -> Mapping[Role, Instrument]:
+        """Return those that are open, with nothing in front: on the way down no reading may be refused."""
+        return dict(self._opened)
+
+    def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
+        """Close those of some roles, or all and the VISA library, each on its own; return what went wrong.
+
+        What is closed opens again at its next use.
+        """
+        faults = []
+        for role in list(self._opened) if roles is None else sorted(roles, key=lambda role: role.value):
+            if role in self._opened:
+                faults += _attempt(role.value, self._opened.pop(role).close)
+        if roles is None and self._visa is not None:
+            faults += _attempt("VISA library", self._visa.close)
+            self._visa = None
+        return faults
+
+    def _limit(self, role: Role) -> Instrument:
+        entry = self._station.entries[role]
+        limits = limits_of(role, self._nameplate, entry.limits)
+        lazy = _Lazy(lambda: self._bare(role))
+        return limited(role, lazy, entry.name, limits, pole_pairs=self._pole_pairs, observe=self._observe)
+
+    def _bare(self, role: Role) -> Instrument:
+        if role not in self._opened:
+            self._opened[role] = self._open(self._station.entries[role])
+        return self._opened[role]
+
+    def _open(self, entry: Entry) -> Instrument:
+        said: dict[str, Any] = {"instrument": entry.role.value, "driver": entry.driver.name, "address": entry.address}
+        surroundings = Surroundings(
+            self._clock,
+            self._manager,
+            self._prompts(entry.role),
+            self._traffic(entry.role) if self._trace else None,
+            self._calls.of(entry.role) if self._calls else UNWATCHED,
+            self._can_buses,
+            self._in_process,
+        )
+        try:
+            instrument = entry.driver.open(entry.address, entry.options, surroundings, name=entry.name)
+        except Exception as error:
+            self._recorder.event("instrument_error", **said, call="open", error=f"{type(error).__name__}: {error}")
+            if not isinstance(error, ValueError | OSError | ImportError):
+                raise
+            raise InstrumentError(
+                entry.name,
+                f"cannot be opened at {entry.address or 'no address'}: {error}",
+                remedy="See the station file",
+            ) from error
+        try:
+            self._own(entry, instrument)
+            self._recorder.event(
+                "instrument_opened", **said, identity=instrument.identity, watchdog=watchdog_of(instrument)
+            )
+        except BaseException:
+            # Nobody knows of it yet, so nobody else would close it.
+            instrument.close()
+            raise
+        return instrument
+
+    def _own(self, entry: Entry, instrument: Instrument) -> None:
+        """Have an instrument by its serial number too: it may be reached by several addresses."""
+        keys = identity_keys(self._station, entry, instrument.identity)
+        try:
+            self._owner.claim([Claim(entry.name, keys)])
+        except HeldError as error:
+            raise HeldInstrumentError(entry.name, error) from error
+
+    def _manager(self) -> "ResourceManager":
+        if self._visa is None:
+            self._visa = self._make_visa()
+        return self._visa
+
+    def _traffic(self, role: Role) -> Traffic:
+        def told(direction: str, content: str) -> None:
+            # A record that fails must not break off an exchange, least of all one that switches off; the next event raises it.
+            with suppress(RecordError):
+                self._recorder.event("traffic", instrument=role.value, direction=direction, content=content)
+
+        return told
+
+
+class _Lazy:
+    """Stands for an instrument until it is first used."""
+
+    def __init__(self, opened: Callable[[], Instrument]) -> None:
+        self._opened = opened
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(self._opened(), attribute)
+
+
+def system_visa(library: str) -> "Callable[[], ResourceManager]":
+    """Return what makes a resource manager of an installed VISA library (`@py`, a path; empty for the vendor's)."""
+
+    def make() -> "ResourceManager":
+        from pyvisa import ResourceManager
+
+        return ResourceManager(library)
+
+    return make
+
+
+def _attempt(name: str, close: Callable[[], object]) -> list[str]:
+    try:
+        close()
+    except Exception as error:  # noqa: BLE001  one that cannot be closed must not keep the next open
+        return [f"{name} could not be closed: {error}"]
+    return []

@@ -1,0 +1,36 @@
+"""Instruments that several sockets of a line use in turn."""
+
+from collections.abc import Collection
+from typing import Protocol
+
+from procedures.core.bench import Role
+
+
+class Sharing(Protocol):
+    """A run's way to what it shares with others; one procedure has all of its share, or waits for it."""
+
+    @property
+    def roles(self) -> frozenset[Role]:
+        """The roles whose instrument others use too."""
+
+    def acquire(self, roles: Collection[Role], purpose: str) -> float:
+        """Have these for `purpose` when this returns; gives the time (s) that was waited.
+
+        Raises InstrumentError naming who has one where it takes too long.
+        """
+
+    def release(self) -> None:
+        """Give back what there is to give back."""
+
+
+class Alone:
+    """Nobody else uses this station."""
+
+    roles: frozenset[Role] = frozenset()
+
+    def acquire(self, roles: Collection[Role], purpose: str) -> float:
+        """Have it."""
+        return 0.0
+
+    def release(self) -> None:
+        """Pass."""

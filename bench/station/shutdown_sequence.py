@@ -1,0 +1,159 @@
+"""The shutdown sequence as data: what is done to which instrument, in which order; `[[way_down]]` of a station file."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from pydantic import Field
+
+from bench.files.toml_file import Section
+from bench.i18n.errors import InputError, at, said_by
+from drivers.interfaces.text import text
+from procedures.core.bench import Role
+
+
+class Do(StrEnum):
+    """What an item does, as a station file writes it."""
+
+    COMMAND_ZERO = "command_zero"
+    DISABLE = "disable"
+    OUTPUT_OFF = "output_off"
+    BRAKE = "brake"
+    SILENCE = "silence"
+    VOLTAGE_DECAYED = "voltage_decayed"
+    CURRENT_ZERO = "current_zero"
+    SPEED_ZERO = "speed_zero"
+    OPEN = "open"
+
+
+#: Roles that each item can be done to.
+ROLES_OF: Mapping[Do, tuple[Role, ...]] = {
+    Do.COMMAND_ZERO: (Role.INVERTER, Role.DYNAMOMETER),
+    Do.DISABLE: (Role.INVERTER, Role.DRIVE, Role.DYNAMOMETER, Role.ROTOR_ACTUATOR),
+    Do.OUTPUT_OFF: (Role.INSULATION_TESTER, Role.SUPPLY),
+    Do.BRAKE: (Role.DYNAMOMETER,),
+    Do.SILENCE: (Role.LCR_METER, Role.OSCILLOSCOPE, Role.TACHOMETER, Role.VOLTMETER),
+    Do.VOLTAGE_DECAYED: (Role.SUPPLY, Role.VOLTMETER),
+    Do.CURRENT_ZERO: (Role.SUPPLY,),
+    Do.SPEED_ZERO: (Role.DYNAMOMETER, Role.DRIVE, Role.INVERTER, Role.TACHOMETER),
+    Do.OPEN: (Role.SWITCH_MATRIX,),
+}
+#: What takes the energy away from each role that can feed some.
+OFF_BY: Mapping[Role, Do] = {
+    Role.INSULATION_TESTER: Do.OUTPUT_OFF,
+    Role.ROTOR_ACTUATOR: Do.DISABLE,
+    Role.INVERTER: Do.DISABLE,
+    Role.DRIVE: Do.DISABLE,
+    Role.DYNAMOMETER: Do.DISABLE,
+    Role.SUPPLY: Do.OUTPUT_OFF,
+}
+#: What the measuring items ask for unless the station says otherwise: below (V; A; rad/s) and within (s).
+# Through a few milliohms tens of amperes flow below a volt, so that an output that stays on shows in the current alone.
+BELOW: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 1.0, Do.CURRENT_ZERO: 0.05, Do.SPEED_ZERO: 1.0}
+WITHIN: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 5.0, Do.CURRENT_ZERO: 5.0, Do.SPEED_ZERO: 60.0}
+
+
+@dataclass(frozen=True)
+class Item:
+    """One item; `below` (V; A; rad/s, electrical where a drive measures it) and `within` (s) are 0 but for those that measure."""
+
+    do: Do
+    role: Role
+    below: float = 0.0
+    within: float = 0.0
+
+    @property
+    def measures(self) -> bool:
+        """Whether it waits for a measurement instead of commanding."""
+        return self.do in BELOW
+
+
+def item(do: Do, role: Role, below: float | None = None, within: float | None = None) -> Item:
+    """Return an item with what is not given filled in. Raises ValueError where the role cannot do it."""
+    if role not in ROLES_OF[do]:
+        allowed = ", ".join(one.value for one in ROLES_OF[do])
+        raise ValueError(
+            text("{do} cannot be done to {role}; allowed is {allowed}", do=do.value, role=role.value, allowed=allowed)
+        )
+    if do not in BELOW:
+        if below is not None or within is not None:
+            raise ValueError(text("{do} measures nothing; leave below and within out", do=do.value))
+        return Item(do, role)
+    return Item(do, role, BELOW[do] if below is None else below, WITHIN[do] if within is None else within)
+
+
+def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
+    """Return the list of a station that gives none; a person (`by_hand`) is asked for one thing an instrument."""
+    manual = set(by_hand)
+    commands = [item(Do.COMMAND_ZERO, role) for role in (Role.INVERTER, Role.DYNAMOMETER) if role not in manual]
+    high_voltage = item(Do.OUTPUT_OFF, Role.INSULATION_TESTER)
+    off = [item(Do.DISABLE, role) for role in ROLES_OF[Do.DISABLE]]
+    quiet = [item(Do.SILENCE, role) for role in ROLES_OF[Do.SILENCE]]
+    measured = [
+        item(do, role)
+        for do, role in (
+            (Do.VOLTAGE_DECAYED, Role.SUPPLY),
+            (Do.CURRENT_ZERO, Role.SUPPLY),
+            (Do.SPEED_ZERO, Role.DYNAMOMETER),
+            (Do.SPEED_ZERO, Role.DRIVE),
+            # Of a drive that is on and says it is not, the shaft tells.
+            (Do.SPEED_ZERO, Role.TACHOMETER),
+        )
+        if role not in manual
+    ]
+    # Contacts that part under current burn, so they are the last, whatever became of the rest.
+    relays = item(Do.OPEN, Role.SWITCH_MATRIX)
+    return (high_voltage, *commands, *off, item(Do.OUTPUT_OFF, Role.SUPPLY), *quiet, *measured, relays)
+
+
+@dataclass(frozen=True)
+class ShutdownSequence:
+    """The list of a station; a person does what concerns the roles in `by_hand`."""
+
+    items: tuple[Item, ...] = field(default_factory=default_items)
+    by_hand: frozenset[Role] = frozenset()
+
+
+class ShutdownSection(Section):
+    """One item of the list."""
+
+    do: Do
+    role: Role
+    below: float | None = Field(default=None, gt=0.0, description="V, A or rad/s, for an item that measures")
+    within: float | None = Field(
+        default=None, ge=0.0, le=3600.0, json_schema_extra={"unit": "s"}, description="for an item that measures"
+    )
+
+
+def shutdown_sequence_of(given: Iterable[ShutdownSection], roles: Mapping[Role, bool], source: str) -> ShutdownSequence:
+    """Return a station's list, the usual one where it gives none; `roles` says of each whether a person does it.
+
+    Raises InputError for an item that cannot be done, and for a list that leaves something energised.
+    """
+    by_hand = frozenset(role for role, manual in roles.items() if manual)
+    items = []
+    for number, one in enumerate(given):
+        key = f"{source}: way_down[{number}]"
+        if one.role not in roles:
+            raise InputError(
+                text("{key}.role = {role!r}: the station has no [instruments.{role}]", key=key, role=one.role.value)
+            )
+        try:
+            items.append(item(one.do, one.role, one.below, one.within))
+        except ValueError as error:
+            raise InputError(at(key, said_by(error))) from error
+    if not items:
+        return ShutdownSequence(default_items(by_hand), by_hand)
+    present = {(one.do, one.role) for one in items}
+    for role, off in OFF_BY.items():
+        if role in roles and (off, role) not in present:
+            raise InputError(
+                text(
+                    "{source}: [[way_down]] leaves [instruments.{role}] energised; "
+                    'add an item with do = "{off}" and role = "{role}", or leave the whole list out',
+                    source=source,
+                    role=role.value,
+                    off=off.value,
+                )
+            )
+    return ShutdownSequence(tuple(items), by_hand)

@@ -1,0 +1,92 @@
+"""`[watchdog_relays.<name>]`: relays that must be fed while the roles behind their contact are energised."""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import Field
+
+from bench.files.toml_file import Section, nearest, validate
+from bench.i18n.errors import InputError
+from bench.station.driver_options import read_options
+from bench.station.shutdown_sequence import OFF_BY
+from drivers.beckhoff.catalogue import RelayDriver, find_relay, relay_names
+from drivers.interfaces.text import text
+from procedures.core.bench import Role
+
+#: Keys of a relay's table that are not its driver's.
+_COMMON = ("driver", "address", "roles")
+
+
+class _Relay(Section):
+    driver: str = Field(description="the driver's name, text in quotes")
+    address: str = Field(min_length=1, description="tcp://host:port, text in quotes")
+    roles: list[Role] = Field(min_length=1, description='the roles behind its contact, like ["supply"]')
+
+
+@dataclass(frozen=True)
+class RelayEntry:
+    """One relay of a station: its name in the file, how it is reached, and the roles whose energy its contact carries."""
+
+    name: str
+    driver: RelayDriver
+    address: str
+    roles: frozenset[Role]
+    options: object
+
+
+def relays_of(tables: Mapping[str, Mapping[str, Any]], there: Collection[Role], source: str) -> tuple[RelayEntry, ...]:
+    """Return a station's relays with a watchdog; `there` are its instruments' roles.
+
+    Raises InputError naming file, key, what was given and what is allowed.
+    """
+    entries = []
+    for name, table in tables.items():
+        prefix = f"watchdog_relays.{name}"
+        common = validate(_Relay, {key: table[key] for key in _COMMON if key in table}, source, prefix)
+        if common.driver not in relay_names():
+            raise InputError(
+                text(
+                    "{source}: {prefix}.driver = {driver!r} is no driver for a relay with a watchdog; {hint}",
+                    source=source,
+                    prefix=prefix,
+                    driver=common.driver,
+                    hint=nearest(common.driver, relay_names()),
+                )
+            )
+        allowed = [role.value for role in OFF_BY if role in there]
+        for role in common.roles:
+            if role.value not in allowed:
+                raise InputError(
+                    text(
+                        "{source}: {prefix}.roles: {role} is no role of this station that feeds energy; allowed are {allowed}",
+                        source=source,
+                        prefix=prefix,
+                        role=role.value,
+                        allowed=allowed,
+                    )
+                )
+        driver = find_relay(common.driver)
+        own = {key: value for key, value in table.items() if key not in _COMMON}
+        options = read_options(driver.options, own, source, prefix)
+        entries.append(RelayEntry(name, driver, common.address, frozenset(common.roles), options))
+    check_addresses(entries, source)
+    return tuple(entries)
+
+
+def check_addresses(entries: Iterable[RelayEntry], source: str) -> None:
+    """Raise InputError where two relays are at one address: its watchdog is one, and who feeds it for one feeds it for both."""
+    seen: dict[str, str] = {}
+    for entry in entries:
+        if entry.address in seen:
+            raise InputError(
+                text(
+                    "{source}: watchdog_relays.{name}.address: {address} is the address of {other} too, and its watchdog is one; "
+                    "give each relay a device of its own",
+                    source=source,
+                    name=entry.name,
+                    address=entry.address,
+                    other=seen[entry.address],
+                )
+            )
+        seen[entry.address] = entry.name

@@ -1,0 +1,96 @@
+"""Faults to inject on a virtual bench: a TOML file of `[[faults]]`, or one a flag."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.files.toml_file import nearest, read, validate
+from bench.i18n.errors import InputError, at, said_by
+from bench.virtual.fault_phrase import parse_phrase
+from drivers.interfaces.text import text
+from procedures.catalogue import catalogue
+from sim_instruments.faults.catalogue import kinds
+from sim_instruments.faults.description import Description
+
+_TABLE = "faults"
+
+
+@dataclass(frozen=True)
+class GivenFault:
+    """A fault, and where it was given: the file and the table, or the flag."""
+
+    described: Description
+    source: str
+
+
+def given_faults(file: Path | None, phrases: Sequence[str] = ()) -> tuple[GivenFault, ...]:
+    """Return the faults of a file and of flags. Raises InputError with file, key and what is allowed for a bad one."""
+    faults = [] if file is None else load_faults(file)
+    return (*faults, *(_fault(parse_phrase(phrase), f'--fault "{phrase}"', "") for phrase in phrases))
+
+
+def load_faults(path: Path) -> list[GivenFault]:
+    """Return the faults of a file. Raises InputError with file, key and what is allowed."""
+    _, data = read(path, text("fault file"))
+    name = str(path)
+    for key in data:
+        if key != _TABLE:
+            raise InputError(text("{name}: unknown key {key}; {hint}", name=name, key=key, hint=nearest(key, [_TABLE])))
+    tables = data.get(_TABLE, [])
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables) or not tables:
+        raise InputError(text("{name}: give at least one table [[{table}]]", name=name, table=_TABLE))
+    return [_fault(table, name, f"{_TABLE}[{number}]") for number, table in enumerate(tables)]
+
+
+def inject(faults: Sequence[GivenFault], add: Callable[[Description], object]) -> None:
+    """Add each to a bench. Raises InputError where the bench cannot have it."""
+    for fault in faults:
+        try:
+            add(fault.described)
+        except (ValueError, RuntimeError) as error:
+            raise InputError(at(fault.source, said_by(error))) from None
+
+
+def _fault(data: Mapping[str, Any], name: str, prefix: str) -> GivenFault:
+    source = f"{name}: {prefix}" if prefix else name
+    known = kinds()
+    kind = data.get("fault")
+    if not isinstance(kind, str) or kind not in known:
+        key = f"{prefix}." if prefix else ""
+        if kind is None:
+            raise InputError(
+                text("{name}: {key}fault is missing; known are: {names}", name=name, key=key, names=sorted(known))
+            )
+        hint = nearest(str(kind), list(known))
+        raise InputError(
+            text("{name}: {key}fault {kind} is not known; {hint}", name=name, key=key, kind=repr(kind), hint=hint)
+        )
+    described = validate(known[kind], data, name, prefix)
+    _check_step(described, source)
+    return GivenFault(described, source)
+
+
+def _check_step(described: Description, source: str) -> None:
+    """Raise InputError for a step or a procedure that does not exist."""
+    if described.step is None:
+        return
+    procedures = catalogue()
+    if described.procedure is not None and described.procedure not in procedures:
+        raise InputError(
+            text(
+                "{source}: there is no procedure {procedure!r}; {hint}",
+                source=source,
+                procedure=described.procedure,
+                hint=nearest(described.procedure, list(procedures)),
+            )
+        )
+    owners = procedures if described.procedure is None else [described.procedure]
+    steps = [step.identifier for owner in owners for step in procedures[owner].steps()]
+    if described.step not in steps:
+        hint = nearest(described.step, list(dict.fromkeys(steps)))
+        if described.procedure:
+            said = text("{name} has no step {step!r}; {hint}", name=described.procedure, step=described.step, hint=hint)
+        else:
+            said = text("there is no step {step!r}; {hint}", step=described.step, hint=hint)
+        raise InputError(at(source, said))

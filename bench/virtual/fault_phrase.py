@@ -1,0 +1,109 @@
+"""One fault in a few words, as a flag takes it: `supply: silence on MEAS:CURR at step 3.2.2/3 after 0.5 for 2`."""
+
+import shlex
+import tomllib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from bench.i18n.errors import UsageError, at, said_by
+from drivers.interfaces.text import Text, lines, text
+
+_FORM = text(
+    "give [ROLE:] FAULT [KEY=VALUE …] [on PATTERN] [at TIME | at step STEP [of PROCEDURE] | when ROLE PATTERN] "
+    "[after TIME] [for TIME]"
+)
+
+
+def parse_phrase(phrase: str) -> dict[str, Any]:
+    """Return the table that a fault file would have for it. Raises UsageError that names the word that does not fit."""
+    try:
+        words = iter(shlex.split(phrase))
+    except ValueError as error:
+        raise UsageError(_refused(phrase, said_by(error))) from None
+    told: dict[str, Any] = {}
+    for word in words:
+        try:
+            _take(word, words, told)
+        except StopIteration:
+            raise UsageError(_refused(phrase, text("something is missing after {word!r}", word=word))) from None
+        except ValueError as error:
+            raise UsageError(_refused(phrase, said_by(error))) from None
+    return told
+
+
+def _refused(phrase: str, said: Text) -> Text:
+    return at(f'--fault "{phrase}"', lines((said, _FORM), between="; "))
+
+
+def _take(word: str, words: Iterator[str], told: dict[str, Any]) -> None:
+    clause = _CLAUSES.get(word)
+    key, equals, value = word.partition("=")
+    if "fault" not in told:
+        if word.endswith(":") and "role" not in told:
+            told["role"] = word[:-1]
+        else:
+            told["fault"] = word.replace("-", "_")
+    elif clause is not None:
+        clause(words, told)
+    elif equals and key:
+        _put(told, key, _value(value))
+    elif word != "s":
+        raise ValueError(text("{word!r} does not fit", word=word))
+
+
+def _on(words: Iterator[str], told: dict[str, Any]) -> None:
+    _put(told, "pattern", next(words))
+
+
+def _at(words: Iterator[str], told: dict[str, Any]) -> None:
+    word = next(words)
+    if word == "step":
+        _put(told, "step", next(words))
+    else:
+        _put(told, "at", _time(word))
+
+
+def _of(words: Iterator[str], told: dict[str, Any]) -> None:
+    _put(told, "procedure", next(words))
+
+
+def _when(words: Iterator[str], told: dict[str, Any]) -> None:
+    _put(told, "message", {"role": next(words), "pattern": next(words)})
+
+
+def _after(words: Iterator[str], told: dict[str, Any]) -> None:
+    _put(told, "after", _time(next(words)))
+
+
+def _for(words: Iterator[str], told: dict[str, Any]) -> None:
+    _put(told, "duration", _time(next(words)))
+
+
+_CLAUSES: dict[str, Callable[[Iterator[str], dict[str, Any]], None]] = {
+    "on": _on,
+    "at": _at,
+    "of": _of,
+    "when": _when,
+    "after": _after,
+    "for": _for,
+}
+
+
+def _put(told: dict[str, Any], key: str, value: Any) -> None:
+    if key in told:
+        raise ValueError(text("{key} is given twice", key=key))
+    told[key] = value
+
+
+def _time(word: str) -> float:
+    try:
+        return float(word.removesuffix("s"))
+    except ValueError:
+        raise ValueError(text("{word!r} is no time in seconds", word=word)) from None
+
+
+def _value(typed: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {typed}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return typed

@@ -1,0 +1,103 @@
+"""The virtual bench as a station: the same drivers, by the same way, at the addresses of its instruments."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from bench.station.station_file import VIRTUAL, Station, make_station
+
+#: What the virtual units' individual errors are drawn from.
+_DRAWN = "specification of the virtual unit"
+#: An address as the virtual bench gives it: text, or for a CAN node its parts.
+Address = str | Mapping[str, str | int]
+
+
+def describe(
+    addresses: Mapping[str, Address],
+    control: str = "",
+    interlocks: Mapping[str, Mapping[str, Any]] | None = None,
+    watchdog_relays: Mapping[str, Mapping[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """Return what the station file of a virtual bench at these addresses (by role) would hold.
+
+    `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
+    safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
+    """
+    voltage, current = {"kind": "V", "attenuation": 10.0}, {"kind": "A", "attenuation": 10.0}
+    options: dict[str, dict[str, Any]] = {
+        "supply": {"driver": "keysight-e36300", "channel": 1, "maximum_current": 10.0},
+        "lcr_meter": {"driver": "keysight-e4980a"},
+        "oscilloscope": {
+            "driver": "keysight-infiniivision",
+            "probes": {"1": voltage, "2": voltage, "3": voltage, "4": current},
+        },
+        "dynamometer": {
+            "driver": "delta-dyn200",
+            "maximum_speed": 630.0,
+            "direction_from": "command",
+            "torque_accuracy": {"gain": 2.0e-3, "offset": 5.0e-3, "resolution": 1.0e-4, "source": _DRAWN},
+            "speed_accuracy": {"gain": 2.0e-4, "resolution": 1.0472e-3, "source": _DRAWN},
+        },
+        "voltmeter": {"driver": "keysight-34461a"},
+        "tachometer": {"driver": "lutron-tachometer", "accuracy": {"gain": 5.0e-4, "source": _DRAWN}},
+        "inverter": {
+            "driver": "cia402-inverter",
+            "maximum_current": 30.0,
+            "maximum_frequency": 1000.0,
+            "poll_interval": 0.05,
+            "current_accuracy": {"gain": 0.02, "resolution": 0.01, "source": _DRAWN},
+            "frequency_accuracy": {"gain": 5.0e-5, "resolution": 0.01, "source": _DRAWN},
+        },
+        "drive": {"driver": "cia402-six-step"},
+    }
+    if "switch_matrix" in addresses:
+        options |= _fixture()
+    # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
+    for role in {"inverter", "drive", "rotor_actuator"} & options.keys():
+        options[role]["heartbeat_time"] = 3.0 if control else 0.0
+    options["dynamometer"]["watchdog_time"] = 3.0 if control else 0.0
+    if control and "rotor_actuator" in options:
+        # Paced time comes in steps: what turns fast overshoots or falls short by a step.
+        options["rotor_actuator"]["maximum_speed"] = 5.0
+    instruments = {role: {**options[role], "address": as_text(address)} for role, address in addresses.items()}
+    station = {"name": "virtual bench", **({"control": control} if control else {})}
+    made: dict[str, Any] = {"station": station, "instruments": instruments}
+    if interlocks:
+        # One computer plays bench and station: its being busy is no open contact.
+        made["interlocks"] = {name: {**where, "timeout": 3.0} for name, where in interlocks.items()}
+    if watchdog_relays:
+        made["watchdog_relays"] = {
+            name: {"driver": "beckhoff-bk9000", **where, "watchdog_time": 3.0, "timeout": 1.0}
+            for name, where in watchdog_relays.items()
+        }
+    return made
+
+
+def _fixture() -> dict[str, dict[str, Any]]:
+    from sim_instruments.world.fixture.layout import crosspoints
+
+    return {
+        "switch_matrix": {"driver": "keysight-34970a", "fixed": ["A:channel4~"], "crosspoints": crosspoints()},
+        "rotor_actuator": {"driver": "cia402-rotor-actuator", "maximum_speed": 60.0, "poll_interval": 0.02},
+        "insulation_tester": {"driver": "gwinstek-gpt9800"},
+    }
+
+
+def virtual_station(addresses: Mapping[str, Address]) -> Station:
+    """Return the station; its identity does not depend on the addresses, which differ from start to start."""
+    fixed = json.dumps(describe(dict.fromkeys(addresses, "-")), sort_keys=True)
+    return make_station(describe(addresses), VIRTUAL, fixed.encode())
+
+
+def virtual_roles() -> frozenset[str]:
+    """Return the roles that a virtual bench without a six-step drive has."""
+    from sim_instruments.bench import ROLES
+
+    return frozenset(ROLES)
+
+
+def as_text(address: Address) -> str:
+    """Return an address as a station file has it."""
+    if isinstance(address, str):
+        return address
+    return f"can://{address['interface']}/{address['channel']}?node={address['node_id']}"

@@ -1,0 +1,1 @@
+"""Beckhoff bus couplers as relays with a watchdog."""

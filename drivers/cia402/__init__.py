@@ -1,0 +1,1 @@
+"""Drives with the CiA 402 profile over CANopen."""

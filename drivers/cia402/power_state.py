@@ -1,0 +1,155 @@
+"""The power state machine of CiA 402 (IEC 61800-7-201, finite state automaton), walked one checked step at a time."""
+
+from enum import Enum
+
+from drivers.interfaces import Clock, CommunicationError, ReportedError
+from drivers.transport.can.objects import NodeObjects
+
+CONTROLWORD, STATUSWORD, ERROR_CODE = 0x6040, 0x6041, 0x603F
+
+#: Controlword commands.
+DISABLE_VOLTAGE, SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, FAULT_RESET = 0x00, 0x06, 0x07, 0x0F, 0x80
+
+#: Error codes of CiA 402, annex; a code not listed is named by its group.
+ERROR_NAMES = {
+    0x2310: "continuous over-current",
+    0x2320: "short circuit or earth leakage",
+    0x3110: "mains over-voltage",
+    0x3120: "mains under-voltage",
+    0x3210: "DC link over-voltage",
+    0x3220: "DC link under-voltage",
+    0x4210: "excess temperature of the device",
+    0x4310: "excess temperature of the drive",
+    0x7121: "motor blocked",
+    0x7122: "motor or commutation",
+    0x7300: "sensor",
+    0x8130: "life guard or heartbeat error",
+    0x8400: "velocity control",
+    0x8611: "following error",
+}
+ERROR_GROUPS = {
+    0x1: "generic error",
+    0x2: "current",
+    0x3: "voltage",
+    0x4: "temperature",
+    0x5: "device hardware",
+    0x6: "device software",
+    0x7: "additional modules",
+    0x8: "monitoring",
+    0x9: "external error",
+    0xF: "manufacturer-specific",
+}
+
+
+class PowerState(Enum):
+    """States by mask and value of the statusword."""
+
+    NOT_READY = (0x4F, 0x00)
+    SWITCH_ON_DISABLED = (0x4F, 0x40)
+    READY_TO_SWITCH_ON = (0x6F, 0x21)
+    SWITCHED_ON = (0x6F, 0x23)
+    OPERATION_ENABLED = (0x6F, 0x27)
+    QUICK_STOP_ACTIVE = (0x6F, 0x07)
+    FAULT_REACTION_ACTIVE = (0x4F, 0x0F)
+    FAULT = (0x4F, 0x08)
+
+    @property
+    def words(self) -> str:
+        """The state's name as the profile writes it."""
+        return self.name.replace("_", " ").capitalize()
+
+
+def decode_state(statusword: int) -> PowerState:
+    """Return the state a statusword stands for; raises ValueError for a pattern of no state."""
+    for state in PowerState:
+        mask, value = state.value
+        if statusword & mask == value:
+            return state
+    raise ValueError(f"statusword 0x{statusword:04X} stands for no state")
+
+
+def error_name(code: int) -> str:
+    """Return an error code with its name."""
+    return f"0x{code:04X} ({ERROR_NAMES.get(code) or ERROR_GROUPS.get(code >> 12, 'unknown')})"
+
+
+class UnreachedStateError(ReportedError):
+    """The drive answers, but stays in another state or mode than was commanded."""
+
+
+class PowerStateMachine:
+    """The drive's state, and the ways up and down; `timeout` (s) is for one transition."""
+
+    def __init__(self, objects: NodeObjects, clock: Clock, *, timeout: float, poll_interval: float) -> None:
+        self._objects = objects
+        self._clock = clock
+        self._timeout = timeout
+        self._poll_interval = poll_interval
+
+    def state(self) -> PowerState:
+        """Return the present state; raises CommunicationError for a statusword of no state."""
+        statusword = self._objects.read(STATUSWORD, 0, 2)
+        try:
+            return decode_state(statusword)
+        except ValueError as error:
+            raise CommunicationError(self._objects.name, str(error), command="read 0x6041:00") from error
+
+    def check_fault(self) -> PowerState:
+        """Return the present state; raises ReportedError with the error code where the drive is in fault."""
+        state = self.state()
+        if state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
+            raise self._fault("")
+        return state
+
+    def enable(self) -> None:
+        """Go to Operation enabled, step by step; raises ReportedError where the drive does not follow."""
+        if self.state() is not PowerState.SWITCH_ON_DISABLED:
+            self.disable()
+        for command, wanted in (
+            (SHUTDOWN, PowerState.READY_TO_SWITCH_ON),
+            (SWITCH_ON, PowerState.SWITCHED_ON),
+            (ENABLE_OPERATION, PowerState.OPERATION_ENABLED),
+        ):
+            self._command(command, wanted)
+
+    def disable(self) -> None:
+        """Go to Switch on disabled, from a fault too, and make sure of it.
+
+        Raises ReportedError naming the fault where there was one, also when it could be reset.
+        """
+        fault: ReportedError | None = None
+        # Before anything is read: harmless in every state, and off even if the replies are lost.
+        self._objects.write(CONTROLWORD, 0, DISABLE_VOLTAGE, 2)
+        if self.state() in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
+            fault = self._fault("")
+            self._objects.write(CONTROLWORD, 0, FAULT_RESET, 2)
+        try:
+            self._command(DISABLE_VOLTAGE, PowerState.SWITCH_ON_DISABLED)
+        except ReportedError as error:
+            raise fault or error from error
+        if fault is not None:
+            raise fault
+
+    def _command(self, word: int, wanted: PowerState) -> None:
+        command = f"0x6040 = {word:X}"
+        self._objects.write(CONTROLWORD, 0, word, 2)
+        deadline = self._clock.now() + self._timeout
+        while (state := self.state()) is not wanted:
+            if state is PowerState.FAULT and word != DISABLE_VOLTAGE:
+                raise self._fault(command)
+            if self._clock.now() >= deadline:
+                if state is PowerState.FAULT:
+                    raise self._fault(command)
+                raise UnreachedStateError(
+                    self._objects.name, f"stays in {state.words}, {wanted.words} was commanded", command=command
+                )
+            self._clock.sleep(self._poll_interval)
+
+    def _fault(self, command: str) -> ReportedError:
+        code = self._objects.read(ERROR_CODE, 0, 2)
+        return ReportedError(
+            self._objects.name,
+            f"the drive is in fault {error_name(code)}",
+            command=command,
+            remedy="Remove the cause, then try again",
+        )

@@ -1,0 +1,284 @@
+"""Rotor actuator with the CiA 402 drive profile over CANopen: a positioning drive with brake, clutch and coupling."""
+
+import math
+from collections.abc import Callable
+
+from drivers.bases.always import always
+from drivers.bases.set_points import check_setpoint
+from drivers.cia402.node import ACTUAL_VELOCITY, Cia402Node
+from drivers.cia402.opening import Opener, opener
+from drivers.cia402.options import Cia402RotorActuatorOptions
+from drivers.cia402.power_state import CONTROLWORD, ENABLE_OPERATION, STATUSWORD
+from drivers.interfaces import (
+    Accuracy,
+    Clock,
+    Identity,
+    InstrumentError,
+    MeasurementError,
+    Reading,
+    ReportedError,
+    Watchdog,
+)
+
+ACTUAL_POSITION, TARGET_POSITION, PROFILE_SPEED, TARGET_VELOCITY = 0x6064, 0x607A, 0x6081, 0x60FF
+ENCODER_RESOLUTION, INPUTS, OUTPUTS = 0x608F, 0x60FD, 0x60FE
+#: Modes of operation.
+PROFILE_POSITION, PROFILE_VELOCITY = 1, 3
+#: Bits of the digital outputs, which the inputs repeat once the mechanism has moved.
+BRAKE, CLUTCH, COUPLING = 1 << 16, 1 << 17, 1 << 18
+_ALL = BRAKE | CLUTCH | COUPLING
+#: Subindices of the digital outputs: the outputs, and which of them the bus switches.
+OUTPUT_STATES, OUTPUT_MASK = 1, 2
+#: Controlword: a new set point is there. Statusword: it was taken; the target is reached.
+NEW_SET_POINT, TAKEN, REACHED = 1 << 4, 1 << 12, 1 << 10
+
+#: Below this speed (rad/s) a shaft stands: no mechanism is hurt by that.
+STANDING = 0.1
+#: An even speed is within this share of the one asked for, or this (rad/s).
+_SPEED_TOLERANCE, _LEAST_TOLERANCE = 0.05, 0.01
+#: The drive says within its own window (0x6067) that it is there; farther off than this (rad) something has slipped.
+_POSITION_TOLERANCE = math.radians(2.0)
+_WRAP = 1 << 32
+_WORDS = {BRAKE: "brake", CLUTCH: "clutch", COUPLING: "coupling to the dynamometer"}
+
+
+class Cia402RotorActuator:
+    """A rotor actuator by its node. Raises ReportedError where it states no whole number of increments per turn."""
+
+    def __init__(
+        self, node: Cia402Node, clock: Clock, options: Cia402RotorActuatorOptions, *, name: str = "rotor_actuator"
+    ) -> None:
+        self._node = node
+        self._objects = node.objects
+        self._power = node.power
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._counts: int | None = None
+        self._increments = options.increments_per_turn or 0
+        if node.guarding:
+            return
+        self._increments = self._increments or self._encoder()
+        mask = self._objects.read_optional(OUTPUTS, OUTPUT_MASK, 4)
+        # CiA 402 leaves the mask to the maker; without one every output is the bus' to switch.
+        if mask is not None and mask & _ALL != _ALL:
+            self._objects.write(OUTPUTS, OUTPUT_MASK, mask | _ALL, 4)
+        node.watch()
+
+    @property
+    def identity(self) -> Identity:
+        """Vendor and product of 0x1018, with the device's name."""
+        return self._node.identity
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """The drive's heartbeat consumer, as it was armed and read back."""
+        return self._node.watchdog
+
+    @property
+    def maximum_speed(self) -> float:
+        """Largest speed (rad/s) at which it turns the shaft: the station's limit."""
+        return self._options.maximum_speed
+
+    def lock(self) -> None:
+        """Hold the shaft where it stands; returns when the brake has closed.
+
+        Raises ReportedError where it does not close, InstrumentError while the shaft turns.
+        """
+        self._refuse_turning("the brake closes on a standing shaft only")
+        self._switch(BRAKE, BRAKE | CLUTCH)
+
+    def release(self) -> None:
+        """Open brake and clutch, so that the shaft turns freely; returns when they have opened."""
+        self._switch(0, BRAKE | CLUTCH)
+
+    def turn(self, speed: float) -> None:
+        """Turn the shaft evenly at `speed` (rad/s, sign is direction) until stopped; returns once it does.
+
+        Raises SetpointError beyond the maximum, InstrumentError with the brake closed, MeasurementError where the shaft does
+        not get to that speed; it is let go of then.
+        """
+        highest = self._options.maximum_speed
+        check_setpoint(self._name, "speed", speed, "rad/s", -highest, highest, "the station")
+        try:
+            self._take_hold(PROFILE_VELOCITY, TARGET_VELOCITY)
+            self._objects.write(TARGET_VELOCITY, 0, self._as_counts(speed), 4, signed=True)
+            tolerance = max(_SPEED_TOLERANCE * abs(speed), _LEAST_TOLERANCE)
+            self._await(
+                lambda: abs(self._speed() - speed) <= tolerance,
+                lambda: f"the speed is {self._speed():.3g} rad/s, {speed:.3g} rad/s was commanded",
+            )
+        except BaseException as error:
+            self._let_go_after(error)
+            raise
+
+    def stop(self) -> None:
+        """End turning and let the shaft go; returns when the drive stands."""
+        with always(self._release_hold, self._objects.calls):
+            self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
+            self._await(
+                lambda: abs(self._speed()) <= STANDING,
+                lambda: f"the speed is {self._speed():.3g} rad/s, 0 was commanded",
+            )
+
+    def move_by(self, angle: float) -> None:
+        """Turn the shaft by an angle (rad) and let it go.
+
+        Raises SetpointError for more than the drive can count, InstrumentError with the brake closed, MeasurementError where
+        the shaft does not get there.
+        """
+        farthest = (_WRAP / 2 - 1) / self._increments * 2.0 * math.pi
+        check_setpoint(self._name, "angle", angle, "rad", -farthest, farthest, "0x607A")
+        with always(self._release_hold, self._objects.calls):
+            self._take_hold(PROFILE_POSITION, None)
+            target = _wrapped(self._position() + self._as_counts(angle))
+            self._objects.write(PROFILE_SPEED, 0, self._as_counts(self._options.maximum_speed), 4)
+            self._objects.write(TARGET_POSITION, 0, target, 4, signed=True)
+            self._objects.write(CONTROLWORD, 0, ENABLE_OPERATION | NEW_SET_POINT, 2)
+            self._await(lambda: bool(self._status() & TAKEN), lambda: "a new target position was not taken")
+            self._objects.write(CONTROLWORD, 0, ENABLE_OPERATION, 2)
+            # It cannot be there sooner.
+            self._clock.sleep(abs(angle) / self._options.maximum_speed)
+            tolerance = self._as_counts(_POSITION_TOLERANCE)
+            self._await(
+                lambda: bool(self._status() & REACHED) and abs(_wrapped(self._position() - target)) <= tolerance,
+                lambda: f"the shaft is {math.degrees(self._remaining(target)):.3g}° from where it was to go",
+            )
+
+    def angle(self) -> Reading:
+        """Return the shaft's angle (rad) by the encoder that sits on it."""
+        counts = self._position()
+        # The counter has 32 bits and the angle does not wrap.
+        self._counts = counts if self._counts is None else self._counts + _wrapped(counts - self._counts)
+        step = 2.0 * math.pi / self._increments
+        accuracy = self._options.angle_accuracy or Accuracy(
+            resolution=step, source="one increment of 0x6064; no drive profile states an accuracy"
+        )
+        return Reading(self._counts * step, "rad", accuracy, self._clock.now())
+
+    def couple_dynamometer(self) -> None:
+        """Close the coupling to the dynamometer; refused with InstrumentError while the shaft turns."""
+        self._refuse_turning("the coupling closes on a standing shaft only")
+        self._switch(COUPLING, COUPLING)
+
+    def uncouple_dynamometer(self) -> None:
+        """Open the coupling to the dynamometer; refused with InstrumentError while the shaft turns."""
+        self._refuse_turning("the coupling opens on a standing shaft only")
+        self._switch(0, COUPLING)
+
+    def make_safe(self) -> None:
+        """Take the torque away and open the clutch, and make sure of both; the brake stays as it is.
+
+        Raises ReportedError naming a fault that was found, or a clutch that stays engaged.
+        """
+        self._let_go()
+
+    def close(self) -> None:
+        """Leave the bus; may be called twice."""
+        self._node.close()
+
+    def _take_hold(self, mode: int, target: int | None) -> None:
+        """Have the drive hold the standing shaft, by the clutch, in a mode in which it was told to stay where it is."""
+        if self._objects.read(INPUTS, 0, 4) & BRAKE:
+            raise InstrumentError(self._name, "the brake is closed", remedy="Release the shaft first")
+        self._node.select(mode)
+        if target is not None:
+            self._objects.write(target, 0, 0, 4, signed=True)
+        self._power.enable()
+        self._switch(CLUTCH, CLUTCH)
+
+    def _release_hold(self) -> None:
+        """Open the clutch while the drive still holds the shaft, so that it is let go of where it is; then no torque."""
+        with always(self._node.disable, self._objects.calls):
+            self._switch(0, CLUTCH)
+
+    def _let_go(self) -> None:
+        with always(lambda: self._switch(0, CLUTCH), self._objects.calls):
+            self._node.disable()
+
+    def _let_go_after(self, error: BaseException) -> None:
+        try:
+            with self._objects.calls.making_safe():
+                self._let_go()
+        except InstrumentError as failure:
+            error.add_note(f"On the way down: {failure}")
+
+    def _switch(self, wanted: int, mask: int) -> None:
+        """Set the outputs in `mask` and return once the mechanism has followed; raises ReportedError where it does not."""
+        outputs = self._objects.read(OUTPUTS, OUTPUT_STATES, 4)
+        if outputs & mask != wanted:
+            self._objects.write(OUTPUTS, OUTPUT_STATES, outputs & ~mask | wanted, 4)
+        deadline = self._clock.now() + self._options.timeout
+        while (stuck := (self._objects.read(INPUTS, 0, 4) ^ wanted) & mask) != 0:
+            if self._clock.now() >= deadline:
+                parts = ", ".join(
+                    f"the {word} stays {'open' if wanted & bit else 'closed'}"
+                    for bit, word in _WORDS.items()
+                    if stuck & bit
+                )
+                raise ReportedError(
+                    self._name,
+                    f"{parts} {self._options.timeout:g} s after it was told to move",
+                    command="read 0x60FD:00",
+                    remedy="Check air, power and end switches of the mechanism",
+                )
+            self._clock.sleep(self._options.poll_interval)
+
+    def _refuse_turning(self, why: str) -> None:
+        speed = self._speed()
+        if abs(speed) > STANDING:
+            raise InstrumentError(
+                self._name,
+                f"the shaft turns at {speed:.3g} rad/s, and {why}",
+                command="read 0x606C:00",
+                remedy="Wait until it stands",
+            )
+
+    def _await(self, reached: Callable[[], bool], finding: Callable[[], str]) -> None:
+        deadline = self._clock.now() + self._options.timeout
+        while not reached():
+            self._power.check_fault()
+            if self._clock.now() >= deadline:
+                raise MeasurementError(
+                    self._name, finding(), remedy="Check that the shaft turns freely, and clutch and brake"
+                )
+            self._clock.sleep(self._options.poll_interval)
+
+    def _encoder(self) -> int:
+        increments = self._objects.read_optional(ENCODER_RESOLUTION, 1, 4)
+        turns = self._objects.read_optional(ENCODER_RESOLUTION, 2, 4)
+        if not increments or not turns or increments % turns:
+            raise ReportedError(
+                self._name,
+                f"the drive states no whole number of increments per turn ({increments} in {turns})",
+                command="read 0x608F",
+                remedy="Set increments_per_turn in the station file",
+            )
+        return increments // turns
+
+    def _status(self) -> int:
+        return self._objects.read(STATUSWORD, 0, 2)
+
+    def _position(self) -> int:
+        return self._objects.read(ACTUAL_POSITION, 0, 4, signed=True)
+
+    def _remaining(self, target: int) -> float:
+        return _wrapped(self._position() - target) / self._increments * 2.0 * math.pi
+
+    def _speed(self) -> float:
+        counts = self._objects.read(ACTUAL_VELOCITY, 0, 4, signed=True)
+        return counts / self._increments * 2.0 * math.pi
+
+    def _as_counts(self, value: float) -> int:
+        """Return an angle (rad) or a speed (rad/s) in increments."""
+        return round(value / (2.0 * math.pi) * self._increments)
+
+
+def _wrapped(counts: int) -> int:
+    """Return counts as a signed number of 32 bits."""
+    return (counts + _WRAP // 2) % _WRAP - _WRAP // 2
+
+
+open_cia402_rotor_actuator: Opener[Cia402RotorActuatorOptions, Cia402RotorActuator] = opener(
+    Cia402RotorActuator, "rotor_actuator"
+)

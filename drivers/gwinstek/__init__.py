@@ -1,0 +1,1 @@
+"""GW Instek safety testers."""

@@ -1,0 +1,311 @@
+"""GW Instek GPT-9803 and GPT-9804 safety testers as insulation testers (GPT-9800 Series User Manual, remote control)."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from drivers.bases.always import always
+from drivers.bases.identification import check_serial_number
+from drivers.bases.set_points import check_setpoint, lesser
+from drivers.gwinstek import gpt9800_data as data
+from drivers.interfaces import (
+    UNWATCHED,
+    Calls,
+    Clock,
+    CommunicationError,
+    Identity,
+    IdentityError,
+    InsulationReading,
+    MeasurementError,
+    Reading,
+    ReportedError,
+    SetpointError,
+    Traffic,
+)
+from drivers.keysight.options import Gpt9800Options
+from drivers.transport.visa.opening import open_driver, open_session
+from drivers.transport.visa.session import IDENTITY_QUERY, WAY_DOWN_TIME, ScpiSession
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+MAKER = "GW Instek"
+#: Models of the series with an insulation test.
+MODELS = ("GPT-9803", "GPT-9804", "GPT-9903", "GPT-9904")
+START, STOP = "FUNC:TEST ON", "FUNC:TEST OFF"
+STATE_QUERY, READING_QUERY = "FUNC:TEST?", "MEAS?"
+#: How often (s) the tester is looked at, and how much longer (s) than it should a test may take.
+_LOOK, _MARGIN = 0.1, 3.0
+#: A test is over with these; while it lasts it says TEST, before it VIEW.
+_JUDGED = ("PASS", "FAIL")
+#: How long (s) a voltage that a judged test shows may be the present one: the tester discharges faster.
+_HELD = 1.0
+#: A test that ended this much (s) before its time was broken off.
+_TIME_STEP = 0.1
+
+_REPLY = re.compile(
+    r">?\s*IR\s*,\s*(?P<status>[A-Z ]+?)\s*,\s*(?P<voltage>\d+\.?\d*)\s*kV\s*,"
+    r"\s*(?P<beyond>>?)\s*(?P<resistance>\d+\.?\d*)\s*(?P<unit>[MG])\s*ohm\s*,\s*(?P<phase>[TR])?=?\s*(?P<time>[\d.\-]+)\s*S\s*",
+    re.ASCII,
+)
+
+
+_OUTPUT = re.compile(r">?\s*(?:ACW|DCW|IR)\s*,\s*([A-Z ]+?)\s*,\s*(\d+\.?\d*)\s*kV\s*,.*", re.ASCII)
+#: The earth bond test puts out volts, and shows amperes.
+_EARTH_BOND = re.compile(r">?\s*GB\s*,\s*([A-Z ]+?)\s*,.*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Output:
+    """Status and voltage (V) that MEAS? shows, in any function."""
+
+    status: str
+    voltage: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """What MEAS? tells: status, voltage (V), resistance (Ω), whether that is beyond the range, and the test's time (s).
+
+    `time` is NaN outside a test, and that of the ramp while `ramping`.
+    """
+
+    status: str
+    voltage: float
+    resistance: float
+    beyond_range: bool
+    time: float
+    ramping: bool
+
+
+def parse_report(text: str) -> Report:
+    """Return what a reply to MEAS? tells of an insulation test; raises ValueError on another form."""
+    found = _REPLY.fullmatch(text)
+    if found is None:
+        raise ValueError("no reading of an insulation test")
+    scale = {"M": 1.0, "G": 1e3}[found["unit"]] * data.MEGOHM
+    resistance = float(found["resistance"]) * scale
+    beyond = bool(found["beyond"]) or resistance >= data.LARGEST
+    time = math.nan if "-" in found["time"] else float(found["time"])
+    return Report(found["status"], float(found["voltage"]) * 1e3, resistance, beyond, time, found["phase"] == "R")
+
+
+def parse_output(text: str) -> Output:
+    """Return status and voltage in a reply to MEAS?; raises ValueError on another form."""
+    if (found := _OUTPUT.fullmatch(text)) is not None:
+        return Output(found[1], float(found[2]) * 1e3)
+    if (bond := _EARTH_BOND.fullmatch(text)) is not None:
+        return Output(bond[1], 0.0)
+    raise ValueError("no reading of a test")
+
+
+class GwInstekGpt9800:
+    """A GPT-9803 or GPT-9804; the tester is identified when this is made, and left as it is.
+
+    Raises IdentityError where another instrument, or a model without an insulation test, answers.
+    """
+
+    def __init__(
+        self,
+        session: ScpiSession,
+        clock: Clock,
+        options: Gpt9800Options,
+        *,
+        name: str = "insulation_tester",
+        guarding: bool = False,
+    ) -> None:
+        self._session = session
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._identity = self._identify()
+        self._maximum_voltage, self._owner = lesser(data.HIGHEST_VOLTAGE, options.maximum_voltage)
+        check_setpoint(name, "ramp_time", options.ramp_time, "s", data.SHORTEST_RAMP, data.LONGEST_RAMP, "the model")
+        if not guarding:
+            session.check_errors()
+
+    @property
+    def identity(self) -> Identity:
+        """Who answered *IDN? when this was opened."""
+        return self._identity
+
+    @property
+    def maximum_voltage(self) -> float:
+        """Largest test voltage (V): the lesser of the model's and the station's."""
+        return self._maximum_voltage
+
+    def measure(self, voltage: float, duration: float) -> InsulationReading:
+        """Apply `voltage` (V DC) for `duration` (s), read the resistance at its end, discharge, and return.
+
+        The output is off and discharged when this returns or raises. Raises SetpointError outside the allowed range or
+        between the model's steps of 50 V, MeasurementError where the test did not reach its voltage or was broken off.
+        """
+        self._check(voltage, duration)
+        with always(self.make_safe, self._session.calls):
+            self._prepare(voltage, duration)
+            self._session.send(START)
+            report = self._await_end(duration)
+        return self._judged(report, voltage, duration)
+
+    def make_safe(self) -> None:
+        """End the test, and return once the output is off and the object discharged.
+
+        Over a renewed connection where the present one fails. Raises ReportedError where it stays on or charged.
+        """
+        with self._session.within(WAY_DOWN_TIME):
+            self._session.insist(self._stop)
+            self._await_discharge()
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._session.close()
+
+    def _identify(self) -> Identity:
+        # Model, serial number, firmware: the maker does not name itself, and some firmware ends with a comma.
+        line = self._session.identity_line()
+        fields = [field.strip() for field in line.rstrip(", ").split(",")]
+        if len(fields) != 3 or not fields[0].upper().startswith(MODELS):
+            raise IdentityError(
+                self._name,
+                f"'{line}' answers, expected {' or '.join(MODELS)}, serial number, firmware",
+                command=IDENTITY_QUERY,
+                remedy="Correct the address or the driver in the station file",
+            )
+        identity = Identity(MAKER, *fields)
+        check_serial_number(self._name, identity, self._options.serial_number, IDENTITY_QUERY)
+        return identity
+
+    def _check(self, voltage: float, duration: float) -> None:
+        name = self._name
+        check_setpoint(name, "voltage", voltage, "V", data.LOWEST_VOLTAGE, self._maximum_voltage, self._owner)
+        steps = voltage / data.VOLTAGE_STEP
+        if not math.isclose(steps, round(steps), abs_tol=1e-6):
+            low = math.floor(steps) * data.VOLTAGE_STEP
+            whose = f"the model between its steps of {data.VOLTAGE_STEP:g} V"
+            raise SetpointError(name, "voltage", voltage, "V", low, low, whose)
+        check_setpoint(name, "duration", duration, "s", data.SHORTEST_TEST, data.LONGEST_TEST, "the model")
+
+    def _prepare(self, voltage: float, duration: float) -> None:
+        session = self._session
+        kilovolts = f"{voltage / 1e3:.3f}"
+        for command in (
+            STOP,
+            "MAIN:FUNC MANU",
+            "MANU:EDIT:MODE IR",
+            f"MANU:RTIM {self._options.ramp_time:.1f}",
+            f"MANU:IR:VOLT {kilovolts}",
+            # Between the widest limits the tester judges nothing and does not end a test before its time.
+            f"MANU:IR:RHIS {data.LARGEST / data.MEGOHM:.0f}",
+            "MANU:IR:RLOS 1",
+            f"MANU:IR:TTIM {duration:.1f}",
+        ):
+            session.write(command)
+        held = session.query("MANU:IR:VOLT?")
+        if held.strip().removesuffix("kV").strip() != kilovolts:
+            raise ReportedError(
+                self._name, f"the test voltage is '{held}' instead of {kilovolts} kV", command="MANU:IR:VOLT?"
+            )
+
+    def _await_end(self, duration: float) -> Report:
+        deadline = self._clock.now() + self._options.ramp_time + duration + _MARGIN
+        self._clock.sleep(self._options.ramp_time + duration)
+        while (report := self._report()).status not in _JUDGED:
+            if self._clock.now() >= deadline:
+                self._session.check_errors(START)
+                raise MeasurementError(
+                    self._name,
+                    f"the test has not ended {_MARGIN:g} s after its time (it says {report.status})",
+                    command=START,
+                    remedy="Check the tester's interlock, its start enable and its menu",
+                )
+            self._clock.sleep(_LOOK)
+        return report
+
+    def _report(self) -> Report:
+        text = self._session.query(READING_QUERY)
+        try:
+            return parse_report(text)
+        except ValueError as error:
+            raise self._unusable(text, error) from error
+
+    def _judged(self, report: Report, voltage: float, duration: float) -> InsulationReading:
+        least = voltage * (1.0 - data.VOLTAGE_GAIN) - data.VOLTAGE_OFFSET
+        # Below its range the tester judges at once.
+        below = report.status == "FAIL" and report.resistance <= data.RESOLUTION
+        if report.voltage < least or (report.ramping and not below):
+            raise MeasurementError(
+                self._name,
+                f"the test reached {report.voltage:g} V of {voltage:g} V",
+                command=READING_QUERY,
+                remedy="Check the winding for a short circuit to the frame, then the leads",
+            )
+        if not (below or report.time >= duration - _TIME_STEP):
+            raise MeasurementError(
+                self._name,
+                f"the test ended {report.status} after {report.time:g} s of {duration:g} s",
+                command=READING_QUERY,
+                remedy="Somebody may have stopped it at the front panel; check the leads",
+            )
+        accuracy = self._options.accuracy or data.stated_accuracy(report.resistance, voltage)
+        resistance = Reading(report.resistance, "Ω", accuracy, self._clock.now())
+        return InsulationReading(resistance, report.voltage, report.beyond_range)
+
+    def _stop(self) -> None:
+        """End the test and wait until the tester says so: it may not before it has discharged the object."""
+        self._session.send(STOP)
+        deadline = self._clock.now() + self._options.discharge_timeout
+        while (said := self._session.query(STATE_QUERY).upper()).split()[-1:] != ["OFF"]:
+            if self._clock.now() >= deadline:
+                raise ReportedError(
+                    self._name,
+                    f"the output is still on ('{said}')",
+                    command=STOP,
+                    remedy="Press STOP at the tester, and touch nothing",
+                )
+            self._clock.sleep(_LOOK)
+
+    def _await_discharge(self) -> None:
+        """Wait until MEAS? shows no dangerous voltage; a judged test may keep showing the one it ended with."""
+        begun = self._clock.now()
+        while (left := self._left()).voltage > data.HARMLESS:
+            waited = self._clock.now() - begun
+            if left.status in _JUDGED and waited >= _HELD:
+                return
+            if waited >= self._options.discharge_timeout:
+                raise ReportedError(
+                    self._name,
+                    f"{left.voltage:g} V are left {waited:.1f} s after the output went off",
+                    command=READING_QUERY,
+                    remedy="Touch nothing; short the winding to the frame by an earthing stick",
+                )
+            self._clock.sleep(_HELD if left.status in _JUDGED else _LOOK)
+
+    def _left(self) -> Output:
+        text = self._session.query(READING_QUERY)
+        try:
+            return parse_output(text)
+        except ValueError as error:
+            raise self._unusable(text, error) from error
+
+    def _unusable(self, text: str, error: ValueError) -> CommunicationError:
+        return CommunicationError(self._name, f"unusable reply '{text}' ({error})", command=READING_QUERY)
+
+
+def open_gwinstek_gpt9800(
+    address: str,
+    manager: "ResourceManager",
+    clock: Clock,
+    options: Gpt9800Options,
+    *,
+    name: str = "insulation_tester",
+    traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
+    guarding: bool = False,
+) -> GwInstekGpt9800:
+    """Open a GPT-9803 or GPT-9804 at a VISA address.
+
+    Raises CommunicationError where nothing answers, IdentityError where something else does.
+    """
+    session = open_session(address, manager, name, traffic=traffic, calls=calls, baud_rate=options.baud_rate)
+    return open_driver(session, lambda session: GwInstekGpt9800(session, clock, options, name=name, guarding=guarding))

@@ -1,0 +1,1 @@
+"""Interlock contacts, by the transport that carries them."""

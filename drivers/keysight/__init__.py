@@ -1,0 +1,1 @@
+"""Keysight bench instruments over SCPI."""

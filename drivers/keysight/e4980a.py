@@ -1,0 +1,266 @@
+"""Keysight E4980A and E4980AL LCR meters (User's Guide E4980-90230), series R and L."""
+
+import math
+from typing import TYPE_CHECKING
+
+from drivers.bases.set_points import check_setpoint, lesser
+from drivers.interfaces import (
+    UNWATCHED,
+    Accuracy,
+    Aperture,
+    Calls,
+    Clock,
+    Identity,
+    ImpedanceReading,
+    MeasurementError,
+    OverloadError,
+    ReportedError,
+    Traffic,
+    Wanted,
+)
+from drivers.keysight import e4980a_data as data
+from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.transport.visa.replies import is_overrange
+from drivers.transport.visa.session import ScpiSession
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+#: Status of a reading (User's Guide, "Data format"): no data and overload carry 9.9E37, the others real data.
+NO_DATA, GOOD, OVERLOAD, SOURCE_OVERLOAD, LEVEL_LOST = -1, 0, 1, 3, 4
+STATUS_TEXT = {
+    NO_DATA: "no data in the buffer",
+    OVERLOAD: "overload: beyond the range, or the terminals are open",
+    SOURCE_OVERLOAD: "the signal source was overloaded",
+    LEVEL_LOST: "the level control could not hold the level",
+}
+
+#: A short correction measures every correction frequency; that takes up to two minutes.
+CORRECTION_TIMEOUT = 180.0
+#: Digits after the point of the mantissa in the reply (format SN.NNNNNESNN).
+REPLY_DIGITS = 5
+#: A calibration point holds for frequencies this close (relative).
+CALIBRATION_WINDOW = 1e-3
+
+
+class KeysightE4980A:
+    """A Keysight E4980A or E4980AL; the instrument is identified when this is made, and its options are read.
+
+    Raises IdentityError where another instrument answers.
+    """
+
+    def __init__(self, session: ScpiSession, clock: Clock, options: E4980AOptions, *, name: str = "lcr_meter") -> None:
+        self._session = session
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._identity = identify(session, KEYSIGHT, ("E4980A",), options.serial_number)
+        self._maximum_frequency, self._frequency_owner = lesser(self._model_frequency(), options.maximum_frequency)
+        self._maximum_level, self._level_owner = lesser(data.MAXIMUM_LEVEL, options.maximum_level)
+        self._frequency, self._level, self._aperture = 1000.0, 1.0, Aperture.MEDIUM
+        self._configured = False
+        # The E4980AL has no DC bias (data sheet, "DC bias signal"); what the front panel left on must not reach a motor.
+        self._without_bias = () if self._is_al() else ("BIAS:STAT OFF",)
+        session.check_errors()
+
+    @property
+    def identity(self) -> Identity:
+        """Who answered *IDN? when this was opened."""
+        return self._identity
+
+    @property
+    def maximum_frequency(self) -> float:
+        """Largest test frequency (Hz): the lesser of the model's, by its option, and the station's."""
+        return self._maximum_frequency
+
+    def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
+        """Set series L and R, frequency (Hz), level (V rms) and measurement time, triggered over the bus, without DC bias.
+
+        Raises SetpointError before anything is sent, ReportedError where the instrument refuses.
+        """
+        check_setpoint(
+            self._name,
+            "frequency",
+            frequency,
+            "Hz",
+            data.MINIMUM_FREQUENCY,
+            self._maximum_frequency,
+            self._frequency_owner,
+        )
+        check_setpoint(self._name, "level", level, "V rms", 5e-3, self._maximum_level, self._level_owner)
+        for command in (
+            *self._without_bias,
+            "FUNC:IMP LSRS",
+            "FUNC:IMP:RANG:AUTO ON",
+            f"FREQ {frequency:.9g}",
+            f"VOLT {level:.6g}",
+            f"APER {aperture.value},1",
+            "FORM ASC",
+            "TRIG:SOUR BUS",
+        ):
+            self._session.write(command)
+        self._frequency, self._level, self._aperture = frequency, level, aperture
+        self._configured = True
+
+    def correct_short(self) -> None:
+        """Measure the shorted leads and subtract them from now on; takes up to two minutes.
+
+        Raises ReportedError where the instrument refuses or does not switch the correction on.
+        """
+        self._session.complete("CORR:SHOR:EXEC", timeout=CORRECTION_TIMEOUT)
+        self._session.check_errors("CORR:SHOR:EXEC")
+        self._session.write("CORR:SHOR:STAT ON")
+        if self._session.query_number("CORR:SHOR:STAT?") != 1:
+            raise ReportedError(self._name, "short correction is still off", command="CORR:SHOR:STAT ON")
+
+    @property
+    def source_impedance(self) -> float:
+        """Impedance (Ω) of the signal source."""
+        return data.SOURCE_IMPEDANCE
+
+    @property
+    def read_by_hand(self) -> bool:
+        """Never: it answers by itself."""
+        return False
+
+    def measure(self, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:
+        """Trigger one measurement and return series resistance (Ω) and inductance (H) at the frequency set.
+
+        Raises OverloadError where there is no value, MeasurementError where the status is not good
+        or nothing was configured yet.
+        """
+        if not self._configured:
+            raise MeasurementError(self._name, "no function and frequency set", remedy="Call configure() first")
+        # Complete before fetching: a fetch in between gets the previous values, or none.
+        self._session.complete("TRIG:IMM")
+        inductance, resistance, status, *_ = self._session.query_numbers("FETC?", 3, 4)
+        self._check_status(int(status), inductance, resistance)
+        r_accuracy, l_accuracy = self.accuracy_at(resistance, inductance, self._frequency)
+        return ImpedanceReading(
+            resistance,
+            inductance,
+            self._frequency,
+            _with_resolution(r_accuracy, resistance),
+            _with_resolution(l_accuracy, inductance),
+            self._clock.now(),
+        )
+
+    def accuracy_at(
+        self,
+        resistance: float,
+        inductance: float,
+        frequency: float,
+        level: float | None = None,
+        aperture: Aperture | None = None,
+    ) -> tuple[Accuracy, Accuracy]:
+        """Return the limits of error of a resistance (Ω) and an inductance (H) at a frequency (Hz).
+
+        Level (V rms) and measurement time are those that are set where they are not given.
+
+        Ae = (Ab + Zs/|Z| + Yo·|Z|)·Kt, times √(1 + Q²) for R where Q > 0.1 and √(1 + D²) for L where D > 0.1
+        (data sheet, "Basic accuracy"). A calibration point of the station replaces it.
+        Raises MeasurementError where neither states a figure for the frequency.
+        """
+        point = self._calibration_at(frequency)
+        if point is not None and point.resistance is not None and point.inductance is not None:
+            return point.resistance, point.inductance
+        if not data.MINIMUM_FREQUENCY <= frequency <= data.MAXIMUM_STATED_FREQUENCY:
+            raise MeasurementError(
+                self._name,
+                f"no accuracy is stated at {frequency:g} Hz, only from {data.MINIMUM_FREQUENCY:g} Hz to "
+                f"{data.MAXIMUM_STATED_FREQUENCY:g} Hz",
+                remedy="Stay within, or enter a calibration point",
+            )
+        setting = (frequency, level or self._level, aperture or self._aperture)
+        stated = self._stated_accuracy(resistance, inductance, setting)
+        if point is None:
+            return stated
+        return point.resistance or stated[0], point.inductance or stated[1]
+
+    def make_safe(self) -> None:
+        """Do nothing: 10 mA of test signal harm nobody."""
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._session.close()
+
+    def _is_al(self) -> bool:
+        return self._identity.model.upper().startswith("E4980AL")
+
+    def _model_frequency(self) -> float:
+        if not self._is_al():
+            return data.E4980A_MAXIMUM_FREQUENCY
+        # The model field may carry the option itself, else *OPT? lists it.
+        said = f"{self._identity.model},{self._session.query('*OPT?')}"
+        found = [limit for option, limit in data.E4980AL_MAXIMUM_FREQUENCY.items() if option in said]
+        return max(found, default=min(data.E4980AL_MAXIMUM_FREQUENCY.values()))
+
+    def _check_status(self, status: int, inductance: float, resistance: float) -> None:
+        if status in (NO_DATA, OVERLOAD) or is_overrange(inductance) or is_overrange(resistance):
+            what = STATUS_TEXT.get(status, "no value (9.9E37)")
+            raise OverloadError(self._name, what, command="FETC?", remedy="Check the leads at the motor's terminals")
+        if status != GOOD:
+            what = STATUS_TEXT.get(status, f"unknown status {status}")
+            raise MeasurementError(self._name, what, command="FETC?", remedy="Lower the level")
+
+    def _calibration_at(self, frequency: float) -> ImpedanceCalibration | None:
+        for point in self._options.calibration:
+            if math.isclose(point.frequency, frequency, rel_tol=CALIBRATION_WINDOW):
+                return point
+        return None
+
+    def _stated_accuracy(
+        self, resistance: float, inductance: float, setting: tuple[float, float, Aperture]
+    ) -> tuple[Accuracy, Accuracy]:
+        frequency = setting[0]
+        reactance = 2 * math.pi * frequency * abs(inductance)
+        impedance = math.hypot(resistance, reactance)
+        if impedance == 0:
+            offset = data.short_offset(0.0, *setting) * self._options.temperature_factor
+            return (
+                Accuracy(offset=offset, source=data.SOURCE),
+                Accuracy(offset=offset / (2 * math.pi * frequency), source=data.SOURCE),
+            )
+        proportional = data.basic_accuracy(*setting) * self._options.temperature_factor
+        fixed = data.short_offset(impedance, *setting) / impedance + data.open_offset(*setting) * impedance
+        fixed *= self._options.temperature_factor
+        # Written as |Z| over R and over X, which is √(1 + Q²) and √(1 + D²), and holds for R = 0 or L = 0 too.
+        r_size = impedance if reactance > 0.1 * abs(resistance) else abs(resistance)
+        x_size = impedance if abs(resistance) > 0.1 * reactance else reactance
+        return (
+            _split(proportional, fixed, abs(resistance), r_size),
+            _split(proportional, fixed, abs(inductance), x_size / (2 * math.pi * frequency)),
+        )
+
+
+def _split(proportional: float, fixed: float, value: float, size: float) -> Accuracy:
+    """Return relative errors of `size` as an accuracy of `value`: gain where the error grows with the value."""
+    if value == 0:
+        return Accuracy(offset=(proportional + fixed) * size, source=data.SOURCE)
+    return Accuracy(gain=proportional * size / value, offset=fixed * size, source=data.SOURCE)
+
+
+def _with_resolution(accuracy: Accuracy, value: float) -> Accuracy:
+    if value == 0 or accuracy.resolution:
+        return accuracy
+    digit = 10.0 ** (math.floor(math.log10(abs(value))) - REPLY_DIGITS)
+    return Accuracy(accuracy.gain, accuracy.offset, digit, accuracy.noise, accuracy.source)
+
+
+def open_keysight_e4980a(
+    address: str,
+    manager: "ResourceManager",
+    clock: Clock,
+    options: E4980AOptions,
+    *,
+    name: str = "lcr_meter",
+    traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
+) -> KeysightE4980A:
+    """Open an E4980A or E4980AL at a VISA address.
+
+    Raises CommunicationError where nothing answers, IdentityError where something else does.
+    """
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
+    return open_driver(session, lambda session: KeysightE4980A(session, clock, options, name=name))

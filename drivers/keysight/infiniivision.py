@@ -1,0 +1,328 @@
+"""Keysight InfiniiVision 3000 and 4000 X-Series oscilloscopes (Programmer's Guide 3000T X-Series)."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from drivers.bases.set_points import check_setpoint, probe_on
+from drivers.interfaces import (
+    UNWATCHED,
+    Accuracy,
+    Calls,
+    ChannelSettings,
+    Clock,
+    CommunicationError,
+    Identity,
+    MeasurementError,
+    OverloadError,
+    ProbeKind,
+    Reading,
+    Traffic,
+    Trigger,
+    Waveform,
+)
+from drivers.keysight import infiniivision_data as data
+from drivers.keysight.options import InfiniiVisionOptions, Probe
+from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.transport.visa.replies import is_overrange
+from drivers.transport.visa.session import ScpiSession
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+#: Bits of the operation status condition register: running, and armed for the trigger.
+RUNNING, ARMED = 1 << 3, 1 << 5
+#: How long (s) arming may take once the part of the record before the trigger is filled.
+ARMING_TIME = 1.0
+#: Converter steps over the screen's height (eight bits).
+CODES_ON_SCREEN = 256
+UNIT = {ProbeKind.VOLTAGE: "VOLT", ProbeKind.CURRENT: "AMP"}
+
+
+class KeysightInfiniiVision:
+    """A Keysight InfiniiVision; the instrument is identified when this is made.
+
+    Raises IdentityError where another instrument answers, SetpointError for a probe that cannot be.
+    """
+
+    def __init__(
+        self, session: ScpiSession, clock: Clock, options: InfiniiVisionOptions, *, name: str = "oscilloscope"
+    ) -> None:
+        self._session = session
+        self._clock = clock
+        self._options = options
+        self._name = name
+        for channel, probe in options.probes.items():
+            whose = "the model"
+            check_setpoint(name, f"attenuation of channel {channel}", probe.attenuation, "", 1e-3, 1e4, whose)
+        self._identity = identify(session, KEYSIGHT, data.MODELS, options.serial_number)
+        self._ranges: dict[int, ChannelSettings] = {}
+        self._record_time, self._points, self._pre_trigger = 1e-3, 1000, 0.0
+        self._trigger = Trigger(None)
+        #: When (s) the record that was armed last can be complete: triggered as soon as it may be.
+        self._earliest = -math.inf
+        session.check_errors()
+
+    @property
+    def identity(self) -> Identity:
+        """Who answered *IDN? when this was opened."""
+        return self._identity
+
+    @property
+    def gives_waveforms(self) -> bool:
+        """Samples can be fetched."""
+        return True
+
+    def channels(self, kind: ProbeKind) -> Sequence[int]:
+        """Return the numbers of the channels with a probe of this kind, in order."""
+        return tuple(sorted(channel for channel, probe in self._options.probes.items() if probe.kind is kind))
+
+    def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
+        """Set probe, range and offset (V or A at the probe's tip) of a channel and switch it on.
+
+        Raises SetpointError before anything is sent, ReportedError where the instrument refuses.
+        """
+        probe = self._probe(channel)
+        low, high = data.MINIMUM_RANGE * probe.attenuation, data.MAXIMUM_RANGE * probe.attenuation
+        check_setpoint(
+            self._name, f"range of channel {channel}", settings.range, probe.kind.value, low, high, "the probe"
+        )
+        check_setpoint(
+            self._name, f"offset of channel {channel}", settings.offset, probe.kind.value, -high, high, "the probe"
+        )
+        for command in (
+            f":CHAN{channel}:DISP ON",
+            f":CHAN{channel}:COUP DC",
+            f":CHAN{channel}:UNIT {UNIT[probe.kind]}",
+            f":CHAN{channel}:PROB {probe.attenuation:.6g}",
+            f":CHAN{channel}:RANG {settings.range:.6g}",
+            f":CHAN{channel}:OFFS {settings.offset:.6g}",
+        ):
+            self._session.write(command)
+        # The instrument rounds to its own steps; accuracy follows from what it has set.
+        actual = self._session.query_number(f":CHAN{channel}:RANG?")
+        self._ranges[channel] = ChannelSettings(actual, settings.offset)
+
+    def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
+        """Set the record's length (s), its least number of points, and the share of it (0…1) before the trigger.
+
+        Raises SetpointError before anything is sent, ReportedError where the instrument refuses.
+        """
+        check_setpoint(
+            self._name, "record time", record_time, "s", data.MINIMUM_RECORD, data.MAXIMUM_RECORD, "the model"
+        )
+        most = min(data.MAXIMUM_POINTS, int(record_time * data.MAXIMUM_SAMPLE_RATE * (1 + 1e-9)))
+        check_setpoint(self._name, "points", points, "", 1, most, "the model at this record time")
+        check_setpoint(self._name, "pre-trigger", pre_trigger, "", 0.0, 1.0, "a record")
+        for command in (
+            ":ACQ:TYPE NORM",
+            ":TIM:MODE MAIN",
+            ":TIM:REF CENT",
+            f":TIM:RANG {record_time:.9g}",
+            # The position is the time from the trigger to the screen's centre.
+            f":TIM:POS {(0.5 - pre_trigger) * record_time:.9g}",
+        ):
+            self._session.write(command)
+        self._record_time, self._points, self._pre_trigger = record_time, points, pre_trigger
+
+    def configure_trigger(self, trigger: Trigger) -> None:
+        """Set the edge trigger; without a channel the record starts by itself.
+
+        Raises SetpointError for a channel without a probe, ReportedError where the instrument refuses.
+        """
+        if trigger.channel is None:
+            self._session.write(":TRIG:SWE AUTO")
+        else:
+            self._probe(trigger.channel)
+            for command in (
+                ":TRIG:MODE EDGE",
+                f":TRIG:EDGE:SOUR CHAN{trigger.channel}",
+                f":TRIG:EDGE:LEV {trigger.level:.6g}",
+                f":TRIG:EDGE:SLOP {trigger.slope.value}",
+                ":TRIG:SWE NORM",
+            ):
+                self._session.write(command)
+        self._trigger = trigger
+
+    def initiate(self) -> None:
+        """Arm for one record; returns once the instrument waits for its trigger.
+
+        Raises MeasurementError where it does not arm.
+        """
+        self._session.write(":SING")
+        # An event before this part of the record is filled does not trigger.
+        if self._pre_trigger > 0:
+            self._clock.sleep(self._pre_trigger * self._record_time)
+        armed = self._clock.now()
+        self._earliest = armed + (1.0 - self._pre_trigger) * self._record_time
+        deadline = armed + ARMING_TIME
+        while True:
+            state = self._state()
+            if state & ARMED or not state & RUNNING:
+                return
+            if self._clock.now() >= deadline:
+                raise MeasurementError(self._name, "does not arm for its trigger", command=":SING")
+            self._pause()
+
+    def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
+        """Wait for the record (at most `timeout` s of bench time) and return the waveforms of the channels.
+
+        Raises MeasurementError where no trigger came, SetpointError for a channel without a probe,
+        CommunicationError where a record does not arrive whole.
+        """
+        for channel in channels:
+            self._probe(channel)
+        started = self._clock.now()
+        deadline = started + timeout
+        if started < self._earliest:
+            self._clock.sleep(min(self._earliest - started, timeout))
+        while self._state() & RUNNING:
+            if self._clock.now() >= deadline:
+                self._session.write(":STOP")
+                raise MeasurementError(self._name, f"{self._awaited()} within {timeout:g} s")
+            self._pause()
+        for command in (":WAV:FORM WORD", ":WAV:UNS ON", ":WAV:BYT LSBF", ":WAV:POIN:MODE RAW"):
+            self._session.write(command)
+        return {channel: self._waveform(channel) for channel in channels}
+
+    def measure_frequency(self, channel: int) -> Reading:
+        """Return the frequency (Hz) of a channel's trace by the instrument's own measurement.
+
+        Raises MeasurementError where the screen shows no full period.
+        """
+        value = self._screen(channel, "FREQ", "no full period of")
+        return Reading(value, "Hz", Accuracy(gain=data.TIME_BASE, source=data.TIME_BASE_SOURCE), self._clock.now())
+
+    def measure_amplitude(self, channel: int) -> Reading:
+        """Return half the peak-to-peak value (V or A) of a channel's trace by the instrument's own measurement.
+
+        Raises OverloadError where the trace leaves the screen, MeasurementError where there is none.
+        """
+        value = self._screen(channel, "VPP", "no trace, or a clipped one, of") / 2
+        accuracy = self._accuracy(channel)
+        # A difference of two points: the offset falls out, the converter's step stays.
+        step = self._range(channel).range / CODES_ON_SCREEN
+        accuracy = Accuracy(gain=accuracy.gain, resolution=step, source=accuracy.source)
+        if value >= self._range(channel).range / 2:
+            raise OverloadError(self._name, f"the trace of channel {channel} leaves the screen", remedy="Widen it")
+        return Reading(value, self._probe(channel).kind.value, accuracy, self._clock.now())
+
+    def make_safe(self) -> None:
+        """Stop a pending acquisition."""
+        self._session.write(":STOP")
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._session.close()
+
+    def _probe(self, channel: int) -> Probe:
+        return probe_on(self._name, channel, self._options.probes)
+
+    def _range(self, channel: int) -> ChannelSettings:
+        self._probe(channel)
+        if channel not in self._ranges:
+            actual = self._session.query_number(f":CHAN{channel}:RANG?")
+            offset = self._session.query_number(f":CHAN{channel}:OFFS?")
+            self._ranges[channel] = ChannelSettings(actual, offset)
+        return self._ranges[channel]
+
+    def _state(self) -> int:
+        return int(self._session.query_number(":OPER:COND?"))
+
+    def _pause(self) -> None:
+        self._clock.sleep(min(self._options.poll_interval, max(self._record_time / 20, 1e-3)))
+
+    def _awaited(self) -> str:
+        if self._trigger.channel is None:
+            return "no record"
+        probe = self._probe(self._trigger.channel)
+        return (
+            f"no trigger: channel {self._trigger.channel} did not cross {self._trigger.level:g} {probe.kind.value} "
+            f"({self._trigger.slope.name.lower()})"
+        )
+
+    def _waveform(self, channel: int) -> Waveform:
+        for command in (f":WAV:SOUR CHAN{channel}", f":WAV:POIN {_offered_points(self._points)}"):
+            self._session.write(command)
+        text = self._session.query(":WAV:PRE?")
+        try:
+            preamble = parse_preamble(text)
+            codes = codes_from_block(self._session.query_block(":WAV:DATA?"))
+        except ValueError as error:
+            raise CommunicationError(self._name, f"unusable record ({error})", command=":WAV:PRE?") from error
+        if codes.size != preamble.points:
+            raise CommunicationError(
+                self._name, f"{codes.size} samples instead of {preamble.points} announced", command=":WAV:DATA?"
+            )
+        if codes.size < self._points:
+            raise MeasurementError(
+                self._name,
+                f"the record of channel {channel} has {codes.size} points, {self._points} are needed",
+                remedy="Lengthen the record or ask for fewer points",
+            )
+        return Waveform(
+            channel,
+            to_time(codes.size, preamble),
+            to_values(codes, preamble),
+            self._probe(channel).kind.value,
+            preamble.y_increment * data.CODES_PER_STEP,
+            self._accuracy(channel),
+            bool(codes.max() >= data.HIGHEST_CODE or codes.min() <= data.LOWEST_CODE),
+        )
+
+    def _accuracy(self, channel: int) -> Accuracy:
+        if channel in self._options.calibration:
+            return self._options.calibration[channel]
+        probe, settings = self._probe(channel), self._range(channel)
+        offset = (
+            data.OFFSET_DIVISIONS * settings.range / data.DIVISIONS
+            + data.OFFSET_FIXED * probe.attenuation
+            + data.OFFSET_SHARE * abs(settings.offset)
+        )
+        source = f"{data.SOURCE}; probe: {probe.source}" if probe.source else data.SOURCE
+        return Accuracy(
+            gain=data.GAIN + probe.gain,
+            offset=offset + probe.offset,
+            resolution=settings.range / CODES_ON_SCREEN,
+            source=source,
+        )
+
+    def _screen(self, channel: int, what: str, missing: str) -> float:
+        self._probe(channel)
+        query = f":MEAS:{what}? CHAN{channel}"
+        value = self._session.query_number(query)
+        if is_overrange(value):
+            raise MeasurementError(self._name, f"the screen shows {missing} channel {channel}", command=query)
+        return value
+
+
+def _offered_points(points: int) -> int:
+    """Return the smallest record length the instrument offers (1, 2, 5 times a power of ten, from 100) that suffices.
+
+    Source: Programmer's Guide, :WAVeform:POINts in RAW mode.
+    """
+    decade = 100
+    while True:
+        for factor in (1, 2, 5):
+            if factor * decade >= points:
+                return factor * decade
+        decade *= 10
+
+
+def open_keysight_infiniivision(
+    address: str,
+    manager: "ResourceManager",
+    clock: Clock,
+    options: InfiniiVisionOptions,
+    *,
+    name: str = "oscilloscope",
+    traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
+) -> KeysightInfiniiVision:
+    """Open an InfiniiVision at a VISA address.
+
+    Raises CommunicationError where nothing answers, IdentityError where something else does.
+    """
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
+    return open_driver(session, lambda session: KeysightInfiniiVision(session, clock, options, name=name))

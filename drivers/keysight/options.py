@@ -1,0 +1,135 @@
+"""What a station file may say about each VISA instrument."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from drivers.bases.crosspoints import check_channels, is_fixed_point
+from drivers.interfaces import Accuracy, ProbeKind
+
+
+@dataclass(frozen=True)
+class ImpedanceCalibration:
+    """A calibrated point of an LCR meter: at `frequency` (Hz), accuracies that replace those of the data sheet.
+
+    `resistance` is in Ω, `inductance` in H; `None` keeps the data sheet's.
+    """
+
+    frequency: float
+    resistance: Accuracy | None = None
+    inductance: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class E4980AOptions:
+    """Settings of a Keysight E4980A or E4980AL.
+
+    `maximum_frequency` (Hz) and `maximum_level` (V rms) are the station's limits; `temperature_factor` is Kt of the
+    data sheet (1 between 18 and 28 °C).
+    """
+
+    serial_number: str | None = None
+    maximum_frequency: float | None = None
+    maximum_level: float | None = None
+    temperature_factor: float = 1.0
+    calibration: tuple[ImpedanceCalibration, ...] = ()
+
+
+@dataclass(frozen=True)
+class E36300Options:
+    """Settings of one output of a Keysight E36300 series supply.
+
+    `maximum_voltage` (V) and `maximum_current` (A) are the station's limits. Over-voltage protection stands
+    `over_voltage_margin` (relative) plus `over_voltage_headroom` (V) above the voltage level.
+    Over-current protection switches the output off `over_current_delay` (s) after it went over to constant current, in a
+    block that holds the voltage; with `trip_at_current_limit` in every block.
+    """
+
+    channel: int = 1
+    serial_number: str | None = None
+    maximum_voltage: float | None = None
+    maximum_current: float | None = None
+    over_voltage_margin: float = 0.1
+    over_voltage_headroom: float = 0.5
+    trip_at_current_limit: bool = False
+    over_current_delay: float = 0.05
+    voltage_accuracy: Accuracy | None = None
+    current_accuracy: Accuracy | None = None
+
+
+@dataclass(frozen=True)
+class Probe:
+    """The probe on a channel: `attenuation` is what it senses (V or A) per volt at the oscilloscope's input.
+
+    `gain` (relative) and `offset` (V or A at the tip) are its limits of error, `source` where they are stated.
+    """
+
+    kind: ProbeKind
+    attenuation: float
+    gain: float = 0.0
+    offset: float = 0.0
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class InfiniiVisionOptions:
+    """Settings of a Keysight InfiniiVision: the probe on each channel used, and calibrations.
+
+    `calibration` replaces, for a channel, the accuracy of oscilloscope and probe together.
+    `poll_interval` (s) is the longest time between two looks at the acquisition's state once the record can be complete.
+    """
+
+    probes: Mapping[int, Probe] = field(default_factory=dict)
+    serial_number: str | None = None
+    calibration: Mapping[int, Accuracy] = field(default_factory=dict)
+    poll_interval: float = 0.02
+
+
+@dataclass(frozen=True)
+class Keysight34461AOptions:
+    """Settings of a Keysight 34461A as a DC voltmeter.
+
+    `calibration` replaces the data sheet's accuracy, by range (V); a range that is not in it keeps the data sheet's.
+    """
+
+    serial_number: str | None = None
+    calibration: Mapping[float, Accuracy] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Keysight34970AOptions:
+    """Settings of a Keysight 34970A, 34972A or 34980A as a switch matrix.
+
+    `crosspoints` gives the channel of each crosspoint by name; contacts have moved and stand `settling` (s) after they
+    were told to. `fixed` names what is connected for good, as a current probe round a wire is (`A:channel4~`).
+    Raises ValueError for a name or a channel that cannot be.
+    """
+
+    crosspoints: Mapping[str, int]
+    settling: float = 0.05
+    fixed: tuple[str, ...] = ()
+    serial_number: str | None = None
+
+    def __post_init__(self) -> None:
+        check_channels(self.crosspoints)
+        for name in self.fixed:
+            if not is_fixed_point(name):
+                raise ValueError(f'fixed = "{name}": allowed are leads of probes and meters, like "A:channel4~"')
+        if not 0.0 <= self.settling <= 10.0:
+            raise ValueError(f"settling = {self.settling:g}: allowed is 0 s to 10 s")
+
+
+@dataclass(frozen=True)
+class Gpt9800Options:
+    """Settings of a GW Instek GPT-9803 or GPT-9804 as an insulation tester.
+
+    `maximum_voltage` (V) is the station's limit. The voltage has risen after `ramp_time` (s); the object counts as
+    discharged below 30 V at most `discharge_timeout` (s) after the end. `accuracy` (Ω) replaces the specification's.
+    `baud_rate` (bit/s) is for a serial line.
+    """
+
+    maximum_voltage: float | None = None
+    ramp_time: float = 0.1
+    discharge_timeout: float = 5.0
+    accuracy: Accuracy | None = None
+    serial_number: str | None = None
+    baud_rate: int = 115_200

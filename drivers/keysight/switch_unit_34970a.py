@@ -1,0 +1,215 @@
+"""Keysight 34970A, 34972A and 34980A as a switch matrix (34970A/34972A Command Reference, ROUTe subsystem)."""
+
+from collections.abc import Collection, Iterable
+from typing import TYPE_CHECKING
+
+from drivers.bases.crosspoints import conflict
+from drivers.interfaces import (
+    UNWATCHED,
+    Calls,
+    Clock,
+    CrosspointError,
+    Identity,
+    IdentityError,
+    ReportedError,
+    Traffic,
+)
+from drivers.keysight.options import Keysight34970AOptions
+from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+
+MAKERS = (*KEYSIGHT, "hewlett-packard")
+MODELS = ("34970A", "34972A", "34980A")
+#: Its channels are `snnn` and its slots called 1 … 8; those of the other two are `snn` and 100, 200, 300.
+_LARGE = "34980A"
+
+
+class Keysight34970A:
+    """A 34970A, 34972A or 34980A; unit and modules are identified when this is made, the latter not for `guarding`.
+
+    Raises IdentityError where another instrument answers or a slot that the station uses is empty.
+    """
+
+    def __init__(
+        self,
+        session: ScpiSession,
+        clock: Clock,
+        options: Keysight34970AOptions,
+        *,
+        name: str = "switch_matrix",
+        guarding: bool = False,
+    ) -> None:
+        self._session = session
+        self._clock = clock
+        self._options = options
+        self._name = name
+        self._channels = dict(options.crosspoints)
+        self._names = {channel: crosspoint for crosspoint, channel in self._channels.items()}
+        self._all = sorted(self._names)
+        self._read_back = f"ROUT:CLOS? {_listed(self._all)}"
+        #: The channels that are closed; None where nobody can tell.
+        self._held: frozenset[int] | None = None
+        self._identity = identify(session, MAKERS, MODELS, options.serial_number)
+        if guarding:
+            return
+        for slot in self._slots():
+            self._check_module(slot)
+        session.check_errors()
+
+    @property
+    def identity(self) -> Identity:
+        """Who answered *IDN? when this was opened."""
+        return self._identity
+
+    @property
+    def crosspoints(self) -> frozenset[str]:
+        """Names of the crosspoints that the station file gives a channel."""
+        return frozenset(self._channels)
+
+    @property
+    def fixed(self) -> frozenset[str]:
+        """Names of what is connected for good."""
+        return frozenset(self._options.fixed)
+
+    def connect(self, crosspoints: Collection[str]) -> None:
+        """Have exactly these crosspoints closed; what else is closed opens first, and all are read back.
+
+        Returns once the contacts have settled. Raises CrosspointError, before anything is switched, for crosspoints that
+        there are not or that may not be closed together, and ReportedError, with all of them opened, where one did not follow.
+        """
+        wanted = frozenset(crosspoints)
+        unknown = sorted(wanted - self.crosspoints)
+        if unknown:
+            raise CrosspointError(
+                self._name,
+                f"there is no crosspoint {', '.join(unknown)}",
+                remedy="Give it a channel in the station file's crosspoints",
+            )
+        reason = conflict(wanted)
+        if reason:
+            raise CrosspointError(self._name, reason)
+        self._bring(frozenset(self._channels[name] for name in wanted))
+
+    def closed(self) -> frozenset[str]:
+        """Return the crosspoints that are closed now by the unit's own account."""
+        return frozenset(self._names[channel] for channel in self._closed())
+
+    def make_safe(self) -> None:
+        """Open all crosspoints and make sure of it, over a renewed connection where the present one fails.
+
+        Raises ReportedError naming those that stay closed.
+        """
+        with self._session.within(WAY_DOWN_TIME):
+            self._session.insist(self._open_all)
+
+    def close(self) -> None:
+        """Close the connection; the crosspoints stay as they are."""
+        self._session.close()
+
+    def _bring(self, wanted: frozenset[int]) -> None:
+        held, self._held = self._held, None
+        # What is refused shows in what is read back: one look at the error queue for the whole change.
+        if held is None:
+            # Channels that the station does not name may be closed as well.
+            self._switch("SYST:CPON ALL")
+            held = frozenset()
+        if held - wanted:
+            self._switch("ROUT:OPEN", held - wanted)
+        if wanted - held:
+            self._switch("ROUT:CLOS", wanted - held)
+        found = self._closed()
+        if found == wanted:
+            self._held = found
+            return
+        fault = self._not_followed(found, wanted)
+        try:
+            self._session.check_errors(fault.command)
+        except ReportedError as reported:
+            fault.add_note(str(reported))
+        try:
+            self._open_all()
+        except ReportedError as stuck:
+            fault.add_note(str(stuck))
+        raise fault
+
+    def _open_all(self) -> None:
+        self._held = None
+        if self._all:
+            self._switch("ROUT:OPEN", self._all)
+        found = self._closed()
+        if found:
+            raise self._not_followed(found, frozenset())
+        self._held = found
+
+    def _switch(self, command: str, channels: Collection[int] = ()) -> None:
+        self._session.send(f"{command} {_listed(sorted(channels))}" if channels else command)
+        self._clock.sleep(self._options.settling)
+
+    def _closed(self) -> frozenset[int]:
+        if not self._all:
+            return frozenset()
+        states = self._session.query_numbers(self._read_back, len(self._all))
+        return frozenset(channel for channel, state in zip(self._all, states, strict=True) if state)
+
+    def _not_followed(self, found: frozenset[int], wanted: frozenset[int]) -> ReportedError:
+        said = [
+            f"{self._names[channel]} (channel {channel}) {'stays closed' if channel in found else 'does not close'}"
+            for channel in sorted(found ^ wanted)
+        ]
+        return ReportedError(
+            self._name,
+            ", ".join(said),
+            command=self._read_back,
+            remedy="Check the module in that slot, its relays and the channels in the station file",
+        )
+
+    def _slots(self) -> list[int]:
+        """Return the slots used, as the unit's own commands name them."""
+        large = self._identity.model.upper().startswith(_LARGE)
+        for channel in self._all:
+            if (channel >= 1000) is not large:
+                raise IdentityError(
+                    self._name,
+                    f"{self._identity.model} has channels of {'four' if large else 'three'} digits, not {channel} "
+                    f"({self._names[channel]})",
+                    remedy="Correct the channels in the station file",
+                )
+        return sorted({channel // 1000 if large else channel // 100 * 100 for channel in self._all})
+
+    def _check_module(self, slot: int) -> None:
+        said = self._session.query(f"SYST:CTYP? {slot}")
+        fields = [field.strip() for field in said.split(",")]
+        if len(fields) < 2 or fields[1] in ("", "0"):
+            channels = ", ".join(str(channel) for channel in self._all if str(channel)[0] == str(slot)[0])
+            raise IdentityError(
+                self._name,
+                f"slot {slot} is empty ('{said}')",
+                command=f"SYST:CTYP? {slot}",
+                remedy=f"Correct the channels {channels} in the station file, or fit the module",
+            )
+
+
+def _listed(channels: Iterable[int]) -> str:
+    return f"(@{','.join(map(str, channels))})"
+
+
+def open_keysight_34970a(
+    address: str,
+    manager: "ResourceManager",
+    clock: Clock,
+    options: Keysight34970AOptions,
+    *,
+    name: str = "switch_matrix",
+    traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
+    guarding: bool = False,
+) -> Keysight34970A:
+    """Open a 34970A, 34972A or 34980A at a VISA address.
+
+    Raises CommunicationError where nothing answers, IdentityError where something else does.
+    """
+    session = open_session(address, manager, name, traffic=traffic, calls=calls)
+    return open_driver(session, lambda session: Keysight34970A(session, clock, options, name=name, guarding=guarding))

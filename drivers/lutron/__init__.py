@@ -1,0 +1,1 @@
+"""Lutron tachometers on a serial line."""

@@ -1,0 +1,155 @@
+"""Connections to CAN buses: the nodes of one bus share one, which ends with the last of them."""
+
+import threading
+from typing import TYPE_CHECKING, cast
+
+from drivers.interfaces import CommunicationError
+from drivers.transport.can.addresses import BusAddress, parse_address
+from drivers.transport.can.sockets import keep_to_own_group, leaving
+from drivers.transport.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
+
+if TYPE_CHECKING:
+    import can
+
+    from drivers.transport.can.heartbeat import HeartbeatProducer
+    from drivers.transport.can.objects import SdoClient
+
+#: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
+LISTENING_TIME = 0.05
+
+
+class CanBuses:
+    """The buses that are open. Many adapters can be opened but once, whatever the number of nodes behind them.
+
+    `in_process` opens those of `can://in-process/…`.
+    """
+
+    def __init__(self, in_process: InProcess | None = None) -> None:
+        self._open: dict[tuple[str, str], SharedBus] = {}
+        self._in_process = in_process
+
+    def node(self, address: str, name: str) -> "BusNode":
+        """Return a node's place on the bus at `can://interface/channel?node=5&bitrate=500000`, opened where it is not.
+
+        Raises CommunicationError where the bus cannot be opened, has another bit rate, or the node is taken.
+        """
+        wanted, node_id = parse_address(address, name)
+        key = wanted.interface, wanted.channel
+        bus = self._open.get(key)
+        if bus is None:
+            bus = SharedBus(wanted, name, self._in_process)
+            self._open[key] = bus
+        if bus.address.bitrate != wanted.bitrate:
+            raise CommunicationError(
+                name,
+                f"the bus of {address} is open with {bus.address.bitrate} bit/s already",
+                remedy="Give all nodes of one bus the same bit rate",
+            )
+        if node_id in bus.nodes:
+            raise CommunicationError(
+                name, f"node {node_id} at {address} is in use", remedy="Give each instrument its own node id"
+            )
+        return BusNode(self, bus, node_id, name)
+
+    def release(self, bus: "SharedBus") -> None:
+        """Disconnect a bus that no node uses any more."""
+        if not bus.nodes:
+            self._open.pop((bus.address.interface, bus.address.channel), None)
+            bus.disconnect()
+
+
+class SharedBus:
+    """One connected bus; raises CommunicationError in the name of the instrument that needs it."""
+
+    def __init__(self, address: BusAddress, name: str, in_process: InProcess | None = None) -> None:
+        import canopen
+
+        from drivers.transport.can.listening import BrokenLine
+
+        self.address = address
+        self._in_process = in_process
+        self.nodes: set[int] = set()
+        self.network: canopen.Network = canopen.Network()
+        self.network.NOTIFIER_CYCLE = LISTENING_TIME
+        self._leaving = threading.Event()
+        cast("list[can.Listener]", self.network.listeners).append(BrokenLine(self._leaving))
+        self.connect(name)
+
+    def connect(self, name: str) -> None:
+        """Connect to the bus; raises CommunicationError where that fails."""
+        import can
+
+        self._leaving.clear()
+        address = self.address
+        if self.answers_at_once:
+            self.network.bus = open_can_bus(address.channel, self._in_process, name)
+            for listener in self.network.listeners:
+                cast("HandingOver", self.network.bus).hand_over(listener)
+            return
+        try:
+            self.network.connect(**address.arguments(LISTENING_TIME))
+        except (can.CanError, OSError, ValueError, ImportError) as error:
+            self.disconnect()
+            raise CommunicationError(
+                name,
+                f"cannot be opened at can://{address.interface}/{address.channel} ({error})",
+                remedy="Check interface, channel and bit rate",
+            ) from error
+        if address.interface == "udp_multicast":
+            keep_to_own_group(self.network.bus)
+
+    @property
+    def answers_at_once(self) -> bool:
+        """Whether a reply has come, if it ever will, when the call that sends its request returns."""
+        return self.address.interface == IN_PROCESS
+
+    def disconnect(self) -> None:
+        """Leave the bus; what a broken connection says about its end is of no use any more."""
+        self._leaving.set()
+        if self.network.notifier is not None:
+            # Or canopen prints it.
+            self.network.notifier.exception = None
+        with leaving(self.network.bus):
+            self.network.disconnect()
+        self.network.bus = None
+
+
+class BusNode:
+    """One node's place on a shared bus."""
+
+    def __init__(self, buses: CanBuses, bus: SharedBus, node_id: int, name: str) -> None:
+        import canopen
+
+        self._buses = buses
+        self._bus = bus
+        self._node_id = node_id
+        self._name = name
+        self._heartbeat: HeartbeatProducer | None = None
+        self._connected = True
+        node = bus.network.add_node(node_id, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
+        if bus.answers_at_once:
+            node.sdo.RESPONSE_TIMEOUT = 0.0
+        self.client: SdoClient = node.sdo
+        bus.nodes.add(node_id)
+
+    def reopen(self) -> None:
+        """Connect to the bus anew, for all its nodes; raises CommunicationError where that fails."""
+        self._bus.disconnect()
+        self._bus.connect(self._name)
+
+    def start_heartbeat(self, producer: int, period: float) -> None:
+        """Send heartbeats of node `producer` every `period` (s) from now on."""
+        from drivers.transport.can.heartbeat import HeartbeatProducer
+
+        self._heartbeat = HeartbeatProducer(self._bus.network.send_message, producer, period)
+
+    def disconnect(self) -> None:
+        """Give the place up, and the bus where it was the last; may be called twice."""
+        if not self._connected:
+            return
+        self._connected = False
+        if self._heartbeat is not None:
+            self._heartbeat.stop()
+        del self._bus.network[self._node_id]
+        self._bus.nodes.discard(self._node_id)
+        self._buses.release(self._bus)

@@ -1,0 +1,272 @@
+"""Registers on a Modbus line, with errors that name the register."""
+
+import struct
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+from urllib.parse import parse_qs, urlsplit
+
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.client.base import ModbusBaseSyncClient
+from pymodbus.exceptions import ModbusException
+from pymodbus.pdu import ModbusPDU
+from pymodbus.transport import CommParams
+
+from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
+from drivers.transport.in_process import InProcess, is_in_process, open_stream
+from drivers.transport.modbus.stream_client import ModbusStreamClient
+
+#: Modbus Application Protocol V1.1b3, section 7.
+EXCEPTION_NAMES = {
+    1: "illegal function",
+    2: "illegal data address",
+    3: "illegal data value",
+    4: "server device failure",
+    5: "acknowledge",
+    6: "server device busy",
+    8: "memory parity error",
+    10: "gateway path unavailable",
+    11: "gateway target device failed to respond",
+}
+#: Exceptions by which a gateway says that the unit itself does not answer.
+NO_SUCH_UNIT = (10, 11)
+
+#: What pymodbus lets through besides its own exceptions when bytes on the line make no sense.
+LINE_ERRORS = (ModbusException, OSError, ValueError, IndexError, struct.error)
+
+
+class ModbusClient(Protocol):
+    """The part of a synchronous pymodbus client that a line uses."""
+
+    @property
+    def comm_params(self) -> CommParams:
+        """Its time-out (s) for a reply, among others."""
+
+    def read_holding_registers(self, address: int, *, count: int = 1, device_id: int = 1) -> ModbusPDU:
+        """Read registers (function 3)."""
+
+    def write_register(self, address: int, value: int, *, device_id: int = 1) -> ModbusPDU:
+        """Write one register (function 6)."""
+
+    def write_registers(self, address: int, values: list[int], *, device_id: int = 1) -> ModbusPDU:
+        """Write registers (function 16)."""
+
+    def read_coils(self, address: int, *, count: int = 1, device_id: int = 1) -> ModbusPDU:
+        """Read coils (function 1)."""
+
+    def write_coil(self, address: int, value: bool, *, device_id: int = 1) -> ModbusPDU:
+        """Write one coil (function 5)."""
+
+    def connect(self) -> bool:
+        """Open the connection; false where that fails."""
+
+    def close(self) -> None:
+        """Close the connection."""
+
+
+class ModbusLine:
+    """Holding registers and coils of the units on one line, through an open pymodbus client.
+
+    A read without an answer is repeated once; a write never is.
+    """
+
+    def __init__(
+        self, client: ModbusClient, name: str, *, traffic: Traffic | None = None, calls: Calls = UNWATCHED
+    ) -> None:
+        self.name = name
+        self._client = client
+        self._traffic = traffic
+        self.calls = calls
+        # A drive's watchdog is fed beside whatever else is asked.
+        self._lock = threading.RLock()
+
+    def read(self, unit: int, address: int, count: int, what: str) -> list[int]:
+        """Return `count` registers of a unit from `address`; `what` names them in errors.
+
+        Raises ReportedError for a Modbus exception, CommunicationError for no or a wrong reply.
+        """
+        command = f"read {count} × {address:04X}H of unit {unit} ({what})"
+        self._trace("write", command)
+        with self._lock, self.calls.exchange():
+            try:
+                with self._limited():
+                    reply = self._client.read_holding_registers(address, count=count, device_id=unit)
+            except LINE_ERRORS:
+                reply = self._repeat(command, unit, address, count)
+        self._check(reply, command, unit, address)
+        registers = list(reply.registers)
+        if self._traffic is not None:
+            self._traffic("read", " ".join(f"{register:04X}" for register in registers))
+        if len(registers) != count:
+            raise CommunicationError(self.name, f"{len(registers)} registers instead of {count}", command=command)
+        return registers
+
+    def write(self, unit: int, address: int, value: int, what: str) -> None:
+        """Write one register of a unit (function 6); errors as for `read`."""
+        command = f"write {value:04X} to {address:04X}H of unit {unit} ({what})"
+        self._trace("write", command)
+        try:
+            with self._lock, self.calls.exchange(), self._limited():
+                reply = self._client.write_register(address, value, device_id=unit)
+        except LINE_ERRORS as error:
+            raise self._silence(command, error) from error
+        self._check(reply, command, unit, address)
+        self._trace("read", "done")
+
+    def write_block(self, unit: int, address: int, values: Sequence[int], what: str) -> None:
+        """Write consecutive registers of a unit (function 16); errors as for `read`."""
+        said = " ".join(f"{value:04X}" for value in values)
+        command = f"write {said} to {address:04X}H of unit {unit} ({what})"
+        self._trace("write", command)
+        try:
+            with self._lock, self.calls.exchange(), self._limited():
+                reply = self._client.write_registers(address, list(values), device_id=unit)
+        except LINE_ERRORS as error:
+            raise self._silence(command, error) from error
+        self._check(reply, command, unit, address)
+        self._trace("read", "done")
+
+    def read_coil(self, unit: int, number: int, what: str) -> bool:
+        """Return one coil of a unit (function 1); not repeated, errors otherwise as for `read`."""
+        command = f"read coil {number} of unit {unit} ({what})"
+        self._trace("write", command)
+        try:
+            with self._lock, self.calls.exchange(), self._limited():
+                reply = self._client.read_coils(number, count=1, device_id=unit)
+        except LINE_ERRORS as error:
+            raise self._silence(command, error) from error
+        self._check(reply, command, unit, number)
+        if not reply.bits:
+            raise CommunicationError(self.name, "a reply without a bit", command=command)
+        self._trace("read", str(int(reply.bits[0])))
+        return bool(reply.bits[0])
+
+    def write_coil(self, unit: int, number: int, value: bool, what: str) -> None:
+        """Write one coil of a unit (function 5); errors as for `read`."""
+        command = f"write {int(value)} to coil {number} of unit {unit} ({what})"
+        self._trace("write", command)
+        try:
+            with self._lock, self.calls.exchange(), self._limited():
+                reply = self._client.write_coil(number, value, device_id=unit)
+        except LINE_ERRORS as error:
+            raise self._silence(command, error) from error
+        self._check(reply, command, unit, number)
+        self._trace("read", "done")
+
+    def reopen(self) -> None:
+        """Open the connection anew, so that nothing late is on it; raises CommunicationError where that fails."""
+        with self._lock:
+            self._client.close()
+            connected = self._client.connect()
+        if not connected:
+            raise CommunicationError(self.name, "cannot be opened again", remedy="Check address, power and cable")
+
+    def close(self) -> None:
+        """Close the connection; may be called twice."""
+        with self._lock:
+            self._client.close()
+
+    def _repeat(self, command: str, unit: int, address: int, count: int) -> ModbusPDU:
+        try:
+            with self._limited():
+                return self._client.read_holding_registers(address, count=count, device_id=unit)
+        except LINE_ERRORS as error:
+            raise self._silence(command, error) from error
+
+    @contextmanager
+    def _limited(self) -> Iterator[None]:
+        """Wait no longer within the block than an energised source may be silent."""
+        patience, parameters = self.calls.patience, self._client.comm_params
+        usual = parameters.timeout_connect
+        if patience is None or patience >= (usual or 0.0):
+            yield
+            return
+        parameters.timeout_connect = patience
+        try:
+            yield
+        finally:
+            parameters.timeout_connect = usual
+
+    def _silence(self, command: str, error: Exception) -> CommunicationError:
+        return CommunicationError(
+            self.name, f"no usable reply ({error})", command=command, remedy="Check unit number, power and cable"
+        )
+
+    def _check(self, reply: ModbusPDU, command: str, unit: int, address: int) -> None:
+        if not reply.isError():
+            return
+        code = getattr(reply, "exception_code", 0)
+        what = f"Modbus exception {code} ({EXCEPTION_NAMES.get(code, 'not of the standard')}) at {address:04X}H"
+        if code in NO_SUCH_UNIT:
+            raise CommunicationError(self.name, f"unit {unit} does not answer: {what}", command=command)
+        raise ReportedError(self.name, what, command=command)
+
+    def _trace(self, direction: str, text: str) -> None:
+        if self._traffic is not None:
+            self._traffic(direction, text)
+
+
+def signed_32(high: int, low: int) -> int:
+    """Return the signed number in two registers, high word first."""
+    number = (high & 0xFFFF) << 16 | low & 0xFFFF
+    return number - (1 << 32) if number & 1 << 31 else number
+
+
+def signed_16(value: int) -> int:
+    """Return the register that holds a signed number (two's complement); raises ValueError beyond 16 bits."""
+    if not -(1 << 15) <= value < 1 << 15:
+        raise ValueError(f"{value} does not fit a register")
+    return value & 0xFFFF
+
+
+def open_line(
+    address: str,
+    name: str,
+    *,
+    timeout: float = 1.0,
+    traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
+    in_process: InProcess | None = None,
+) -> ModbusLine:
+    """Open `tcp://host:port` or `rtu:///dev/ttyUSB0?baudrate=9600&parity=N&stopbits=1`; `timeout` is in s.
+
+    `in-process://…` is opened through `in_process`. Raises CommunicationError where the address cannot be opened or is malformed.
+    """
+    client: ModbusBaseSyncClient
+    try:
+        if is_in_process(address):
+            client = ModbusStreamClient(lambda: open_stream(address, in_process, name), address, timeout)
+        else:
+            client = client_for(address, timeout)
+        connected = client.connect()
+    except ValueError as error:
+        raise CommunicationError(name, f"'{address}' is no Modbus address ({error})") from error
+    if not connected:
+        remedy = "Check address, power and cable"
+        if is_in_process(address):
+            remedy = "Nothing in this process answers there; only the virtual bench has such addresses, while it runs"
+        raise CommunicationError(name, f"cannot be opened at {address}", remedy=remedy)
+    return ModbusLine(client, name, traffic=traffic, calls=calls)
+
+
+def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
+    """Return a client, not connected yet, for `tcp://…` or `rtu:///…`; raises ValueError for another address."""
+    # pymodbus would repeat writes too: its own retries stay off.
+    parts = urlsplit(address)
+    if parts.scheme == "tcp" and parts.hostname:
+        return ModbusTcpClient(parts.hostname, port=parts.port or 502, timeout=timeout, retries=0)
+    if parts.scheme == "rtu" and parts.path:
+        settings = {key: values[-1] for key, values in parse_qs(parts.query).items()}
+        baudrate = int(settings.get("baudrate", "9600"))
+        if baudrate < 1:
+            raise ValueError(f"{baudrate} baud")
+        return ModbusSerialClient(
+            parts.path,
+            baudrate=baudrate,
+            parity=settings.get("parity", "N"),
+            stopbits=int(settings.get("stopbits", "1")),
+            timeout=timeout,
+            retries=0,
+        )
+    raise ValueError("neither tcp://host:port nor rtu:///path?baudrate=…")

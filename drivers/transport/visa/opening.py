@@ -1,0 +1,77 @@
+"""Opening a VISA resource and making sure that the right instrument answers."""
+
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from drivers.bases.identification import check_serial_number
+from drivers.interfaces import UNWATCHED, Calls, CommunicationError, Identity, IdentityError, Traffic
+from drivers.transport.visa.session import RESOURCE_ERRORS, ScpiSession, VisaResource
+
+if TYPE_CHECKING:
+    from pyvisa import ResourceManager
+    from pyvisa.resources import SerialInstrument
+
+T = TypeVar("T")
+
+#: The maker's names over the years.
+KEYSIGHT = ("keysight technologies", "agilent technologies", "keysight", "agilent")
+
+
+def open_session(
+    address: str,
+    manager: "ResourceManager",
+    name: str,
+    *,
+    timeout: float = 10.0,
+    traffic: Traffic | None = None,
+    calls: Calls = UNWATCHED,
+    baud_rate: int | None = None,
+) -> ScpiSession:
+    """Open a VISA address with a resource manager; raises CommunicationError where nothing is there.
+
+    A serial line gets `baud_rate` (bit/s) where that is given.
+    """
+    try:
+        resource = cast("VisaResource", manager.open_resource(address))
+    except (*RESOURCE_ERRORS, ValueError) as error:
+        raise CommunicationError(
+            name, f"cannot be opened at {address} ({error})", remedy="Check address, power and cable"
+        ) from error
+    resource.write_termination = "\n"
+    # A socket and a serial line have no end-of-message signal; elsewhere END ends a reply.
+    socket, serial = address.upper().endswith("::SOCKET"), address.upper()[:4] == "ASRL"
+    if serial and baud_rate is not None:
+        cast("SerialInstrument", resource).baud_rate = baud_rate
+    resource.read_termination = "\n" if socket or serial else None
+    # PyVISA-py reads a raw socket until nothing comes, which never ends on one that the instrument has closed.
+    return ScpiSession(resource, name, timeout=timeout, traffic=traffic, calls=calls, clearable=not socket)
+
+
+def open_driver(session: ScpiSession, make: Callable[[ScpiSession], T]) -> T:
+    """Make a driver on a session, and close the session where that fails."""
+    try:
+        return make(session)
+    except BaseException:
+        session.close()
+        raise
+
+
+def identify(session: ScpiSession, makers: Collection[str], models: Collection[str], serial: str | None) -> Identity:
+    """Ask *IDN? and compare the answer with the models supported and, where given, the serial number.
+
+    A model matches when it begins with one of `models`. Raises IdentityError naming what answered.
+    """
+    line = session.identity_line()
+    fields = [field.strip() for field in line.split(",")]
+    if len(fields) != 4:
+        raise IdentityError(session.name, f"'{line}' is not an identity of four fields", command="*IDN?")
+    identity = Identity(*fields)
+    if identity.manufacturer.lower() not in makers or not identity.model.upper().startswith(tuple(models)):
+        raise IdentityError(
+            session.name,
+            f"{identity.manufacturer} {identity.model} answers, expected {' or '.join(models)}",
+            command="*IDN?",
+            remedy="Correct the address or the driver in the station file",
+        )
+    check_serial_number(session.name, identity, serial, "*IDN?")
+    return identity

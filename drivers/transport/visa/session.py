@@ -1,0 +1,440 @@
+"""The dialogue with a SCPI instrument: every setting is confirmed, every reply belongs to its query.
+
+Rules of checking: a setting is followed by a look at the error queue before the next one goes out. A query for a
+reading is not, because readings carry their own status and the look would double its cost; the queue is
+read when the query fails, and drivers look once more at the end of a configuration.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Protocol, TypeVar
+
+from pyvisa.constants import StatusCode
+from pyvisa.errors import VisaIOError
+
+from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
+from drivers.transport.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
+
+T = TypeVar("T")
+_UNLIMITED = nullcontext()
+
+ERROR_QUERY = "SYST:ERR?"
+IDENTITY_QUERY = "*IDN?"
+
+#: An error queue holds at most this many entries on the instruments supported (E4980A 100, others 30 or fewer).
+LONGEST_QUEUE = 128
+#: No instrument supported sends a longer block (bytes); a VISA library may set aside at once what is asked for.
+LONGEST_BLOCK = 64 * 1024 * 1024
+#: Replies that may lie before the one looked for, after a time-out.
+STALE_REPLIES = 8
+#: What a resource raises that does not work; PyVISA-py's HiSLIP says by RuntimeError that the connection was dropped.
+RESOURCE_ERRORS = (VisaIOError, OSError, RuntimeError)
+#: How long (s) to wait for what may still come from an instrument that had fallen silent.
+DRAIN_TIME = 1.0
+#: How long (s) the way down waits for a reply: other instruments are still energised meanwhile.
+WAY_DOWN_TIME = 2.0
+
+
+class VisaLibrary(Protocol):
+    """The part of a VISA library that reads an exact number of bytes."""
+
+    def read(self, session: int, count: int, /) -> tuple[bytes, StatusCode]:
+        """Return at most `count` bytes and the status (viRead)."""
+
+
+class VisaResource(Protocol):
+    """The part of a PyVISA message-based resource that a session uses."""
+
+    timeout: float
+    read_termination: str | None
+    write_termination: str
+
+    @property
+    def visalib(self) -> VisaLibrary:
+        """The library behind the resource."""
+
+    @property
+    def session(self) -> int:
+        """The library's handle of the resource."""
+
+    def ignore_warning(self, *codes: StatusCode) -> AbstractContextManager[object]:
+        """Keep the library from warning of these status codes."""
+
+    def write(self, message: str) -> int:
+        """Send a message and its termination."""
+
+    def read_raw(self, size: int | None = None) -> bytes:
+        """Return one reply with its termination."""
+
+    def clear(self) -> None:
+        """Clear the device's input and output buffers (viClear)."""
+
+    def open(self) -> None:
+        """Open a closed resource anew."""
+
+    def close(self) -> None:
+        """Close the resource."""
+
+
+class ScpiSession:
+    """A dialogue with one instrument over an open PyVISA resource; `timeout` is in seconds.
+
+    `clearable` says whether the transport has a device clear.
+    """
+
+    def __init__(
+        self,
+        resource: VisaResource,
+        name: str,
+        *,
+        timeout: float = 10.0,
+        traffic: Traffic | None = None,
+        calls: Calls = UNWATCHED,
+        clearable: bool = True,
+    ) -> None:
+        self.name = name
+        self._resource = resource
+        self._timeout = timeout
+        self._traffic = traffic
+        self.calls = calls
+        self._clearable = clearable
+        self._identity_line: str | None = None
+        self._in_step = True
+        self._silent = False
+        self._lost = False
+        resource.timeout = timeout * 1e3
+
+    # settings ---------------------------------------------------------------------------------------------------
+
+    def write(self, command: str) -> None:
+        """Send a setting and make sure that the instrument took it.
+
+        Raises ReportedError with the instrument's own text, CommunicationError where it does not answer.
+        """
+        self.send(command)
+        self.check_errors(command)
+
+    def send(self, command: str) -> None:
+        """Send a message without looking at the error queue; for a trigger, whose outcome the next query shows.
+
+        Raises CommunicationError where it could not be sent.
+        """
+        with self.calls.exchange(interruptible=True):
+            self._catch_up()
+            self._transmit(command)
+
+    def complete(self, command: str, *, timeout: float | None = None) -> None:
+        """Send a command that takes its time, never twice, and wait until the instrument says it is done (*OPC?).
+
+        Raises CommunicationError where it does not say so within `timeout` (s), ReportedError where it tells why.
+        """
+        message = f"{command};*OPC?"
+        done = self.query(message, repeatable=False, timeout=timeout)
+        if done.strip() not in ("1", "+1"):
+            raise CommunicationError(self.name, f"'{done}' instead of 1", command=message)
+
+    def check_errors(self, command: str = "") -> None:
+        """Read the error queue until it is empty; raises ReportedError with all that stood in it."""
+        found: list[QueueEntry] = []
+        for _ in range(LONGEST_QUEUE):
+            entry = self._parsed(ERROR_QUERY, self.query(ERROR_QUERY, repeatable=False), parse_error)
+            if entry.number == 0:
+                break
+            found.append(entry)
+        if found:
+            said = "; ".join(f"{entry.number} {entry.text}" for entry in found)
+            raise ReportedError(self.name, f"the instrument reports {said}", command=command)
+
+    # queries ----------------------------------------------------------------------------------------------------
+
+    def query(self, command: str, *, repeatable: bool = True, timeout: float | None = None) -> str:
+        """Return the reply to a query, without its termination.
+
+        A query that may be repeated is sent a second time when the first gets no reply; `timeout` (s) replaces the
+        session's for this exchange. Raises CommunicationError, or ReportedError where the error queue tells why.
+        """
+        with self.calls.exchange(interruptible=True):
+            self._catch_up()
+            if timeout is not None:
+                with _Timeout(self._resource, timeout):
+                    return self._exchange(command, repeatable=repeatable)
+            return self._exchange(command, repeatable=repeatable)
+
+    def query_number(self, command: str, *, timeout: float | None = None) -> float:
+        """Return the single number a query is answered with; raises CommunicationError where it is none."""
+        return self._parsed(command, self.query(command, timeout=timeout), parse_number)
+
+    def query_numbers(self, command: str, least: int, most: int | None = None) -> list[float]:
+        """Return the `least` … `most` numbers a query is answered with; raises CommunicationError otherwise."""
+        return self._parsed(command, self.query(command), lambda text: parse_numbers(text, least, most))
+
+    def query_block(self, command: str, *, timeout: float | None = None) -> bytes | bytearray:
+        """Return the bytes of an IEEE 488.2 definite length block, exactly as many as it announces.
+
+        Raises CommunicationError where the header is malformed or the block ends early.
+        """
+        with self.calls.exchange(interruptible=True):
+            self._catch_up()
+            with _Timeout(self._resource, self._timeout if timeout is None else timeout):
+                return self._block(command)
+
+    def identity_line(self) -> str:
+        """Return the reply to *IDN?, which also serves to find one's place again after a time-out."""
+        if self._identity_line is None:
+            self._identity_line = self.query(IDENTITY_QUERY, repeatable=False)
+        return self._identity_line
+
+    @contextmanager
+    def within(self, timeout: float) -> Iterator[None]:
+        """Wait no longer than `timeout` (s) for any reply inside the block."""
+        before, self._timeout = self._timeout, timeout
+        try:
+            self._apply_timeout()
+            yield
+        finally:
+            self._timeout = before
+            self._apply_timeout()
+
+    def insist(self, action: Callable[[], T]) -> T:
+        """Return what an action that may be done twice returns, over a renewed connection where the present one fails."""
+        try:
+            return action()
+        except CommunicationError:
+            self.reopen()
+            return action()
+
+    def reopen(self) -> None:
+        """Open the resource anew after its connection was lost.
+
+        Raises CommunicationError where that fails or another instrument than before answers.
+        """
+        termination = self._resource.read_termination
+        self.close()
+        self._lost = True
+        try:
+            self._resource.open()
+        except (*RESOURCE_ERRORS, ValueError) as error:
+            raise CommunicationError(
+                self.name, f"cannot be opened again ({_finding(error)})", remedy="Check power and cable"
+            ) from error
+        self._lost = False
+        self._apply_timeout()
+        self._resource.read_termination = termination
+        self._in_step, self._silent = True, False
+        found = self._ask(IDENTITY_QUERY)
+        if self._identity_line not in (None, found):
+            raise CommunicationError(
+                self.name, f"'{found}' answers instead of '{self._identity_line}'", command=IDENTITY_QUERY
+            )
+
+    def close(self) -> None:
+        """Close the resource; what it says about that is of no use any more."""
+        try:
+            self._resource.close()
+        except RESOURCE_ERRORS as error:
+            if self._traffic is not None:
+                self._traffic("error", f"close: {_finding(error)}")
+
+    def _apply_timeout(self) -> None:
+        # A resource that could not be opened again has none.
+        if not self._lost:
+            self._resource.timeout = self._timeout * 1e3
+
+    # inside -----------------------------------------------------------------------------------------------------
+
+    def _parsed(self, command: str, text: str, parse: Callable[[str], T]) -> T:
+        try:
+            return parse(text)
+        except ValueError as error:
+            raise CommunicationError(self.name, f"unusable reply '{text}' ({error})", command=command) from error
+
+    def _limited(self) -> AbstractContextManager[None]:
+        """Wait no longer within the block than an energised source may be silent."""
+        patience = self.calls.patience
+        return _UNLIMITED if patience is None else _Timeout(self._resource, patience, shorter=True)
+
+    def _transmit(self, command: str) -> None:
+        if self._traffic is not None:
+            self._traffic("write", command)
+        try:
+            with self._limited():
+                self._resource.write(command)
+        except RESOURCE_ERRORS as error:
+            self._in_step = False
+            raise CommunicationError(
+                self.name, f"could not be sent ({_finding(error)})", command=command, remedy="Check power and cable"
+            ) from error
+
+    def _receive(self, command: str) -> str:
+        try:
+            with self._limited():
+                raw = self._resource.read_raw()
+        except RESOURCE_ERRORS as error:
+            raise _NoReplyError(self.name, f"no reply ({_finding(error)})", command=command) from error
+        if not raw.endswith(b"\n"):
+            raise CommunicationError(self.name, f"half a reply: {raw[:80]!r}", command=command)
+        try:
+            text = raw.decode("ascii").rstrip("\r\n")
+        except UnicodeDecodeError as error:
+            raise CommunicationError(self.name, f"a reply that is no text: {raw[:80]!r}", command=command) from error
+        if self._traffic is not None:
+            self._traffic("read", text)
+        return text
+
+    def _ask(self, command: str) -> str:
+        # Out of step until the reply is here: an interrupt, too, may leave one behind.
+        self._in_step = False
+        self._transmit(command)
+        text = self._receive(command)
+        self._in_step = True
+        return text
+
+    def _exchange(self, command: str, *, repeatable: bool) -> str:
+        try:
+            return self._ask(command)
+        except _NoReplyError as silence:
+            if self._identity_line is None:
+                raise
+            self._catch_up()
+            # An instrument that refused the query does not answer it; asking again would not help.
+            if command != ERROR_QUERY:
+                self.check_errors(command)
+            if not repeatable:
+                raise
+            try:
+                return self._ask(command)
+            except CommunicationError as again:
+                raise CommunicationError(
+                    self.name, f"{silence.what}, twice", command=command, remedy="Check that it is not in a local menu"
+                ) from again
+
+    def _catch_up(self) -> None:
+        """Make sure that the next reply read is the one to the next query."""
+        if self._lost:
+            raise CommunicationError(self.name, "the connection is lost", remedy="Check power and cable")
+        if self._in_step or self._identity_line is None:
+            return
+        if self._clearable:
+            self._clear()
+        if self._silent:
+            self._drain()
+        # Instruments answer in order: once this query is answered, no older reply can still be on its way.
+        self._transmit(IDENTITY_QUERY)
+        for _ in range(STALE_REPLIES):
+            try:
+                reply = self._receive(IDENTITY_QUERY)
+            except _NoReplyError as silence:
+                self._silent = True
+                raise CommunicationError(
+                    self.name,
+                    "does not answer any more",
+                    command=IDENTITY_QUERY,
+                    remedy="Check power and cable, then open it anew",
+                ) from silence
+            except CommunicationError:
+                continue  # the rest of an older reply
+            if reply == self._identity_line:
+                self._in_step, self._silent = True, False
+                return
+        raise CommunicationError(self.name, "answers other than asked", command=IDENTITY_QUERY)
+
+    def _clear(self) -> None:
+        try:
+            self._resource.clear()
+        except (*RESOURCE_ERRORS, NotImplementedError) as error:
+            # Not every transport has a device clear; what follows does without.
+            if self._traffic is not None:
+                self._traffic("error", f"device clear: {_finding(error)}")
+
+    def _drain(self) -> None:
+        """Read away what is left, an old identity among it, which could be taken for the new one."""
+        with _Timeout(self._resource, min(self._timeout, DRAIN_TIME)):
+            for _ in range(STALE_REPLIES):
+                try:
+                    self._receive("")
+                except _NoReplyError:
+                    return
+                except CommunicationError:
+                    continue
+
+    def _block(self, command: str) -> bytes | bytearray:
+        resource = self._resource
+        self._in_step = False
+        self._transmit(command)
+        text_termination = resource.read_termination
+        resource.read_termination = None  # any byte value may stand inside a block
+        try:
+            # Stopping at the count asked for is the point here, not a finding.
+            with resource.ignore_warning(StatusCode.success_max_count_read):
+                length = self._block_length(command)
+                data = self._read_exactly(length, command)
+                self._read_exactly(1, command)  # the message's termination
+        finally:
+            resource.read_termination = text_termination
+        self._in_step = True
+        if self._traffic is not None:
+            self._traffic("read", f"block of {length} bytes")
+        return data
+
+    def _block_length(self, command: str) -> int:
+        start = bytes(self._read_exactly(2, command))
+        if start[:1] != b"#" or not start[1:].isdigit() or start[1:] == b"0":
+            raise CommunicationError(self.name, f"a block must start with #<n>, not {start!r}", command=command)
+        digits = bytes(self._read_exactly(int(start[1:]), command))
+        if not digits.isdigit():
+            raise CommunicationError(self.name, f"a block's length must be digits, not {digits!r}", command=command)
+        length = int(digits)
+        if length > LONGEST_BLOCK:
+            raise CommunicationError(
+                self.name, f"a block of {length} bytes is announced, more than {LONGEST_BLOCK}", command=command
+            )
+        return length
+
+    def _read_exactly(self, count: int, command: str) -> bytes | bytearray:
+        library, handle = self._resource.visalib, self._resource.session
+        collected = bytearray()
+        while len(collected) < count:
+            try:
+                chunk, _ = library.read(handle, count - len(collected))
+            except RESOURCE_ERRORS as error:
+                raise CommunicationError(
+                    self.name,
+                    f"only {len(collected)} of {count} announced bytes came ({_finding(error)})",
+                    command=command,
+                ) from error
+            if len(chunk) == count:
+                return chunk  # whole at once: no copy
+            if not chunk:
+                raise CommunicationError(
+                    self.name, f"only {len(collected)} of {count} announced bytes came", command=command
+                )
+            collected += chunk
+        return collected
+
+
+class _NoReplyError(CommunicationError):
+    """Nothing came within the time allowed."""
+
+
+class _Timeout:
+    """Another time-out (s) for the length of a block, or the present one if that is `shorter`; does nothing where it is the same."""
+
+    def __init__(self, resource: VisaResource, seconds: float, *, shorter: bool = False) -> None:
+        self._resource = resource
+        self._milliseconds = seconds * 1e3
+        self._shorter = shorter
+
+    def __enter__(self) -> None:
+        self._before = self._resource.timeout
+        if self._shorter:
+            self._milliseconds = min(self._milliseconds, self._before)
+        if self._before != self._milliseconds:
+            self._resource.timeout = self._milliseconds
+
+    def __exit__(self, *_: object) -> None:
+        if self._before != self._milliseconds:
+            self._resource.timeout = self._before
+
+
+def _finding(error: Exception) -> str:
+    return error.description if isinstance(error, VisaIOError) else str(error) or type(error).__name__

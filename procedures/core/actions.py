@@ -1,0 +1,397 @@
+"""Hand work as data: a person, a virtual operator or a switch matrix performs the same actions."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from drivers.interfaces.text import Text, text
+
+
+class Terminal(Enum):
+    """A motor terminal."""
+
+    A = "A"
+    B = "B"
+    C = "C"
+
+
+class Socket(Enum):
+    """Where a motor terminal may be connected."""
+
+    OPEN = "open"
+    SUPPLY_POSITIVE = "supply+"
+    SUPPLY_NEGATIVE = "supply-"
+    METER_HIGH = "lcr_high"
+    METER_LOW = "lcr_low"
+    INVERTER_U = "inverter_u"
+    INVERTER_V = "inverter_v"
+    INVERTER_W = "inverter_w"
+    DRIVE_1 = "drive_1"
+    DRIVE_2 = "drive_2"
+    DRIVE_3 = "drive_3"
+    INSULATION_HIGH = "insulation_high"
+
+
+class Node(Enum):
+    """A point that a voltage probe may touch."""
+
+    A = "A"
+    B = "B"
+    C = "C"
+    STAR_POINT = "N"
+    ARTIFICIAL_STAR = "star"
+    HALL_1 = "H1"
+    HALL_2 = "H2"
+    HALL_3 = "H3"
+    HALL_GROUND = "H0"
+
+
+SOCKET_NAMES: Mapping[Socket, Text] = {
+    Socket.OPEN: text("nothing (leave it open)"),
+    Socket.SUPPLY_POSITIVE: text("supply, plus"),
+    Socket.SUPPLY_NEGATIVE: text("supply, minus"),
+    Socket.METER_HIGH: text("LCR meter, high"),
+    Socket.METER_LOW: text("LCR meter, low"),
+    Socket.INVERTER_U: text("inverter, U"),
+    Socket.INVERTER_V: text("inverter, V"),
+    Socket.INVERTER_W: text("inverter, W"),
+    Socket.DRIVE_1: text("six-step drive, leg 1"),
+    Socket.DRIVE_2: text("six-step drive, leg 2"),
+    Socket.DRIVE_3: text("six-step drive, leg 3"),
+    Socket.INSULATION_HIGH: text("insulation tester, high (its low is on the frame)"),
+}
+
+NODE_NAMES: Mapping[Node, Text] = {
+    Node.A: text("terminal A"),
+    Node.B: text("terminal B"),
+    Node.C: text("terminal C"),
+    Node.STAR_POINT: text("the motor's star point"),
+    Node.ARTIFICIAL_STAR: text("the artificial star point (three equal resistors, 20 kΩ)"),
+    Node.HALL_1: text("Hall sensor 1"),
+    Node.HALL_2: text("Hall sensor 2"),
+    Node.HALL_3: text("Hall sensor 3"),
+    Node.HALL_GROUND: text("the Hall sensors' ground"),
+}
+
+
+@dataclass(frozen=True)
+class Connect:
+    """Connect every motor terminal as given, and nothing else; terminals not named stay open."""
+
+    terminals: Mapping[Terminal, Socket]
+
+    def complete(self) -> dict[Terminal, Socket]:
+        """Return the socket of all three terminals."""
+        return {terminal: self.terminals.get(terminal, Socket.OPEN) for terminal in Terminal}
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, a line a terminal; `colours` names each terminal's wire where known."""
+        said = [text("Connect the motor's terminals:")]
+        for terminal, socket in self.complete().items():
+            colour = colours.get(terminal.value)
+            if colour:
+                said.append(
+                    text(
+                        "{terminal} ({colour}) → {socket}",
+                        terminal=terminal.value,
+                        colour=text(colour),
+                        socket=SOCKET_NAMES[socket],
+                    )
+                )
+            else:
+                said.append(text("{terminal} → {socket}", terminal=terminal.value, socket=SOCKET_NAMES[socket]))
+        return said
+
+
+@dataclass(frozen=True)
+class VoltageProbe:
+    """A voltage probe of a scope channel between two nodes."""
+
+    channel: int
+    positive: Node
+    negative: Node
+
+
+@dataclass(frozen=True)
+class CurrentProbe:
+    """A current probe of a scope channel round one terminal's wire; positive into the motor."""
+
+    channel: int
+    terminal: Terminal
+
+
+@dataclass(frozen=True)
+class ConnectProbes:
+    """Fit the oscilloscope's probes as given, and no others."""
+
+    probes: tuple[VoltageProbe | CurrentProbe, ...]
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, a line a probe."""
+        if not self.probes:
+            return [text("Take the oscilloscope's probes off")]
+        said = [text("Fit the oscilloscope's probes:")]
+        for probe in self.probes:
+            if isinstance(probe, VoltageProbe):
+                said.append(
+                    text(
+                        "channel {channel}: tip on {positive}, reference on {negative}",
+                        channel=probe.channel,
+                        positive=NODE_NAMES[probe.positive],
+                        negative=NODE_NAMES[probe.negative],
+                    )
+                )
+            else:
+                said.append(
+                    text(
+                        "channel {channel}: current probe round the wire of {terminal}, arrow towards the motor",
+                        channel=probe.channel,
+                        terminal=probe.terminal.value,
+                    )
+                )
+        return said
+
+
+@dataclass(frozen=True)
+class ConnectVoltmeter:
+    """Put the voltmeter's sense leads on two motor terminals, inside the supply's clamps."""
+
+    positive: Terminal
+    negative: Terminal
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, in one line."""
+        return [
+            text(
+                "Put the voltmeter's sense leads on {positive} (high) and {negative} (low), inside the supply's clamps",
+                positive=self.positive.value,
+                negative=self.negative.value,
+            )
+        ]
+
+
+@dataclass(frozen=True)
+class _Sentence:
+    """An action that one sentence says."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        raise TypeError(f"{type(self).__name__} has no sentence")
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, in one line."""
+        return [self.sentence()]
+
+
+@dataclass(frozen=True)
+class DisconnectVoltmeter(_Sentence):
+    """Take the voltmeter's sense leads off the motor."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the voltmeter's leads off the motor")
+
+
+@dataclass(frozen=True)
+class ShortMeterLeads(_Sentence):
+    """Clip the LCR meter's leads together, for its short correction."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the LCR meter's leads off the motor and clip them together")
+
+
+@dataclass(frozen=True)
+class SeparateMeterLeads(_Sentence):
+    """Take the LCR meter's leads apart again."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the LCR meter's leads apart again")
+
+
+@dataclass(frozen=True)
+class LockRotor(_Sentence):
+    """Lock the shaft where it stands."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Lock the shaft where it stands, without turning it")
+
+
+@dataclass(frozen=True)
+class ReleaseRotor(_Sentence):
+    """Unlock the shaft, and see that it moves: a rotor that jams would be measured where it stands."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Unlock the shaft and turn it a little by hand: it moves freely")
+
+
+@dataclass(frozen=True)
+class TurnToRest(_Sentence):
+    """Turn the energised shaft a little and let go, so that it snaps to a stable angle."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Turn the shaft a little by hand and let go: it snaps to a stable angle")
+
+
+@dataclass(frozen=True)
+class MarkRestPositions(_Sentence):
+    """Turn the energised shaft through whole turns and mark each stable angle; gives the angles in rad.
+
+    The last mark is the first position come round again, `turns` full turns beyond its first mark.
+    """
+
+    turns: int = 1
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text(
+            "Turn the shaft slowly by hand through {turns} full turn and mark every position where it snaps in, at last the first "
+            "one come round again, {degrees}° beyond its first mark",
+            turns=self.turns,
+            degrees=360 * self.turns,
+        )
+
+
+@dataclass(frozen=True)
+class StartTurning(_Sentence):
+    """Keep turning the shaft by hand, as evenly as possible, until told to stop; `speed` in rad/s, mechanical."""
+
+    speed: float
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text(
+            "Turn the shaft by hand very slowly and evenly, one turn in about {seconds:.0f} s, until told to stop",
+            seconds=2.0 * 3.141592653589793 / self.speed,
+        )
+
+
+@dataclass(frozen=True)
+class StopTurning(_Sentence):
+    """Stop turning the shaft and let it rest."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Stop turning the shaft")
+
+
+@dataclass(frozen=True)
+class CoupleDynamometer(_Sentence):
+    """Couple the motor to the dynamometer."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Couple the motor's shaft to the dynamometer")
+
+
+@dataclass(frozen=True)
+class UncoupleDynamometer(_Sentence):
+    """Part the motor from the dynamometer."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Take the motor's shaft off the dynamometer")
+
+
+@dataclass(frozen=True)
+class EnterReading(_Sentence):
+    """Type in a number that only a person can read; refused outside `minimum` … `maximum` (in `unit`).
+
+    `key` names the quantity for a performer that is no person: `winding_temperature`, `maximum_current`, `rated_speed_rpm`.
+    """
+
+    key: str
+    quantity: Text
+    unit: str
+    minimum: float
+    maximum: float
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text(
+            "Enter {quantity} in {unit} ({minimum:g} … {maximum:g})",
+            quantity=self.quantity,
+            unit=self.unit,
+            minimum=self.minimum,
+            maximum=self.maximum,
+        )
+
+
+@dataclass(frozen=True)
+class Mend:
+    """Put right what a measurement found wrong; gives whether it was done, so that it is measured again.
+
+    `finding` says what was found, `wanted` the connection as it should be, a line each. Whoever cannot mend gives up.
+    """
+
+    finding: Text
+    wanted: tuple[Text, ...]
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say it, the finding first."""
+        return [text("Put the wiring right: {finding}", finding=self.finding), *self.wanted]
+
+
+Action = (
+    Connect
+    | ConnectProbes
+    | ConnectVoltmeter
+    | DisconnectVoltmeter
+    | ShortMeterLeads
+    | SeparateMeterLeads
+    | LockRotor
+    | ReleaseRotor
+    | TurnToRest
+    | MarkRestPositions
+    | StartTurning
+    | StopTurning
+    | CoupleDynamometer
+    | UncoupleDynamometer
+    | EnterReading
+    | Mend
+)
+
+LINE_PAIRS: tuple[tuple[Terminal, Terminal], ...] = (
+    (Terminal.A, Terminal.B),
+    (Terminal.B, Terminal.C),
+    (Terminal.C, Terminal.A),
+)
+
+
+def meter_across(high: Terminal, low: Terminal) -> Connect:
+    """Connect the LCR meter between two terminals, the third open."""
+    return Connect({high: Socket.METER_HIGH, low: Socket.METER_LOW})
+
+
+def meter_series_parallel() -> Connect:
+    """Connect the LCR meter from A to B and C joined."""
+    return Connect({Terminal.A: Socket.METER_HIGH, Terminal.B: Socket.METER_LOW, Terminal.C: Socket.METER_LOW})
+
+
+def phases_on(channels: Sequence[int], first: int = 0) -> tuple[VoltageProbe, ...]:
+    """Return the probes of three channels on the phases against the artificial star, beginning with phase `first` (0 is A)."""
+    nodes = (Node.A, Node.B, Node.C)
+    return tuple(
+        VoltageProbe(channel, nodes[(k + first) % 3], Node.ARTIFICIAL_STAR) for k, channel in enumerate(channels)
+    )
+
+
+#: Rotor to the d axis: the current's space vector lies on phase A's axis.
+ALIGN_D = Connect(
+    {Terminal.A: Socket.SUPPLY_POSITIVE, Terminal.B: Socket.SUPPLY_NEGATIVE, Terminal.C: Socket.SUPPLY_NEGATIVE}
+)
+#: Rotor to where phase A sees its q axis.
+ALIGN_Q = Connect({Terminal.B: Socket.SUPPLY_POSITIVE, Terminal.C: Socket.SUPPLY_NEGATIVE})
+#: The note's d-axis step: against the aligning current.
+STEP_NEGATIVE = Connect(
+    {Terminal.A: Socket.SUPPLY_NEGATIVE, Terminal.B: Socket.SUPPLY_POSITIVE, Terminal.C: Socket.SUPPLY_POSITIVE}
+)
+STEP_POSITIVE = ALIGN_D
+ALL_OPEN = Connect({})
+INVERTER = Connect({Terminal.A: Socket.INVERTER_U, Terminal.B: Socket.INVERTER_V, Terminal.C: Socket.INVERTER_W})
+#: The six-step drive's legs, in the order of the phases.
+DRIVE = Connect({Terminal.A: Socket.DRIVE_1, Terminal.B: Socket.DRIVE_2, Terminal.C: Socket.DRIVE_3})

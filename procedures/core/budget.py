@@ -1,0 +1,174 @@
+"""Uncertainty budgets: inputs that are common stay common, and every parameter keeps its rows (GUM, JCGM 100)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from GTC import inf, reporting, ureal
+from GTC.lib import UncertainReal
+
+from drivers.interfaces import Accuracy
+from procedures.core.result import Contribution, Parameter
+from procedures.estimation.fitting.expanded import half_width as expanded_half_width
+
+#: Standard deviation of a rectangular distribution of half-width one.
+_RECTANGULAR = 1.0 / math.sqrt(3.0)
+
+
+@dataclass(frozen=True)
+class _Input:
+    source: str
+    kind: str
+    quantity: UncertainReal
+    identity: str
+    rectangular: bool = False
+
+
+class Uncertainties:
+    """The inputs of one run.
+
+    An instrument's gain and offset errors are one input each for all its readings in one range, so they correlate
+    whatever is computed from them; resolution and statistics are inputs of their own every time. `session` tells the inputs
+    of a resumed run from those before it.
+    """
+
+    def __init__(self, session: int = 1) -> None:
+        self._session = session
+        self._inputs: list[_Input] = []
+        self._common: dict[tuple[str, str], UncertainReal] = {}
+        self._reported: dict[tuple[str, str, str], UncertainReal] = {}
+
+    def statistical(
+        self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
+    ) -> UncertainReal:
+        """Return a Type A input: an estimate with the standard uncertainty of its fit or its repeats."""
+        if standard_uncertainty == 0.0:
+            return ureal(value, 0.0)
+        return self._remember(source, "A", ureal(value, standard_uncertainty, max(degrees_of_freedom, 1.0)))
+
+    def limit(self, source: str, value: float, half_width: float) -> UncertainReal:
+        """Return a Type B input: a value known within ± `half_width`, all values in it equally likely."""
+        if half_width == 0.0:
+            return ureal(value, 0.0)
+        return self._remember(source, "B", ureal(value, half_width * _RECTANGULAR), rectangular=True)
+
+    def standard(
+        self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
+    ) -> UncertainReal:
+        """Return a Type B input given by its standard uncertainty (a certificate, a tare)."""
+        if standard_uncertainty == 0.0:
+            return ureal(value, 0.0)
+        return self._remember(source, "B", ureal(value, standard_uncertainty, degrees_of_freedom))
+
+    def instrument(self, name: str, quantity: UncertainReal | float, accuracy: Accuracy) -> UncertainReal:
+        """Return a reading (or an estimate that scales with the readings) with its instrument's errors put on."""
+        read = (
+            quantity * (1.0 + accuracy.gain * self._shared(name, f"gain, {accuracy.source}"))
+            if accuracy.gain
+            else quantity
+        )
+        if accuracy.offset:
+            read = read + accuracy.offset * self._shared(name, f"offset, {accuracy.source}")
+        if accuracy.resolution:
+            read = read + self.limit(f"{name}: resolution", 0.0, accuracy.resolution / 2.0)
+        if accuracy.noise:
+            read = read + self.statistical(f"{name}: noise", 0.0, accuracy.noise)
+        return read if isinstance(read, UncertainReal) else ureal(read, 0.0)
+
+    def parameter(
+        self,
+        name: str,
+        unit: str,
+        quantity: UncertainReal,
+        *,
+        procedure: str,
+        section: str,
+        estimator: str,
+        note_value: float | None = None,
+        convention: str = "",
+        winding: float | None = None,
+    ) -> Parameter:
+        """Return the quantity as a parameter with its 95 % coverage interval and its budget."""
+        self._reported[procedure, name, estimator] = quantity
+        uncertainty = float(quantity.u)
+        freedom = float(quantity.df) if uncertainty else inf
+        reached = self._reached(quantity)
+        expanded = _expanded(reached)
+        value = float(quantity.x)
+        return Parameter(
+            name=name,
+            value=value,
+            unit=unit,
+            standard_uncertainty=uncertainty,
+            degrees_of_freedom=freedom,
+            coverage_interval=(value - expanded, value + expanded),
+            procedure=procedure,
+            section=section,
+            estimator=estimator,
+            note_value=note_value,
+            convention=convention,
+            winding=winding,
+            budget=tuple(_rows(reached)),
+        )
+
+    def of_parameter(self, parameter: Parameter) -> UncertainReal:
+        """Return the quantity behind an earlier parameter, correlated with all that shares its inputs.
+
+        A parameter of an earlier process (a resumed run) comes back with its uncertainty, but without its correlations.
+        """
+        key = (parameter.procedure, parameter.name, parameter.estimator)
+        if key in self._reported:
+            return self._reported[key]
+        return self.standard(
+            f"{parameter.procedure}: {parameter.name}",
+            parameter.value,
+            parameter.standard_uncertainty,
+            parameter.degrees_of_freedom,
+        )
+
+    def budget(self, quantity: UncertainReal) -> Sequence[Contribution]:
+        """Return the inputs that reach `quantity`, the largest contribution first."""
+        return _rows(self._reached(quantity))
+
+    def _reached(self, quantity: UncertainReal) -> list[tuple[_Input, float]]:
+        """Return the inputs that reach `quantity` with their contributions, signed."""
+        found = ((entry, float(reporting.u_component(quantity, entry.quantity))) for entry in self._inputs)
+        return [(entry, contribution) for entry, contribution in found if contribution]
+
+    def _shared(self, name: str, what: str) -> UncertainReal:
+        key = (name, what)
+        if key not in self._common:
+            source = f"{name}: {what}"
+            # The instrument is the same after a resumption, and so is its error.
+            self._common[key] = self._remember(source, "B", ureal(0.0, _RECTANGULAR), rectangular=True, identity=source)
+        return self._common[key]
+
+    def _remember(
+        self, source: str, kind: str, quantity: UncertainReal, *, rectangular: bool = False, identity: str = ""
+    ) -> UncertainReal:
+        own = f"{self._session}.{len(self._inputs) + 1}"
+        self._inputs.append(_Input(source, kind, quantity, identity or own, rectangular))
+        return quantity
+
+
+def _expanded(reached: Sequence[tuple[_Input, float]]) -> float:
+    """Return the expanded uncertainty at 95 %: limits stay rectangular, for two of them do not add up as normal errors do."""
+    limits = [abs(contribution) / _RECTANGULAR for entry, contribution in reached if entry.rectangular]
+    others = [(abs(c), float(entry.quantity.df)) for entry, c in reached if not entry.rectangular]
+    return expanded_half_width(limits, others)
+
+
+def _rows(reached: Sequence[tuple[_Input, float]]) -> list[Contribution]:
+    rows = [
+        Contribution(
+            source=entry.source,
+            value=float(entry.quantity.x),
+            standard_uncertainty=float(entry.quantity.u),
+            sensitivity=contribution / float(entry.quantity.u),
+            contribution=abs(contribution),
+            kind=entry.kind,
+            identity=entry.identity,
+        )
+        for entry, contribution in reached
+    ]
+    return sorted(rows, key=lambda row: -row.contribution)

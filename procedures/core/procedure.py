@@ -1,0 +1,165 @@
+"""What all procedures share: settings, steps, and the way a result is put together."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args
+
+from GTC.lib import UncertainReal
+
+from drivers.interfaces.text import Text, text
+from procedures.core.bench import Bench, ProcedureError, Role
+from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.result import Notice, Parameter, ProcedureResult
+from procedures.core.settings import Settings
+from procedures.core.steps import Step, steps_of
+from procedures.verification.settings import levels_of
+from procedures.verification.verification import Proof
+from procedures.verification.verifier import Wiring
+
+__all__ = ["Procedure", "Settings"]
+
+
+C = TypeVar("C", bound=Settings)
+
+
+class Procedure(ABC, Generic[C]):
+    """One measurement of the document.
+
+    A subclass names itself (`name`, `title`, `section`), the roles it needs, its settings type as the generic
+    argument, and defines its steps as decorated methods in the document's order. One that is `end_of_line` finds a defect
+    rather than a controller's parameter: it runs where it is named, not with `all`.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    section: ClassVar[str]
+    roles: ClassVar[frozenset[Role]]
+    gives: ClassVar[tuple[str, ...]]
+    end_of_line: ClassVar[bool] = False
+
+    def __init__(self, bench: Bench, nameplate: Nameplate, settings: C, known: Mapping[str, Parameter]) -> None:
+        self.bench = bench
+        self.nameplate = nameplate
+        self.settings = settings
+        self.known = known
+        self._parameters: list[Parameter] = []
+        self._notices: list[Notice] = []
+        self.findings: dict[str, Any] = {}
+        #: Has connections made, and proves them.
+        self.wiring = Wiring(Proof(bench, nameplate, levels_of(settings), known, self.findings, self.notice))
+
+    @classmethod
+    def settings_type(cls) -> type[Settings]:
+        """Return the settings model, the generic argument of the class."""
+        for base in getattr(cls, "__orig_bases__", ()):
+            for argument in get_args(base):
+                if isinstance(argument, type) and issubclass(argument, Settings):
+                    return argument
+        raise TypeError(f"{cls.__name__} names no settings type")
+
+    @classmethod
+    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:
+        """Return what the station's instruments cannot give of what the settings ask for, as far as it can be known now.
+
+        Called before anything is energised; instruments may be asked for their accuracy, not set or read.
+        """
+        return ()
+
+    @classmethod
+    def steps(cls) -> tuple[Step, ...]:
+        """Return the steps in the document's order."""
+        return steps_of(cls)
+
+    @abstractmethod
+    def measure(self) -> None:
+        """Take the steps in order, adding parameters, findings and notices on the way."""
+
+    def run(self) -> ProcedureResult:
+        """Measure, and return what was found."""
+        self.measure()
+        return ProcedureResult(
+            self.name, self.section, tuple(self._parameters), tuple(self._notices), dict(self.findings)
+        )
+
+    def step_values(self) -> dict[str, object]:
+        """Return the settings by name, for the steps' sentences."""
+        return {**self.settings.model_dump(), "rated_current": self.nameplate.rated_current}
+
+    @property
+    def winding(self) -> Literal["wye", "delta"]:
+        """How the windings are joined, as the estimators name it."""
+        return "delta" if self.is_delta else "wye"
+
+    @property
+    def is_delta(self) -> bool:
+        """Whether the plate says delta."""
+        return self.nameplate.connection is Connection.DELTA
+
+    def report(
+        self,
+        name: str,
+        unit: str,
+        quantity: UncertainReal,
+        *,
+        section: str,
+        estimator: str,
+        note_value: float | None = None,
+        convention: str = "",
+        winding: float | None = None,
+    ) -> Parameter:
+        """Add a parameter with its uncertainty and budget to the result."""
+        parameter = self.bench.uncertainties.parameter(
+            name,
+            unit,
+            quantity,
+            procedure=self.name,
+            section=section,
+            estimator=estimator,
+            note_value=note_value,
+            convention=convention,
+            winding=winding,
+        )
+        self._parameters.append(parameter)
+        return parameter
+
+    def enter(self, parameter: Parameter) -> None:
+        """Add a parameter that was not measured but taken from a data sheet."""
+        self._parameters.append(parameter)
+
+    def notice(self, identifier: str, message: Text) -> None:
+        """Add a warning: an erratum's id (`E1` …) or a short name of the finding, and the sentence for people."""
+        self._notices.append(Notice(identifier, message))
+        self.bench.recorder.event("warning", id=identifier, message=message.render())
+
+    def known_value(self, name: str) -> float | None:
+        """Return an earlier result's value, or None where it was not measured."""
+        parameter = self.known.get(name)
+        return parameter.value if parameter else None
+
+    def current_level(self, share: float, what: str) -> float:
+        """Return a current (A): a share of the rated one, kept within the motor's and refused beyond the supply's limit."""
+        wanted = share * self.nameplate.rated_current
+        # A share that was made from one of the bounds may lie above it by its last digit.
+        for bound in (self.nameplate.current_bound, self.bench.supply.maximum_current):
+            if bound < wanted <= bound * (1.0 + 1e-9):
+                wanted = bound
+        if wanted > self.nameplate.current_bound:
+            raise ProcedureError(
+                text(
+                    "{what}: {wanted:.3g} A is above the motor's largest current {bound:.3g} A; lower the setting",
+                    what=what,
+                    wanted=wanted,
+                    bound=self.nameplate.current_bound,
+                )
+            )
+        if wanted > self.bench.supply.maximum_current:
+            raise ProcedureError(
+                text(
+                    "{what}: the supply cannot give {wanted:.3g} A, its limit is {bound:.3g} A; "
+                    "lower the setting or use a larger supply",
+                    what=what,
+                    wanted=wanted,
+                    bound=self.bench.supply.maximum_current,
+                )
+            )
+        return wanted

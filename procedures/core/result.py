@@ -1,0 +1,106 @@
+"""What a procedure gives: parameters with uncertainty and evidence, warnings, findings."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from drivers.interfaces.text import Text, Translate, english
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """One row of an uncertainty budget.
+
+    `value` is the input's estimate, `standard_uncertainty` its own, `sensitivity` the derivative, `contribution`
+    the size of their product in the parameter's unit, `kind` "A" (statistics) or "B" (specification, calibration).
+    Rows of two parameters with one `identity` are the same input; a row without has none in common.
+    """
+
+    source: str
+    value: float
+    standard_uncertainty: float
+    sensitivity: float
+    contribution: float
+    kind: str
+    identity: str = ""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A measured (or, for the data sheet's, entered) quantity.
+
+    `note_value` is what the document's simple formula gives on the same readings. `winding` is the value of one
+    winding of a delta, `value` then being the Y-equivalent (E8).
+    """
+
+    name: str
+    value: float
+    unit: str
+    standard_uncertainty: float
+    degrees_of_freedom: float
+    coverage_interval: tuple[float, float]
+    procedure: str
+    section: str
+    estimator: str
+    note_value: float | None = None
+    convention: str = ""
+    winding: float | None = None
+    source: str = "measured"
+    budget: tuple[Contribution, ...] = ()
+
+    def covariance(self, other: "Parameter") -> float:
+        """Return the covariance with another parameter of the same run, in both units: from the inputs they share (GUM F.1.2)."""
+        mine = {row.identity: row.sensitivity * row.standard_uncertainty for row in self.budget if row.identity}
+        return sum(
+            mine.get(row.identity, 0.0) * row.sensitivity * row.standard_uncertainty
+            for row in other.budget
+            if row.identity
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as it stands in `result.json`."""
+        return {
+            "value": self.value,
+            "unit": self.unit,
+            "standard_uncertainty": self.standard_uncertainty,
+            "degrees_of_freedom": None if self.degrees_of_freedom == float("inf") else self.degrees_of_freedom,
+            "coverage_interval": list(self.coverage_interval),
+            "procedure": self.procedure,
+            "section": self.section,
+            "estimator": self.estimator,
+            "note_value": self.note_value,
+            "convention": self.convention,
+            "winding": self.winding,
+            "source": self.source,
+            "budget": [vars(row) for row in self.budget],
+        }
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Something that the reader must know: an erratum that applies (`E1` …) or a finding of this run (a short name)."""
+
+    identifier: str
+    message: Text
+
+    def as_dict(self, translate: Translate = english) -> dict[str, Any]:
+        """Return it as it stands in `result.json`."""
+        return {"id": self.identifier, "message": self.message.render(translate)}
+
+
+@dataclass(frozen=True)
+class ProcedureResult:
+    """All that one procedure found. `findings` are further figures, JSON-ready, by name."""
+
+    procedure: str
+    section: str
+    parameters: tuple[Parameter, ...]
+    warnings: tuple[Notice, ...] = ()
+    findings: Mapping[str, Any] = field(default_factory=dict)
+
+    def parameter(self, name: str) -> Parameter:
+        """Return the parameter of this name; KeyError where the procedure gave none."""
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        raise KeyError(f"{self.procedure} gave no {name}; it gave {', '.join(p.name for p in self.parameters)}")

@@ -1,0 +1,167 @@
+"""Cogging torque by a slow turn under the dynamometer's torque reading."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, DynamometerReading
+from drivers.interfaces.text import text
+from procedures.core.actions import CoupleDynamometer, ReleaseRotor
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.curves import curve
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
+from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.verification.settings import WiringSettings
+
+_RPM = math.pi / 30.0
+#: Orders below this are no cogging where the pole pairs are not known: each pole passes a slot twice a turn at least.
+_LOWEST = 6
+#: A share of the torque that the transducer's averaging may take away before it is worth a warning.
+_BLURRED = 0.1
+#: Periods within the averaging beyond which nothing reliable is left.
+_NULL = 0.9
+#: Readings come later than evenly spaced ones by up to this share of their spacing, by a rule that never repeats itself.
+_UNEVEN, _GOLDEN = 0.8, 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+class CoggingTorqueSettings(WiringSettings):
+    """Settings of the cogging torque."""
+
+    speed_rpm: float = Field(default=6.0, gt=0.0, le=120.0, description="speed of the turn, rpm")
+    order: int | None = Field(
+        default=None,
+        ge=2,
+        le=10_000,
+        description="periods of the cogging a turn: least common multiple of slots and poles; sought over a whole turn when not given",
+    )
+    periods: float = Field(
+        default=12.0, ge=2.0, le=10_000.0, description="periods that are turned through, where the order is known"
+    )
+    readings_per_period: int = Field(
+        default=10, ge=4, le=1000, description="readings a period, where the order is known"
+    )
+    readings: int = Field(default=250, ge=50, le=100_000, description="readings of a whole turn, where it is not")
+    averaging: float = Field(
+        default=0.02, ge=0.0, le=10.0, description="time over which the transducer averages at most, s"
+    )
+
+
+class CoggingTorque(Procedure[CoggingTorqueSettings]):
+    """Peak-to-peak torque that an open motor repeats every turn, without its drag and a coupling's run-out.
+
+    For a stepping motor it is the detent torque of IEC TS 60034-20-1, 6.9.
+    """
+
+    name: ClassVar[str] = "cogging-torque"
+    title: ClassVar[str] = "Cogging torque"
+    section: ClassVar[str] = "EOL5"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
+    gives: ClassVar[tuple[str, ...]] = ("cogging_torque",)
+    end_of_line: ClassVar[bool] = True
+
+    def measure(self) -> None:
+        """Turn slowly, and take what repeats itself."""
+        self.prepare()
+        readings = self.turn()
+        self.conclude(readings)
+
+    @step("EOL5/1", "Open the terminals, couple the dynamometer", by_hand=True)
+    def prepare(self) -> None:
+        """Leave the winding without a current, for that would brake."""
+        if self.bench.dynamometer.read_by_hand:
+            raise ProcedureError(
+                text("cogging is read many times a turn, and this dynamometer is read by hand; use one that answers")
+            )
+        self.wiring.shaft.open_terminals()
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(CoupleDynamometer())
+
+    @step(
+        "EOL5/2",
+        "Turn the shaft evenly at {speed_rpm:g} rpm through some periods of the cogging or a turn, reading the torque",
+    )
+    def turn(self) -> list[DynamometerReading]:
+        """Return the readings, spread over the way."""
+        bench, settings = self.bench, self.settings
+        speed = min(settings.speed_rpm * _RPM, driving_speed_rad(bench, self.nameplate, 1.0))
+        count, turns = settings.readings, 1.0
+        if settings.order is not None:
+            count, turns = round(settings.periods * settings.readings_per_period), settings.periods / settings.order
+        interval = 2.0 * math.pi * turns / (speed * count)
+        taken: list[DynamometerReading] = []
+        with bench.dynamometer.driving_speed(speed):
+            begun = bench.clock.now()
+            for number in range(count):
+                # Not in step with anything: what is too quick to be seen must not look like something slow.
+                due = begun + (number + _UNEVEN * math.fmod(number * _GOLDEN, 1.0)) * interval
+                bench.clock.sleep(max(due - bench.clock.now(), 0.0))
+                taken.append(bench.dynamometer.measure())
+        bench.dynamometer.stop()
+        return taken
+
+    @step("EOL5/3", "What repeats itself every turn and stands out of the noise: from trough to crest")
+    def conclude(self, readings: list[DynamometerReading]) -> None:
+        """Report the peak-to-peak torque (N·m)."""
+        unc, last = self.bench.uncertainties, readings[-1]
+        time = np.array([r.time for r in readings])
+        torque = np.array([r.torque for r in readings])
+        speed = float(np.mean([r.speed for r in readings]))
+        angle = speed * (time - time[0])
+        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
+        lowest = max(2 * round(pairs), 2) if pairs else _LOWEST
+        found = fit_cogging(
+            angle, torque, order=self.settings.order, lowest_order=lowest, resolution=last.torque_accuracy.resolution
+        )
+        self.findings |= {
+            "orders": found.orders.tolist(),
+            "amplitudes": found.amplitudes.tolist(),
+            "drag": found.mean,
+            "noise": found.noise,
+            "readings": curve(angle=angle, torque=torque),
+        }
+        if found.peak_to_peak > 0.0:
+            size = unc.statistical("scatter of the torque over a turn", found.peak_to_peak, found.uncertainty)
+            if self.settings.order is None:
+                size = size + unc.limit("orders too high to be seen", 0.0, found.hidden)
+        else:
+            # Anything up to this would have drowned.
+            size = unc.limit("cogging that the scatter may hide", 0.5 * found.hidden, 0.5 * found.hidden)
+        more = 0.5 * self._blurred(found, abs(speed))
+        size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
+        self.report(
+            "cogging_torque",
+            "N·m",
+            unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
+            section=self.section,
+            estimator="orders that stand out of the noise, from trough to crest",
+            convention="peak to peak over a turn, terminals open",
+        )
+
+    def _blurred(self, found: Cogging, speed: float) -> float:
+        """Return by which share of what is seen the torque may be larger, for averaging of the largest order at this speed (rad/s)."""
+        if not found.orders.size:
+            return 0.0
+        order = float(found.orders[int(np.argmax(found.amplitudes))])
+        seen = float(np.sinc(min(order * speed * self.settings.averaging / (2.0 * math.pi), _NULL)))
+        lost = 1.0 - seen
+        if lost > _BLURRED:
+            self.notice(
+                "blurred",
+                text(
+                    "at this speed the transducer's averaging over {time:g} s may take away {lost:.0%} of a torque of {order:.0f} periods "
+                    "a turn; turn more slowly",
+                    time=self.settings.averaging,
+                    lost=lost,
+                    order=order,
+                ),
+            )
+        return lost / seen
+
+    def _gain(self, accuracy: Accuracy) -> Accuracy:
+        """Return the transducer's gain: its zero falls out of a difference; a share of full scale may be a slope over that."""
+        slope = accuracy.offset / self.bench.dynamometer.maximum_torque
+        return Accuracy(gain=accuracy.gain or slope, source=accuracy.source)

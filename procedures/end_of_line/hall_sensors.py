@@ -1,0 +1,186 @@
+"""Hall sensors: order, polarity and place of three against the EMF."""
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from GTC import ureal
+from pydantic import Field
+
+from drivers.interfaces import ProbeKind
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import ALL_OPEN, ConnectProbes, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.procedure import Procedure
+from procedures.core.settings import Settings
+from procedures.core.steps import step
+from procedures.estimation.emf.hall import SENSORS, HallFault, HallFinding, HallJudgement, Switching, judge, switching
+from procedures.techniques.acquisition import ranged_record
+from procedures.techniques.driven_shaft import driving_speed_rad
+
+_NODES = {1: Node.HALL_1, 2: Node.HALL_2, 3: Node.HALL_3}
+#: First full-scale range (V) for a sensor's signal.
+_LOGIC = 12.5
+#: Pole pairs that are taken where none are known, so that the record is long enough.
+_FEW = 1
+
+Seen = Mapping[int, Switching | None]
+
+
+class HallSensorsSettings(Settings):
+    """Settings of the Hall sensors' check."""
+
+    speed_share: float = Field(default=0.25, gt=0.0, le=1.0, description="speed, share of the rated speed")
+    periods: float = Field(default=4.0, ge=2.5, le=1000.0, description="electrical periods of the record")
+    points: int = Field(default=2000, ge=500, le=1_000_000, description="points of the record")
+    offset: float = Field(
+        default=0.0,
+        ge=-180.0,
+        le=180.0,
+        description="where sensor 1 should rise, electrical degrees after the rising zero of the EMF from A to C",
+    )
+    least_swing: float = Field(default=1.0, gt=0.0, le=100.0, description="a signal of less swing is dead, V")
+
+
+class HallSensors(Procedure[HallSensorsSettings]):
+    """Order, polarity, offset, spacing and duty of three Hall sensors against one line EMF of the driven motor.
+
+    Where block commutation switches A to plus, 30° after its phase's EMF has crossed zero, the EMF from A to C crosses
+    zero itself: that is where sensor 1 of an ideal motor rises, sensors 2 and 3 a third and two thirds of a turn later.
+    """
+
+    name: ClassVar[str] = "hall-sensors"
+    title: ClassVar[str] = "Hall sensors"
+    section: ClassVar[str] = "EOL6"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
+    gives: ClassVar[tuple[str, ...]] = ("hall_faults", "hall_offset", "hall_spacing_deviation", "hall_duty_deviation")
+    end_of_line: ClassVar[bool] = True
+
+    def measure(self) -> None:
+        """Record all three, judge their leads, and measure their places."""
+        self.prepare()
+        seen = self.record()
+        found = self.judge_leads(seen)
+        self.places(seen, found)
+
+    @step("EOL6/1", "Open the terminals, couple the drive motor", by_hand=True)
+    def prepare(self) -> None:
+        """Leave nothing on the terminals but a probe."""
+        self.bench.perform(ALL_OPEN)
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(CoupleDynamometer())
+
+    @step(
+        "EOL6/2",
+        "Probe the EMF from A to C, and the Hall sensors against their ground; drive forwards and record",
+        by_hand=True,
+    )
+    def record(self) -> Seen:
+        """Return where each sensor switches; as many of them are recorded at a time as there are channels beside the EMF's."""
+        scope = self.bench.oscilloscope
+        channels = list(scope.channels(ProbeKind.VOLTAGE))
+        if len(channels) < 2 or not scope.gives_waveforms:
+            raise ProcedureError(
+                text(
+                    "a sensor's signal is held against the EMF: that needs two voltage probes on an oscilloscope that gives waveforms, "
+                    "the station has {n} probes",
+                    n=len(channels),
+                )
+            )
+        seen: dict[int, Switching | None] = {}
+        room = len(channels) - 1
+        for first in range(0, len(SENSORS), room):
+            sensors = SENSORS[first : first + room]
+            seen |= self._recorded(channels[0], dict(zip(channels[1:], sensors, strict=False)))
+        return seen
+
+    @step("EOL6/3", "Order and polarity: each lead that is dead, swapped or upside down")
+    def judge_leads(self, seen: Seen) -> HallJudgement:
+        """Report the number of faults, and name each."""
+        found = judge(seen, math.radians(self.settings.offset))
+        self.findings |= {
+            "leads": {
+                f"H{lead}": None
+                if switched is None
+                else {"rise": math.degrees(switched.rise), "fall": math.degrees(switched.fall), "duty": switched.duty}
+                for lead, switched in seen.items()
+            },
+            "faults": [f"H{fault.lead}: {fault.fault.value}" for fault in found.faults],
+        }
+        for fault in found.faults:
+            self.notice("hall", _said(fault))
+        if not found.explained:
+            self.notice("hall", text("two of the Hall sensors' leads show one and the same sensor"))
+        count = len({fault.lead for fault in found.faults}) or (0 if found.explained else 1)
+        self.report(
+            "hall_faults",
+            "1",
+            ureal(float(count), 0.0),
+            section=self.section,
+            estimator="leads that are dead, swapped or inverted",
+            convention="number of leads; 0 where order and polarity are as told",
+        )
+        return found
+
+    @step("EOL6/4", "Offset of all sensors from {offset:g}°, their spacing of 120° and their duty of one half")
+    def places(self, seen: Seen, found: HallJudgement) -> None:
+        """Report what the sensors that switch allow, in electrical degrees."""
+        alive = [switched for switched in seen.values() if switched is not None]
+        if not alive:
+            return
+        unc, edge = self.bench.uncertainties, math.degrees(max(switched.uncertainty for switched in alive))
+        # An edge's error is its own; a sensor's place is the mean of two.
+        self.report(
+            "hall_offset",
+            "°",
+            unc.statistical("Hall edges: offset", math.degrees(found.offset), edge / math.sqrt(2.0 * len(alive))),
+            section=self.section,
+            estimator="mean of the sensors' edges against the EMF's zero, order and polarity put right",
+            convention="electrical degrees, positive where the sensors switch late",
+        )
+        if math.isfinite(found.spacing):
+            self.report(
+                "hall_spacing_deviation",
+                "°",
+                unc.statistical("Hall edges: spacing", math.degrees(found.spacing), edge),
+                section=self.section,
+                estimator="largest deviation of two sensors' spacing from 120°",
+                convention="electrical degrees",
+            )
+        self.report(
+            "hall_duty_deviation",
+            "%",
+            unc.statistical("Hall edges: duty", 100.0 * found.duty, 100.0 * edge * math.sqrt(2.0) / 360.0),
+            section=self.section,
+            estimator="largest deviation of a sensor's share of high time from one half",
+            convention="per cent of an electrical turn",
+        )
+
+    def _recorded(self, emf: int, sensors: Mapping[int, int]) -> Seen:
+        """Return where the sensors (by channel) switch, from one record."""
+        probes = [VoltageProbe(channel, _NODES[sensor], Node.HALL_GROUND) for channel, sensor in sensors.items()]
+        self.bench.perform(ConnectProbes((VoltageProbe(emf, Node.A, Node.C), *probes)))
+        scope, settings = self.bench.oscilloscope, self.settings
+        speed = driving_speed_rad(self.bench, self.nameplate, settings.speed_share)
+        known = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
+        record_time = settings.periods * 2.0 * math.pi / ((known or _FEW) * speed)
+        scope.configure_acquisition(record_time, settings.points, 0.0)
+        rated = self.nameplate.rated_voltage
+        ranges = {emf: 2.5 * settings.speed_share * rated if rated else 50.0, **dict.fromkeys(sensors, _LOGIC)}
+        with self.bench.dynamometer.driving_speed(speed):
+            waves = ranged_record(self.bench, ranges, 10.0 + record_time)
+        signals = np.vstack([waves[channel].values for channel in sensors])
+        found, frequency = switching(waves[emf].time, waves[emf].values, signals, settings.least_swing)
+        self.findings["frequency"] = frequency
+        return dict(zip(sensors.values(), found, strict=True))
+
+
+def _said(found: HallFinding) -> Text:
+    match found.fault:
+        case HallFault.DEAD:
+            return text("H{lead} is dead: it does not switch once an electrical turn", lead=found.lead)
+        case HallFault.SWAPPED:
+            return text("H{lead} shows sensor {sensor}: leads are swapped", lead=found.lead, sensor=found.carries)
+        case HallFault.INVERTED:
+            return text("H{lead} is upside down: high where it should be low", lead=found.lead)

@@ -1,0 +1,168 @@
+"""No-load current: what the motor takes to turn itself."""
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import ClassVar
+
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy
+from drivers.interfaces.text import text
+from procedures.core.actions import ALL_OPEN, INVERTER, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.fitting.repeats import mean_of_readings
+from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.verification.settings import DrivenWiringSettings
+
+_RPM = math.pi / 30.0
+#: The test current must move the torque by so many of its standard uncertainties.
+_CLEAR = 10.0
+
+
+class NoLoadCurrentSettings(DrivenWiringSettings):
+    """Settings of the no-load current."""
+
+    speed_share: float = Field(default=0.5, gt=0.0, le=1.0, description="speed, share of the rated speed")
+    current_share: float = Field(
+        default=0.1, gt=0.0, le=1.0, description="test current that the torque is scaled by, share of the rated current"
+    )
+    readings: int = Field(default=8, ge=3, le=10_000, description="readings of the torque in each state")
+    interval: float = Field(default=0.03, ge=0.0, le=10.0, description="time between readings, s")
+    settle: float = Field(default=0.1, ge=0.0, le=60.0, description="time before the first of them: the filter's, s")
+    tare: float | None = Field(
+        default=None,
+        ge=0.0,
+        description="drag of the dynamometer alone at this speed, N·m; measured when not given",
+    )
+    tare_uncertainty: float = Field(default=0.0, ge=0.0, description="its standard uncertainty, N·m")
+
+
+class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
+    """Torque-producing current at which the motor turns itself at a speed: its drag over its torque per ampere.
+
+    The dynamometer holds the speed; the drag is what it gives less to turn alone, and a test current tells how much current
+    gives as much. The transducer's gain and zero are the same in all three and cancel.
+    """
+
+    name: ClassVar[str] = "no-load-current"
+    title: ClassVar[str] = "No-load current"
+    section: ClassVar[str] = "EOL4"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
+    gives: ClassVar[tuple[str, ...]] = ("no_load_current",)
+    end_of_line: ClassVar[bool] = True
+
+    def measure(self) -> None:
+        """Turn the dynamometer alone, then the motor without and with a current."""
+        self._speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
+        tare = self.tare()
+        self.couple()
+        without, with_current, current = self.turn()
+        self.conclude(tare, without, with_current, current)
+
+    @step("EOL4/1", "The dynamometer alone, at {speed_share:.0%} of the rated speed: its own drag", by_hand=True)
+    def tare(self) -> UncertainReal:
+        """Return the drag (N·m) of the dynamometer alone, measured or as given."""
+        bench, settings = self.bench, self.settings
+        if bench.dynamometer.read_by_hand or bench.inverter.read_by_hand:
+            raise ProcedureError(
+                text(
+                    "a small difference of torques is read many times; it needs a dynamometer and an inverter that answer"
+                )
+            )
+        if settings.tare is not None:
+            return bench.uncertainties.standard("tare: drag", settings.tare, settings.tare_uncertainty)
+        bench.perform(ALL_OPEN)
+        bench.perform(UncoupleDynamometer())
+        with bench.dynamometer.driving_speed(self._speed):
+            found = self._drag("the dynamometer alone")
+        bench.dynamometer.stop()
+        return found
+
+    @step(
+        "EOL4/2",
+        "Couple the motor, connect it to the inverter, and prove that its torque drives forwards",
+        by_hand=True,
+    )
+    def couple(self) -> None:
+        """Leave the motor ready to be driven from both sides."""
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(INVERTER)
+        self.bench.perform(CoupleDynamometer())
+        self.wiring.inverter.direction(INVERTER)
+
+    @step("EOL4/3", "At the same speed: the torque without a current, and with {current_share:.0%} of the rated one")
+    def turn(self) -> tuple[UncertainReal, UncertainReal, UncertainReal]:
+        """Return the torque (N·m) in both states, and the test current (A)."""
+        bench, unc = self.bench, self.bench.uncertainties
+        bound = min(bench.inverter.maximum_current, self.nameplate.current_bound)
+        level = min(self.settings.current_share * self.nameplate.rated_current, bound)
+        read: list[float] = []
+        accuracy = Accuracy()
+
+        def also() -> None:
+            nonlocal accuracy
+            reading = bench.inverter.measure_current()
+            read.append(reading.value)
+            accuracy = reading.accuracy
+
+        bench.thermometer.warmed()
+        with ExitStack() as running:
+            running.enter_context(bench.dynamometer.driving_speed(self._speed))
+            without = self._drag("the motor without a current")
+            running.enter_context(bench.inverter.driving_current(level))
+            with_current = self._drag("the motor with the test current", also)
+        bench.dynamometer.stop()
+        mean, uncertainty, freedom = mean_of_readings(read)
+        current = unc.statistical("readings of the test current", mean, uncertainty, freedom)
+        return without, with_current, unc.instrument("inverter, current", current, accuracy)
+
+    @step("EOL4/4", "No-load current: drag over torque per ampere")
+    def conclude(
+        self, tare: UncertainReal, without: UncertainReal, with_current: UncertainReal, current: UncertainReal
+    ) -> None:
+        """Report the current (A, peak) and keep drag and slope."""
+        drag, moved = without - tare, without - with_current
+        if float(moved.x) <= _CLEAR * float(moved.u):
+            raise ProcedureError(
+                text(
+                    "a current of {current:.3g} A moves the torque by {moved:.2g} N·m, known to ±{uncertainty:.1g} N·m: too little to "
+                    "scale by. Raise current_share, or take more readings",
+                    current=float(current.x),
+                    moved=float(moved.x),
+                    uncertainty=float(moved.u),
+                )
+            )
+        self.findings |= {
+            "speed_rpm": self._speed / _RPM,
+            "drag": float(drag.x),
+            "tare": float(tare.x),
+            "torque_per_ampere": float((moved / current).x),
+        }
+        self.report(
+            "no_load_current",
+            "A",
+            drag / moved * current,
+            section=self.section,
+            estimator="drag of the motor alone over the torque per ampere of a test current",
+            convention="phase, peak, torque-producing, at the speed of the test",
+        )
+
+    def _drag(self, what: str, also: Callable[[], None] = lambda: None) -> UncertainReal:
+        """Return the mean torque after settling; `also` is done beside each reading."""
+        bench, unc = self.bench, self.bench.uncertainties
+        bench.clock.sleep(self.settings.settle)
+        read = []
+        for _ in range(self.settings.readings):
+            bench.clock.sleep(self.settings.interval)
+            reading = bench.dynamometer.measure()
+            read.append(reading.torque)
+            also()
+        mean, uncertainty, freedom = mean_of_readings(read)
+        accuracy = reading.torque_accuracy
+        own = unc.statistical(f"readings of the torque, {what}", mean, uncertainty, freedom)
+        common = Accuracy(gain=accuracy.gain, offset=accuracy.offset, source=accuracy.source)
+        return unc.instrument("dynamometer, torque", own, common)

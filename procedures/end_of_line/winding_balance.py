@@ -1,0 +1,173 @@
+"""Balance of the windings: how far a line's resistance or inductance is from the mean of the three."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, Aperture, Wanted
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    LINE_PAIRS,
+    LockRotor,
+    SeparateMeterLeads,
+    ShortMeterLeads,
+    Terminal,
+    UncoupleDynamometer,
+    meter_across,
+)
+from procedures.core.bench import Role
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.winding import resistance
+from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
+from procedures.verification.settings import WiringSettings
+
+_AXES = ("d_axis_inductance", "q_axis_inductance")
+_PER_CENT = 100.0
+#: Readings of one quantity between two terminals, and the bridge's accuracy there.
+_Read = tuple[tuple[float, ...], Accuracy]
+
+
+class WindingBalanceSettings(WiringSettings):
+    """Settings of the balance of the windings."""
+
+    resistance_frequency: float = Field(default=20.0, gt=0.0, le=1e6, description="test frequency for resistance, Hz")
+    inductance_frequency: float = Field(default=1000.0, gt=0.0, le=1e6, description="test frequency for inductance, Hz")
+    level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
+    aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
+    repeats: int = Field(default=2, ge=1, le=100, description="readings a line")
+    short_correction: bool = Field(
+        default=True, description="measure and subtract the leads first; once for a series of motors is enough"
+    )
+
+
+@dataclass(frozen=True)
+class Lines:
+    """One quantity between AB, BC and CA: all readings, and the bridge's accuracy there."""
+
+    readings: tuple[tuple[float, ...], ...]
+    accuracies: tuple[Accuracy, ...]
+
+
+class WindingBalance(Procedure[WindingBalanceSettings]):
+    """Largest deviation of the three line resistances and inductances from their mean, in per cent of it.
+
+    Its form is that of voltage unbalance (NEMA MG 1). The bridge's gain and zero are the same in three like readings, so that
+    a difference is known much better than a value.
+    """
+
+    name: ClassVar[str] = "winding-balance"
+    title: ClassVar[str] = "Balance of the windings"
+    section: ClassVar[str] = "EOL1"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
+    gives: ClassVar[tuple[str, ...]] = ("resistance_unbalance", "inductance_unbalance")
+    end_of_line: ClassVar[bool] = True
+
+    def measure(self) -> None:
+        """Read the three lines, and compare them."""
+        self.prepare()
+        resistances, inductances = self.read_lines()
+        self.compare_resistances(resistances)
+        self.compare_inductances(inductances)
+
+    @step("EOL1/1", "Lock the shaft, and take the leads out of the bridge's readings", by_hand=True)
+    def prepare(self) -> None:
+        """Have the shaft locked, for the inductances change with its position."""
+        bridge, settings = self.bench.lcr_meter, self.settings
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(LockRotor())
+        if settings.short_correction:
+            self.bench.perform(ShortMeterLeads())
+            bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
+            bridge.correct_short()
+            self.bench.perform(SeparateMeterLeads())
+
+    @step(
+        "EOL1/2",
+        "Between AB, BC and CA: resistance at {resistance_frequency:g} Hz, inductance at {inductance_frequency:g} Hz",
+        by_hand=True,
+    )
+    def read_lines(self) -> tuple[Lines, Lines]:
+        """Return resistances (Ω) and inductances (H), each line connected once."""
+        taken = [self._line(pair) for pair in LINE_PAIRS]
+        resistances, inductances = zip(*taken, strict=True)
+        return Lines(*zip(*resistances, strict=True)), Lines(*zip(*inductances, strict=True))
+
+    @step("EOL1/3", "Resistance: the largest deviation of a line from the mean of the three, over the mean")
+    def compare_resistances(self, lines: Lines) -> None:
+        """Report it; the phases' own resistances stand in the findings."""
+        values = self._report("resistance_unbalance", "R", "resistance", lines)
+        try:
+            phases = resistance.phase_resistances(values[0], values[1], values[2], self.winding)
+        except EstimationError:
+            # One line is more than the other two together, which the deviation itself says.
+            return
+        names = ("AB", "BC", "CA") if self.is_delta else ("A", "B", "C")
+        self.findings["phase_resistances"] = dict(zip(names, phases, strict=True))
+
+    @step("EOL1/4", "Inductance: the same; what the rotor's saliency may do to it is allowed for")
+    def compare_inductances(self, lines: Lines) -> None:
+        """Report it, with the rotor's saliency in the budget where both axes' inductances are known."""
+        saliency = self._saliency()
+        if saliency is None:
+            self.notice(
+                "saliency",
+                text(
+                    "at rest the rotor's saliency unbalances the inductances as well, and nothing is known of it here: measure the d- and "
+                    "q-axis inductances before, or give both under [expected] in the motor file"
+                ),
+            )
+        self._report("inductance_unbalance", "L", "inductance", lines, _PER_CENT * (saliency or 0.0))
+
+    def _line(self, pair: tuple[Terminal, Terminal]) -> tuple[_Read, _Read]:
+        bridge, settings = self.bench.lcr_meter, self.settings
+        count = 1 if bridge.read_by_hand else settings.repeats
+        bridge.configure(settings.resistance_frequency, settings.level, settings.aperture)
+        first = self.wiring.bridge.line(meter_across(*pair), settings.resistance_frequency)
+        by_resistance = [first, *(bridge.measure(Wanted.RESISTANCE) for _ in range(count - 1))]
+        bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
+        by_inductance = [bridge.measure(Wanted.INDUCTANCE) for _ in range(count)]
+        return (
+            (tuple(reading.resistance for reading in by_resistance), first.resistance_accuracy),
+            (tuple(reading.inductance for reading in by_inductance), by_inductance[0].inductance_accuracy),
+        )
+
+    def _saliency(self) -> float | None:
+        d, q = (self.known_value(name) or self.nameplate.expected.get(name) for name in _AXES)
+        return saliency_share(d, q) if d and q else None
+
+    def _report(self, name: str, symbol: str, quantity: str, lines: Lines, saliency: float = 0.0) -> tuple[float, ...]:
+        """Report the largest deviation in per cent, known no better than ± `saliency` (per cent); return the lines' means."""
+        unc, labels = self.bench.uncertainties, [high.value + low.value for high, low in LINE_PAIRS]
+        found = pooled(lines.readings)
+        means: list[UncertainReal] = []
+        for label, mean, readings, accuracy in zip(labels, found.means, lines.readings, lines.accuracies, strict=True):
+            own = found.deviation / len(readings) ** 0.5
+            statistics = unc.statistical(f"repeats of {symbol}_{label}", mean, own, found.degrees_of_freedom)
+            means.append(unc.instrument("LCR meter", statistics, accuracy))
+        farthest = largest_deviation(found.means)
+        share = _PER_CENT * (3.0 * means[farthest.place] / (means[0] + means[1] + means[2]) - 1.0)
+        size = share if farthest.share >= 0.0 else -share
+        if saliency:
+            size = size + unc.limit("the rotor's saliency", 0.0, saliency)
+        self.findings[f"line_{quantity}s"] = dict(zip(labels, found.means, strict=True))
+        self.findings[f"{name}_line"] = labels[farthest.place]
+        self.findings[f"{name}_deviations"] = self._deviations(found.means, labels)
+        self.report(
+            name,
+            "%",
+            size,
+            section=self.section,
+            estimator="largest deviation of a line from the mean of the three, over the mean",
+            convention="between lines; the bridge's gain and zero are common to the three readings and cancel",
+        )
+        return found.means
+
+    def _deviations(self, values: Sequence[float], labels: Sequence[str]) -> dict[str, float]:
+        mean = sum(values) / len(values)
+        return {label: _PER_CENT * (value / mean - 1.0) for label, value in zip(labels, values, strict=True)}

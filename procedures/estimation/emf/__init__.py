@@ -1,0 +1,1 @@
+"""Estimates from the voltages of a turning machine."""

@@ -1,0 +1,107 @@
+"""Shape of a machine's EMF: how like the phases are in size and spacing, and how far each is from a sine."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.noise import undithered
+
+#: The course of the angle is told by these; the others are then read along it.
+_LEADING = (1, 5, 7)
+#: Harmonics are read up to this share of the sampling limit.
+_USABLE = 0.9
+
+
+@dataclass(frozen=True)
+class EmfShape:
+    """Three channels' EMF of one turning machine.
+
+    `flux` (3,) fundamental amplitude over electrical speed (V·s/rad), `flux_uncertainty` its relative standard uncertainty;
+    `spacings` (3,) from the first channel to the second, the second to the third, the third to the first (rad, positive, of
+    sum 2π) with `spacing_uncertainty`; `thd` (3,) with `thd_uncertainty`; `harmonics` (3, N) complex amplitudes over the
+    fundamental's, orders 1 … N; `forwards` whether the channels follow each other in their order.
+    """
+
+    frequency: float
+    flux: FloatArray
+    flux_uncertainty: float
+    spacings: FloatArray
+    spacing_uncertainty: float
+    thd: FloatArray
+    thd_uncertainty: float
+    harmonics: NDArray[np.complex128]
+    forwards: bool
+
+
+def emf_shape(
+    time: ArrayLike, channels: ArrayLike, *, harmonics: int = 40, resolution: Sequence[float] = (0.0, 0.0, 0.0)
+) -> EmfShape:
+    """Return the shape of three voltages (3, n), V, that share one turning shaft, evenly sampled in time (s).
+
+    The total harmonic distortion is the rms of the harmonics of order 2 … `harmonics` over that of the fundamental
+    (IEC 61000-4-7, whose highest order is 40 as well), read by least squares over the turned angle instead of a Fourier
+    transform over a synchronous window, so that neither the record's length nor a drifting speed matters. What noise adds to
+    it is taken out. `resolution` (V) is one converter step a channel. Raises EstimationError on less than a period.
+    """
+    t, v = np.asarray(time, dtype=np.float64), np.atleast_2d(np.asarray(channels, dtype=np.float64))
+    if v.shape[0] != 3:
+        raise EstimationError(f"the shape is that of three phases; {v.shape[0]} channels were given")
+    fit = fit_back_emf(t, v, harmonics=_LEADING)
+    phase, speed = fit.model.phase(t), fit.model.speed(t)
+    per_sample = fit.electrical_speed * float(t[-1] - t[0]) / (t.size - 1)
+    highest = min(harmonics, int(_USABLE * math.pi / per_sample))
+    if highest < 2:
+        raise EstimationError(f"{math.tau / per_sample:.1f} samples a period show no harmonic; sample faster")
+    if t.size < 4 * highest:
+        raise EstimationError(f"{t.size} samples do not suffice for {highest} harmonics; take more points")
+    # The EMF is flux times speed: over a drifting speed it is the flux that is periodic in the angle.
+    turning = np.exp(1j * phase)
+    powers = np.cumprod(np.broadcast_to(turning, (highest, t.size)), axis=0)
+    design = np.vstack((1.0 / speed, powers.real, powers.imag))
+    normal = design @ design.T
+    values = np.linalg.solve(normal, design @ (v / speed).T).T
+    left = v / speed - values @ design
+    phasors = values[:, 1 : 1 + highest] - 1j * values[:, 1 + highest :]
+    size = np.abs(phasors[:, 0])
+    noise = np.sqrt(np.sum(left**2, axis=1) / (t.size - design.shape[0]))
+    steps = np.array(
+        [undithered(float(s), float(r)) for s, r in zip(noise * fit.electrical_speed, resolution, strict=True)]
+    )
+    # Of the fundamental, on each of its two axes; what the converter's steps leave is no noise, but as large.
+    own = np.hypot(noise * math.sqrt(2.0 / t.size), steps / fit.electrical_speed / math.sqrt(t.size / 8.0 + 1.0)) / size
+    share = phasors / phasors[:, :1]
+    thd, thd_uncertainty = _distortion(share, own)
+    angles = np.angle(phasors[:, 0])
+    steps_back = np.mod(angles - np.roll(angles, -1), 2.0 * math.pi)
+    forwards = bool(np.sum(steps_back) < 3.0 * math.pi)
+    worst = float(np.max(own)) * math.sqrt(fit.colour)
+    return EmfShape(
+        frequency=fit.frequency,
+        flux=size,
+        flux_uncertainty=math.hypot(worst, fit.frequency_uncertainty / fit.frequency),
+        spacings=steps_back if forwards else 2.0 * math.pi - steps_back,
+        spacing_uncertainty=math.sqrt(2.0) * worst,
+        thd=thd,
+        thd_uncertainty=thd_uncertainty,
+        harmonics=share,
+        forwards=forwards,
+    )
+
+
+def _distortion(share: NDArray[np.complex128], own: FloatArray) -> tuple[FloatArray, float]:
+    """Return the distortion of each channel without what noise adds to its square, and the largest uncertainty of one."""
+    axes = 2 * (share.shape[1] - 1)
+    seen = np.sum(np.abs(share[:, 1:]) ** 2, axis=1)
+    added = axes * own**2
+    thd = np.sqrt(np.maximum(seen - added, 0.0))
+    # The length of a vector errs as one of its components does; where it is no longer than noise, as the noise's square.
+    scatter = np.sqrt(2.0 * axes) * own**2
+    uncertainty = np.where(
+        thd > 0.0, np.minimum(own + 0.5 * scatter / np.maximum(thd, 1e-300), np.sqrt(scatter)), np.sqrt(scatter)
+    )
+    return thd, float(np.max(uncertainty))

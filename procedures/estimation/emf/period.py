@@ -1,0 +1,114 @@
+"""Period and plain readings of a periodic waveform, as read off a screen, and where a fit of it starts."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from procedures.estimation.fitting.checks import increasing, same_length, series
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.noise import white_noise
+
+#: Points that suffice for a start value where the record holds a few periods.
+_ENOUGH = 1000
+#: A transform's points over the record's, so that its maximum is not missed between two of them.
+_PADDED = 2
+#: With fewer periods leakage moves a spectrum's peak; steps a period in which the best frequency is then looked for.
+_FEW, _FINE = 4.0, 40
+
+
+def crossings(time: FloatArray, values: FloatArray, level: float) -> FloatArray:
+    """Return the times (s) at which the values rise through `level`, one a period, noise around the level ignored."""
+    centred = values - level
+    band = max(0.15 * float(np.max(np.abs(centred))), 3 * white_noise(values))
+    state = np.where(centred > band, 1, np.where(centred < -band, -1, 0))
+    sides = np.flatnonzero(state)
+    found = []
+    for k in np.flatnonzero((state[sides][1:] > 0) & (state[sides][:-1] < 0)):
+        part = slice(int(sides[k]), int(sides[k + 1]) + 1)
+        # A line through the whole transition averages the noise at the crossing.
+        line = np.polynomial.polynomial.polyfit(time[part] - time[part.start], centred[part], 1)
+        found.append(float(time[part.start] - line[0] / line[1]) if line[1] > 0 else float(np.mean(time[part])))
+    return np.array(found)
+
+
+def period_of(time: ArrayLike, values: ArrayLike) -> float:
+    """Return the mean period (s) between rising passages through the mean level (§3.4).
+
+    Raises EstimationError where the record holds no whole period.
+    """
+    t, v = series("time", time, least=8), series("values", values, least=8)
+    same_length(time=t, values=v)
+    increasing(t)
+    if np.ptp(v) == 0:
+        raise EstimationError("the waveform is constant; check the probe and that the shaft turns")
+    rising = crossings(t, v, 0.5 * float(np.max(v) + np.min(v)))
+    if rising.size < 2:
+        raise EstimationError("the record holds no whole period; turn faster or record longer")
+    return float(rising[-1] - rising[0]) / (rising.size - 1)
+
+
+def peak_to_peak(values: ArrayLike) -> float:
+    """Return largest minus smallest value, as read off a screen (§3.4); noise and harmonics bias it upwards."""
+    v = series("values", values, least=2)
+    return float(np.max(v) - np.min(v))
+
+
+def peak_amplitude(values: ArrayLike) -> float:
+    """Return the largest magnitude about the middle of the extremes, as read off a screen (§3.4)."""
+    return 0.5 * peak_to_peak(values)
+
+
+def start_frequency(time: FloatArray, channels: FloatArray) -> float:
+    """Return the frequency (Hz) at which all channels together hold most power, to a fraction of a bin.
+
+    Raises EstimationError where the record holds less than a whole period or nothing periodic.
+    """
+    n = time.size
+    span = float(time[-1] - time[0]) * n / (n - 1)
+    centred = channels - channels.mean(axis=1, keepdims=True)
+    size = np.sqrt(np.mean(centred**2, axis=1))
+    if np.all(size == 0):
+        raise EstimationError("the waveform is constant; check the probes and that the shaft turns")
+    centred /= np.where(size > 0, size, 1.0)[:, None]
+    spectrum = np.fft.rfft(centred * np.hanning(n), _PADDED * n)
+    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
+    first = _PADDED // 2
+    highest = int(np.argmax(power[first:-1])) + first
+    # A parabola through the logarithms of the highest value and its neighbours.
+    before, at, after = np.log(power[highest - 1 : highest + 2] + 1e-300)
+    aside = float(0.5 * (before - after) / min(before - 2.0 * at + after, -1e-9))
+    power[highest] = np.exp(at - 0.25 * (before - after) * aside)
+    rough = (highest + aside) / (_PADDED * span)
+    if rough * span < _FEW:
+        # Leakage moves the peak, so the waveform itself is compared.
+        rough = _nearest_sine(centred) / span
+    if rough * span < 1.0:
+        raise EstimationError(
+            f"the record holds no whole period (about {rough * span:.2f} of one); turn faster or record longer"
+        )
+    band = power[int(0.5 * rough * span * _PADDED) + 1 : int(1.5 * rough * span * _PADDED) + 1]
+    if np.max(band) < 16 * np.mean(power) and np.max(power) < 30 * np.median(power):
+        raise EstimationError("nothing periodic stands out of the noise; turn faster or use a finer range")
+    return rough
+
+
+def _nearest_sine(centred: FloatArray) -> float:
+    """Return how many periods, up to a few, of a sine and an offset leave least of all channels (C, n)."""
+    block = max(1, centred.shape[1] // _ENOUGH)
+    count = centred.shape[1] // block
+    few = centred[:, : count * block].reshape(len(centred), count, block).mean(axis=2)
+    share = centred.shape[1] / (count * block)
+    # Padded so far that a transform holds the sums with cosine and sine at every step of the search; twice as far the sums of
+    # their squares and products, by the angles' sums.
+    steps = np.arange(round(0.3 * _FINE), round(1.25 * _FEW * _FINE) + 1)
+    sums = np.fft.rfft(few, _FINE * count)[:, steps]
+    ones = np.fft.fft(np.ones(count), _FINE * count)
+    once, twice = ones[steps], ones[2 * steps]
+    normal = np.empty((steps.size, 3, 3))
+    normal[:, 0, 0] = count
+    normal[:, 0, 1] = normal[:, 1, 0] = once.real
+    normal[:, 0, 2] = normal[:, 2, 0] = -once.imag
+    normal[:, 1, 1], normal[:, 2, 2] = 0.5 * (count + twice.real), 0.5 * (count - twice.real)
+    normal[:, 1, 2] = normal[:, 2, 1] = -0.5 * twice.imag
+    with_waves = np.stack((np.broadcast_to(few.sum(axis=1), sums.T.shape), sums.real.T, -sums.imag.T), axis=1)
+    taken = np.sum(with_waves * np.linalg.solve(normal, with_waves), axis=(1, 2))
+    return float(steps[np.argmax(taken)] * share / _FINE)

@@ -1,0 +1,1 @@
+"""Least squares, intervals and noise, whatever is estimated."""

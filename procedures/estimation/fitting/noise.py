@@ -1,0 +1,35 @@
+"""Noise of a sampled signal: what its scatter shows, and what its converter's steps hide."""
+
+import numpy as np
+
+from procedures.estimation.fitting.fit import FloatArray
+
+
+def white_noise(values: FloatArray, resolution: float = 0.0) -> float:
+    """Return the standard deviation of the sample-to-sample noise (unit of the values), quantisation included.
+
+    From second differences, so that a smooth signal does not count; single jumps are left out.
+    Never below that of rounding to `resolution`.
+    """
+    floor = resolution / np.sqrt(12.0)
+    if values.size < 3:
+        return float(floor)
+    second = np.abs(np.diff(values, 2))
+    limit = 6.0 * (1.4826 * float(np.median(second)) + resolution)
+    if limit == 0:
+        limit = float(np.sort(second)[-1 - max(4, second.size // 200)]) if second.size > 10 else float(np.max(second))
+    kept = second[second <= limit]
+    spread = float(np.sqrt(np.mean(kept**2) / 6.0)) if kept.size else 0.0
+    return float(max(spread, floor))
+
+
+def undithered(noise: float, resolution: float) -> float:
+    """Return the standard deviation of the error that rounding leaves in a *mean* of samples (unit of `resolution`).
+
+    `noise` includes quantisation. With noise of half a step or more, rounding averages out; with less, the mean of
+    a steady signal stays wrong by up to half a step (first term of the quantiser's Fourier series).
+    """
+    if resolution <= 0:
+        return 0.0
+    before = max(noise**2 / resolution**2 - 1.0 / 12.0, 0.0)
+    return float(resolution * min(np.exp(-2.0 * np.pi**2 * before) / (np.pi * np.sqrt(2.0)), 1.0 / np.sqrt(12.0)))

@@ -1,0 +1,104 @@
+"""Non-linear least squares of a few parameters, from good start values."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+
+_ROUNDS = 200
+#: A step below this share of the standard uncertainty is the last one.
+_LAST_STEP = 3e-5
+#: Share of the curvature that is added to it where a step leads too far.
+_LEAST_DAMPING = 1e-3
+#: Share of a normal matrix's diagonal that is rounding.
+_NOTHING = 1e-14
+
+#: Gives the residuals (n,) for parameters (k,), and their derivatives (k, n).
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Optimum: `values` (k,), `covariance` (k, k) for residuals of unit variance, `gain` (k, n) = J⁺, `cost` = Σr²."""
+
+    values: FloatArray
+    covariance: FloatArray
+    gain: FloatArray
+    cost: float
+
+
+class Minimum(NamedTuple):
+    """Where the sum of squares is smallest: `values` (k,), the `slopes` (k, n) of the residuals, `cost` = Σr²; `settled` where no step
+    would bring it further down.
+    """
+
+    values: FloatArray
+    slopes: FloatArray
+    cost: float
+    settled: bool
+
+
+def minimise(
+    evaluate: Evaluate, start: FloatArray, scale: FloatArray, *, least: float, floor: float, rounds: int
+) -> Minimum:
+    """Minimise Σ residuals(p)² from `start` by Levenberg's and Marquardt's method; `scale` (k,) is a typical size of a change.
+
+    It has settled where a step would bring the squares down by no more than `least` in units of what a residual leaves on average,
+    which counts as no less than `floor`.
+    """
+    values, damping = start, 0.0
+    residuals, slopes = evaluate(values)
+    cost = float(residuals @ residuals)
+    for _ in range(rounds):
+        normal, gradient = scale * (slopes @ slopes.T) * scale[:, None], scale * (slopes @ residuals)
+        sizes = np.diag(normal)
+        step = _newton_step(normal + damping * np.diag(sizes + _NOTHING * np.sum(sizes)), gradient)
+        if step is None:
+            damping = max(10.0 * damping, _LEAST_DAMPING)
+            continue
+        fall = float(-gradient @ step)
+        if fall <= least * max(floor, cost / residuals.size):
+            # So small a last step does what the derivatives say.
+            return Minimum(values + step * scale, slopes, cost - fall, True)
+        further = values + step * scale
+        tried = evaluate(further)
+        reached = float(tried[0] @ tried[0])
+        if reached < cost:
+            values, cost = further, reached
+            residuals, slopes = tried
+            damping = 0.1 * damping if damping > _LEAST_DAMPING else 0.0
+        else:
+            damping = max(10.0 * damping, _LEAST_DAMPING)
+    return Minimum(values, slopes, cost, False)
+
+
+def _newton_step(normal: FloatArray, gradient: FloatArray) -> FloatArray | None:
+    """Return −normal⁻¹·gradient; None where a parameter does, but for rounding, what others do together."""
+    try:
+        pivots = np.diag(np.linalg.cholesky(normal))
+    except np.linalg.LinAlgError:
+        return None
+    if np.any(pivots**2 < _NOTHING * np.diag(normal)):
+        return None
+    return np.asarray(np.linalg.solve(normal, -gradient), dtype=np.float64)
+
+
+def solve(evaluate: Evaluate, start: FloatArray, scale: FloatArray, names: Sequence[str]) -> Solution:
+    """Minimise Σ residuals(p)² from `start`; `scale` (k,) is a typical size of a change, residuals are of unit variance.
+
+    Raises EstimationError where it does not converge or the data leave a parameter undetermined.
+    """
+    fitted = ", ".join(names)
+    # The squares fall by a step's own square in units of its variance.
+    found = minimise(evaluate, start, scale, least=_LAST_STEP**2, floor=1.0, rounds=_ROUNDS)
+    if not (found.settled and np.all(np.isfinite(found.values))):
+        raise EstimationError(f"the fit of {fitted} does not converge; check that the record shows what it should")
+    q, r = np.linalg.qr((found.slopes * scale[:, None]).T)
+    sizes = np.linalg.svd(r, compute_uv=False)
+    if not sizes[-1] > 1e-10 * sizes[0]:
+        raise EstimationError(f"the record does not determine {fitted} apart; take a longer or livelier one")
+    inverse = (scale[:, None] * np.linalg.inv(r)) @ q.T
+    return Solution(found.values, inverse @ inverse.T, inverse, found.cost)

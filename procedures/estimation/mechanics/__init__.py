@@ -1,0 +1,1 @@
+"""Inertia, friction, torque and pole pairs."""

@@ -1,0 +1,1 @@
+"""Currents and resistances of a six-step drive."""

@@ -1,0 +1,1 @@
+"""Resistance and inductance of the winding."""

@@ -1,0 +1,366 @@
+"""Back-EMF constant and flux linkage from the driven motor's voltages (§3.4)."""
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, ClassVar, cast
+
+import numpy as np
+from GTC.lib import UncertainReal
+from numpy.typing import NDArray
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, ProbeKind, Reading
+from drivers.interfaces.oscilloscope import ScreenReadings
+from drivers.interfaces.text import text
+from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.curves import curve
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf, flux_by_integration, peak_amplitude
+from procedures.estimation.fitting.repeats import mean_of_estimates
+from procedures.techniques.acquisition import ranged_record
+from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
+from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
+from procedures.techniques.temperature_settings import (
+    MagnetCoefficient,
+    MagnetCoefficientUncertainty,
+    MagnetsTemperature,
+    TemperatureUncertainty,
+)
+from procedures.verification.settings import TurnedWiringSettings
+
+_POINTS = 20_000
+_RPM = math.pi / 30.0
+#: Periods of the waveform that go into the findings.
+_SHOWN_PERIODS = 2.0
+#: Relative drift over a record beyond which the flux is taken by integration.
+_DRIFT = 1e-3
+
+
+class Probing(Enum):
+    """Where the voltages are taken."""
+
+    THREE_PHASE = "three_phase"
+    LINE = "line"
+
+
+class BackEmfConstantSettings(TurnedWiringSettings):
+    """Settings of §3.4."""
+
+    speeds_rpm: tuple[float, ...] = Field(
+        default=(), description="speeds, rpm; shares of the rated speed when not given"
+    )
+    speed_shares: tuple[float, ...] = Field(
+        default=(1.0, 0.625, 0.5), min_length=1, description="speeds, shares of the rated speed"
+    )
+    probing: Probing = Field(
+        default=Probing.THREE_PHASE, description="three phases on an artificial star point, or one line voltage"
+    )
+    record_time: float = Field(default=0.1, gt=0.0, le=10.0, description="length of the record, s")
+    harmonics: tuple[int, ...] = Field(default=(1, 3, 5, 7), description="harmonics to fit")
+    winding_temperature: MagnetsTemperature = None
+    temperature_uncertainty: TemperatureUncertainty = 2.0
+    magnet_coefficient: MagnetCoefficient = -0.001
+    magnet_coefficient_uncertainty: MagnetCoefficientUncertainty = None
+
+
+@dataclass(frozen=True)
+class SpeedPoint:
+    """What one speed gave, with Type A uncertainties.
+
+    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), the note's peak reading, and
+    the accuracies of the channels that the EMF is the mean of.
+    """
+
+    amplitude: float
+    amplitude_uncertainty: float
+    flux: float
+    flux_uncertainty: float
+    accuracies: Mapping[int, Accuracy]
+    electrical_speed: float
+    mechanical_speed: Reading
+    note_amplitude: float
+    details: dict[str, Any]
+
+
+#: A phase whose EMF is below this share of another's is not seen by its probe.
+_WEAK = 0.5
+
+
+class BackEmfConstant(Procedure[BackEmfConstantSettings]):
+    """Flux linkage and back-EMF constant from one line voltage or three phases on an artificial star point (§3.4)."""
+
+    name: ClassVar[str] = "back-emf-constant"
+    title: ClassVar[str] = "Back-EMF constant"
+    section: ClassVar[str] = "3.4"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE, Role.TACHOMETER})
+    gives: ClassVar[tuple[str, ...]] = (
+        "flux_linkage",
+        "back_emf_constant_mechanical",
+        "back_emf_constant_v_per_krpm",
+        "back_emf_constant_v_per_rpm",
+    )
+
+    def measure(self) -> None:
+        """Drive at several speeds, record the voltages, and form both constants."""
+        speeds = self.drive()
+        points = self.record(speeds)
+        cold = self._to_cold()
+        self.per_krpm(points, cold)
+        self.per_radian(points, cold)
+
+    @step("3.4.2/1", "The drive motor turns it at constant speed, as fast as possible, at several speeds", by_hand=True)
+    def drive(self) -> list[float]:
+        """Open the terminals, couple the drive motor, and return the speeds (rad/s) to take, the highest first."""
+        self.bench.perform(ALL_OPEN)
+        self.bench.perform(ReleaseRotor())
+        self.bench.perform(CoupleDynamometer())
+        if self.settings.speeds_rpm:
+            return sorted((rpm * _RPM for rpm in self.settings.speeds_rpm), reverse=True)
+        shares = sorted(set(self.settings.speed_shares), reverse=True)
+        return [driving_speed_rad(self.bench, self.nameplate, share) for share in shares]
+
+    @step(
+        "3.4.2/2", "Probe one line voltage, or three phases against an artificial star point, and record", by_hand=True
+    )
+    def record(self, speeds: Sequence[float]) -> list[SpeedPoint]:
+        """Return the EMF at each speed; probes are fitted while the shaft stands."""
+        channels = self._fit_probes()
+        points = []
+        with ExitStack() as driven:
+            driven.enter_context(self.bench.dynamometer.driving_speed(speeds[0]))
+            for index, speed in enumerate(speeds):
+                if index:
+                    self.bench.dynamometer.set_speed(speed)
+                points.append(self._point(channels, speed))
+        self.findings["points"] = [
+            {
+                "speed_rpm": point.mechanical_speed.value / _RPM,
+                "electrical_speed": point.electrical_speed,
+                "amplitude": point.amplitude,
+                "flux_linkage": point.flux,
+                "back_emf_constant_mechanical": point.amplitude / point.mechanical_speed.value,
+                "note_amplitude": point.note_amplitude,
+                **point.details,
+            }
+            for point in points
+        ]
+        return points
+
+    @step("3.4.2/3", "Constant in volts per 1000 rpm, phase: E / n · 1000")
+    def per_krpm(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
+        """Report peak phase volts per 1000 rpm and per rpm."""
+        mean = self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
+        constant = cold * self._by_tachometer(mean, points)
+        note = float(np.mean([p.note_amplitude / p.mechanical_speed.value for p in points]))
+        for name, unit, factor in (
+            ("back_emf_constant_v_per_krpm", "V/krpm", 1000.0 * _RPM),
+            ("back_emf_constant_v_per_rpm", "V/rpm", _RPM),
+        ):
+            self.report(
+                name,
+                unit,
+                factor * constant,
+                section="3.4.2",
+                estimator="fundamental of all channels and harmonics fitted together",
+                note_value=factor * note,
+                convention="peak phase voltage over mechanical speed, at 25 °C",
+            )
+        self.report(
+            "back_emf_constant_mechanical",
+            "V·s/rad",
+            constant,
+            section="3.4.2",
+            estimator="fundamental of all channels and harmonics fitted together",
+            note_value=note,
+            convention="peak phase voltage over mechanical speed, at 25 °C",
+        )
+
+    @step("3.4.2/4", "Constant in volt-seconds per radian: phase amplitude over electrical speed")
+    def per_radian(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
+        """Report the flux linkage (V·s per electrical radian)."""
+        flux = cold * self._mean("EMF over electrical speed", [self._over_electrical(p) for p in points], points)
+        note = float(np.mean([p.note_amplitude / p.electrical_speed for p in points]))
+        winding = math.sqrt(3.0) * float(flux.x) if self.is_delta else None
+        self.report(
+            "flux_linkage",
+            "V·s/rad",
+            flux,
+            section="3.4.2",
+            estimator="fundamental of all channels and harmonics fitted together",
+            note_value=note,
+            convention="peak, per phase of the Y-equivalent, per electrical radian, at 25 °C",
+            winding=winding,
+        )
+        self.notice(
+            "E4",
+            text(
+                "two constants, two names: {flux:.4g} V·s per electrical radian is the flux linkage that a controller wants; "
+                "the note's table divides by mechanical speed, {mechanical:.4g} V·s/rad, which is the pole pairs times larger",
+                flux=float(flux.x),
+                mechanical=float(np.mean([p.amplitude / p.mechanical_speed.value for p in points])),
+            ),
+        )
+
+    def _to_cold(self) -> UncertainReal:
+        """Return what refers the constants to 25 °C; the magnets are taken to be as warm as the winding."""
+        temperature = winding_temperature(
+            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
+        )
+        self.findings["winding_temperature"] = float(temperature.x)
+        return magnet_factor(
+            self.bench.uncertainties,
+            temperature,
+            self.settings.magnet_coefficient,
+            self.settings.magnet_coefficient_uncertainty,
+        )
+
+    def _fit_probes(self) -> list[int]:
+        channels = list(self.bench.oscilloscope.channels(ProbeKind.VOLTAGE))
+        probes: tuple[VoltageProbe, ...]
+        if self.settings.probing is Probing.LINE:
+            channels = channels[:1]
+            probes = (VoltageProbe(channels[0], Node.A, Node.B),)
+        else:
+            channels = channels[:3]
+            if len(channels) < 3:
+                raise ProcedureError(
+                    text(
+                        "three phases need three voltage probes, the station has {n}; set probing=line", n=len(channels)
+                    )
+                )
+            probes = phases_on(channels)
+        self.wiring.shaft.probes(probes)
+        return channels
+
+    def _point(self, channels: Sequence[int], speed: float) -> SpeedPoint:
+        if not self.bench.oscilloscope.gives_waveforms:
+            return self._read_off_screen(channels, speed)
+        scope = self.bench.oscilloscope
+        scope.configure_acquisition(self.settings.record_time, _POINTS, 0.0)
+        start = 4.0 * (self.nameplate.rated_voltage or 50.0)
+        waves = ranged_record(self.bench, dict.fromkeys(channels, start), 10.0 + self.settings.record_time)
+        mechanical = self.bench.tachometer.measure_speed()
+        check_turning(self.bench, mechanical, speed)
+        samples = np.vstack([waves[channel].values for channel in channels])
+        time = waves[channels[0]].time
+        fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics)
+        to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
+        fundamentals = [fit.fundamental(k) for k in range(len(channels))]
+        self._check_phases(channels, [f[0] for f in fundamentals])
+        flux, flux_uncertainty = fit.mean_flux_linkage()
+        if fit.drift_significant and abs(fit.drift) > _DRIFT:
+            flux, flux_uncertainty = flux_by_integration(time, samples, harmonics=self.settings.harmonics).mean()
+            self.notice(
+                "speed-drift",
+                text(
+                    "the speed changed by {drift:.2%} during the record at {speed:.0f} rpm; the flux linkage is taken by integrating "
+                    "the voltage, which needs no constant speed",
+                    drift=abs(fit.drift),
+                    speed=mechanical.value / _RPM,
+                ),
+            )
+        return SpeedPoint(
+            amplitude=to_phase * sum(f[0] for f in fundamentals) / len(fundamentals),
+            amplitude_uncertainty=to_phase * math.sqrt(sum(f[1] ** 2 for f in fundamentals)) / len(fundamentals),
+            flux=to_phase * flux,
+            flux_uncertainty=to_phase * flux_uncertainty,
+            accuracies={channel: waves[channel].accuracy for channel in channels},
+            electrical_speed=fit.electrical_speed,
+            mechanical_speed=mechanical,
+            note_amplitude=to_phase * float(np.mean([peak_amplitude(row) for row in samples])),
+            details={
+                "speed_commanded": speed,
+                "frequency": fit.frequency,
+                "phase_amplitudes": [to_phase * f[0] for f in fundamentals],
+                "phase_angles": fit.phases.tolist(),
+                "harmonics": {
+                    str(h): float(np.mean(np.abs(fit.amplitudes[:, k]))) for k, h in enumerate(fit.harmonics)
+                },
+                "drift": fit.drift,
+                "residual": fit.residual_rms.tolist(),
+                "waveform": _periods(time, samples, fit, _SHOWN_PERIODS),
+            },
+        )
+
+    def _check_phases(self, channels: Sequence[int], amplitudes: Sequence[float]) -> None:
+        """Raise ProcedureError where a channel sees much less than the others: no winding is that weak, a channel may be another's."""
+        highest = max(amplitudes)
+        for channel, amplitude in zip(channels, amplitudes, strict=True):
+            if amplitude < _WEAK * highest:
+                raise ProcedureError(
+                    text(
+                        "the oscilloscope's channel {channel} shows {amplitude:.3g} V where another phase has {highest:.3g} V: its probe "
+                        "is off, or the reading is another channel's",
+                        channel=channel,
+                        amplitude=amplitude,
+                        highest=highest,
+                    )
+                )
+
+    def _read_off_screen(self, channels: Sequence[int], speed: float) -> SpeedPoint:
+        screen = cast("ScreenReadings", self.bench.oscilloscope)
+        to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
+        reading = screen.measure_amplitude(channels[0])
+        mechanical = self.bench.tachometer.measure_speed()
+        check_turning(self.bench, mechanical, speed)
+        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs
+        electrical = pairs * mechanical.value if pairs else 2.0 * math.pi * screen.measure_frequency(channels[0]).value
+        amplitude = reading.value * to_phase
+        uncertainty = to_phase * math.hypot(0.5 * reading.accuracy.resolution, reading.accuracy.offset) / math.sqrt(3.0)
+        return SpeedPoint(
+            amplitude=amplitude,
+            amplitude_uncertainty=uncertainty,
+            flux=amplitude / electrical,
+            flux_uncertainty=uncertainty / electrical,
+            accuracies={channels[0]: reading.accuracy},
+            electrical_speed=electrical,
+            mechanical_speed=mechanical,
+            note_amplitude=amplitude,
+            details={"read": "off the screen"},
+        )
+
+    def _over_electrical(self, point: SpeedPoint) -> tuple[float, float]:
+        return point.flux, point.flux_uncertainty
+
+    def _over_mechanical(self, point: SpeedPoint) -> tuple[float, float]:
+        speed = point.mechanical_speed
+        value = point.amplitude / speed.value
+        # Each reading's last digit is its own; gain and offset are the tachometer's at all speeds.
+        digit = speed.accuracy.resolution / speed.value / math.sqrt(12.0)
+        return value, math.hypot(point.amplitude_uncertainty / speed.value, value * digit)
+
+    def _by_tachometer(self, constant: UncertainReal, points: Sequence[SpeedPoint]) -> UncertainReal:
+        """Put on the tachometer's gain, and its offset by its mean share of the speeds."""
+        accuracy = points[0].mechanical_speed.accuracy
+        unc, share = self.bench.uncertainties, float(np.mean([1.0 / p.mechanical_speed.value for p in points]))
+        gain = unc.instrument("tachometer", 1.0, Accuracy(gain=accuracy.gain, source=accuracy.source))
+        offset = unc.instrument("tachometer", 0.0, Accuracy(offset=accuracy.offset * share, source=accuracy.source))
+        return constant / (gain + offset)
+
+    def _mean(self, source: str, estimates: list[tuple[float, float]], points: Sequence[SpeedPoint]) -> UncertainReal:
+        value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
+        mean = self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
+        gains = [
+            self.bench.uncertainties.instrument(
+                f"oscilloscope, channel {channel}", 1.0, Accuracy(gain=accuracy.gain, source=accuracy.source)
+            )
+            for channel, accuracy in points[0].accuracies.items()
+        ]
+        # The EMF is the mean of channels, each of which is calibrated for itself.
+        return mean * sum(gains[1:], gains[0]) / len(gains)
+
+
+def _periods(
+    time: NDArray[np.float64], samples: NDArray[np.float64], fit: BackEmfFit, periods: float
+) -> dict[str, list[float]]:
+    """Return the first periods of every channel (V) as recorded and as fitted, for whoever draws them."""
+    shown = time <= time[0] + periods / fit.frequency
+    columns = {"time": time[shown] - time[0]}
+    for number, (recorded, left) in enumerate(zip(samples, fit.residuals, strict=True), 1):
+        columns |= {f"channel_{number}": recorded[shown], f"fitted_{number}": (recorded - left)[shown]}
+    return curve(**columns)

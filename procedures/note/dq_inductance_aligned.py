@@ -1,0 +1,237 @@
+"""Ld and Lq by a bridge on the aligned and locked rotor (§3.3.3)."""
+
+import math
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import ClassVar
+
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Aperture, ImpedanceReading, Wanted
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    ALIGN_D,
+    ALIGN_Q,
+    LockRotor,
+    ReleaseRotor,
+    Terminal,
+    UncoupleDynamometer,
+    meter_across,
+    meter_series_parallel,
+)
+from procedures.core.bench import Bench, Role
+from procedures.core.nameplate import Nameplate
+from procedures.core.procedure import Procedure
+from procedures.core.result import Notice
+from procedures.core.steps import step
+from procedures.estimation.fitting.repeats import mean_of_readings
+from procedures.estimation.winding.connections import ReadingConnection, phase_factor
+from procedures.estimation.winding.held_angle import held_angle
+from procedures.estimation.winding.misalignment import Held, excess
+from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
+from procedures.techniques.alignment import aligning
+from procedures.techniques.dq_axes import CONVENTION, connection_of, require, short_correct
+from procedures.verification.by_bridge import BridgeSettings
+from procedures.verification.settings import SupplyWiringSettings
+
+#: A saliency of so many standard uncertainties tells an angle.
+_TELLING = 4.0
+
+
+class DqInductanceAlignedSettings(SupplyWiringSettings):
+    """Settings of §3.3.3."""
+
+    align_share: float = Field(
+        default=1.0, gt=0.0, le=1.0, description="aligning current, at most this share of the rated current"
+    )
+    settle: float = Field(default=1.0, gt=0.0, le=60.0, description="time for the rotor to come to rest, s")
+    frequency: float = Field(default=1000.0, gt=0.0, le=1e6, description="test frequency, Hz")
+    level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
+    aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
+    repeats: int = Field(default=5, ge=1, le=100, description="readings at each position")
+    short_correction: bool = Field(default=True, description="measure and subtract the leads first")
+    requested_uncertainty: float = Field(
+        default=REQUESTED,
+        gt=0.0,
+        lt=1.0,
+        description="relative standard uncertainty asked for; a bridge that cannot give it is told of before",
+    )
+    check_alignment: bool = Field(
+        default=True,
+        description="read two lines too: their difference shows how far friction held the rotor off, and is allowed for",
+    )
+
+
+@dataclass(frozen=True)
+class Position:
+    """Readings at one locked position: A against B and C (H, and its resistance, Ω), and how much the line AB reads more than
+    CA (H), where that was read.
+    """
+
+    reading: UncertainReal
+    resistance: float
+    difference: UncertainReal | None = None
+
+
+class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
+    """Ld and Lq read A against B and C together, the rotor locked on d, then on q (§3.3.3)."""
+
+    name: ClassVar[str] = "dq-inductance-aligned"
+    title: ClassVar[str] = "dq inductance, aligned bridge"
+    section: ClassVar[str] = "3.3.3"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.LCR_METER})
+    gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+
+    @classmethod
+    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceAlignedSettings) -> Sequence[Notice]:
+        """Hold the bridge's accuracy at the type value against the uncertainty asked for."""
+        return foresee_inductance(cls.name, bench, nameplate, settings, 1.5)
+
+    def measure(self) -> None:
+        """Align, lock and read: d first, then q."""
+        #: Whether each alignment's connection had its continuity proved.
+        self._proved: dict[str, bool] = {}
+        with ExitStack() as energised:
+            self.align_d(energised)
+            self.lock_d(energised)
+        d = self.read_d()
+        with ExitStack() as energised:
+            self.align_q(energised)
+            self.lock_q(energised)
+        q = self.read_q()
+        self._conclude(d, q)
+
+    @step(
+        "3.3.3-d/1",
+        "Supply on, up to {align_share:.0%} of the rated current: A to plus, B and C to minus",
+        by_hand=True,
+    )
+    def align_d(self, energised: ExitStack) -> None:
+        """Turn the rotor to the d axis."""
+        if self.settings.short_correction:
+            self.bench.lcr_meter.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
+            short_correct(self.bench, self.bench.lcr_meter)
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.wiring.supply.connect(ALIGN_D)
+        self.bench.perform(ReleaseRotor())
+        energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
+
+    @step("3.3.3-d/2", "The rotor rests on d: lock it, then switch the supply off", by_hand=True)
+    def lock_d(self, energised: ExitStack) -> None:
+        """Lock before the current goes, so that cogging cannot move the rotor."""
+        self.bench.perform(LockRotor())
+        self._proved["d"] = self.wiring.supply.held(ALIGN_D)
+        energised.close()
+
+    @step("3.3.3-d/3", "Read the inductance of A against B and C together", by_hand=True)
+    def read_d(self) -> Position:
+        """Return 1.5 times the d-axis inductance (H), and the lines' difference."""
+        return self._read("d")
+
+    @step("3.3.3-q/1", "Supply on: B to plus, C to minus, A open", by_hand=True)
+    def align_q(self, energised: ExitStack) -> None:
+        """Turn the rotor to where phase A sees its q axis."""
+        # Connected and proved while the shaft is still locked: nothing moves, and no EMF is in the reading.
+        self.wiring.supply.connect(ALIGN_Q)
+        self.bench.perform(ReleaseRotor())
+        energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
+
+    @step("3.3.3-q/2", "The rotor rests on q: lock it, then switch the supply off", by_hand=True)
+    def lock_q(self, energised: ExitStack) -> None:
+        """Lock before the current goes."""
+        self.bench.perform(LockRotor())
+        self._proved["q"] = self.wiring.supply.held(ALIGN_Q)
+        energised.close()
+
+    @step("3.3.3-q/3", "Read the inductance of A against B and C together", by_hand=True)
+    def read_q(self) -> Position:
+        """Return 1.5 times the q-axis inductance (H), and the lines' difference."""
+        return self._read("q")
+
+    def _align_current(self) -> float:
+        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current)
+        share = min(self.settings.align_share, bound / self.nameplate.rated_current)
+        return self.current_level(share, "aligning current")
+
+    def _read(self, axis: str) -> Position:
+        bridge = self.bench.lcr_meter
+        connection = meter_series_parallel()
+        require(connection_of(connection), ReadingConnection.SERIES_PARALLEL)
+        at = BridgeSettings(self.settings.frequency, self.settings.level, self.settings.aperture)
+        self.wiring.bridge.connect(connection, at)
+        statistics, taken = self._repeated(f"L_{axis}")
+        self.findings[f"reading_{axis}"] = float(statistics.x)
+        reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
+        if bridge.read_by_hand or not self.settings.check_alignment:
+            return Position(reading, 0.0)
+        lines = []
+        for high, low in ((Terminal.A, Terminal.B), (Terminal.C, Terminal.A)):
+            self.wiring.bridge.connect(meter_across(high, low), at)
+            lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}")[0])
+        # The bridge's own errors are the same in both, and fall out of the difference.
+        ab, ca = lines
+        self.wiring.supply.aligned(
+            ALIGN_D if axis == "d" else ALIGN_Q,
+            held_angle(float(statistics.x), float(ab.x), float(ca.x), taken.resistance, self._angular()),
+            continuous=self._proved[axis],
+        )
+        return Position(reading, taken.resistance, ab - ca)
+
+    def _angular(self) -> float:
+        return 2.0 * math.pi * self.settings.frequency
+
+    def _repeated(self, what: str) -> tuple[UncertainReal, ImpedanceReading]:
+        readings = [self.bench.lcr_meter.measure(Wanted.INDUCTANCE) for _ in range(self.settings.repeats)]
+        mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
+        quantity = self.bench.uncertainties.statistical(f"repeats of {what}", mean, uncertainty, freedom)
+        return quantity, readings[-1]
+
+    def _allowed_for(self, at_d: Position, at_q: Position) -> tuple[UncertainReal, UncertainReal]:
+        """Return the readings as they would be exactly on d and on q."""
+        d, q = at_d.reading, at_q.reading
+        off_d, off_q = at_d.difference, at_q.difference
+        if off_d is None or off_q is None or float((q - d).x) < _TELLING * float((q - d).u):
+            # Without saliency there is no telling an angle, and nothing to allow for.
+            return d, q
+        found = excess(
+            Held(float(d.x), at_d.resistance, float(off_d.x)),
+            Held(float(q.x), at_q.resistance, float(off_q.x)),
+            self._angular(),
+        )
+        self.findings |= {"off_d": found.angle_d, "off_q": found.angle_q}
+        return d - _squared(found.d, off_d), q - _squared(found.q, off_q)
+
+    def _conclude(self, at_d: Position, at_q: Position) -> None:
+        d, q = self._allowed_for(at_d, at_q)
+        factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
+        halved = {"d": 0.5 * float(d.x), "q": 0.5 * float(q.x)}
+        self.findings["halved_readings"] = halved
+        self.notice(
+            "E1",
+            text(
+                "A against B and C together is 1.5 times the phase's inductance: the readings {d:.4g} µH and {q:.4g} µH are "
+                "divided by 1.5. The note's example halves them, which holds between two lines only",
+                d=1e6 * float(d.x),
+                q=1e6 * float(q.x),
+            ),
+        )
+        for name, reading, axis in (("d_axis_inductance", d, "d"), ("q_axis_inductance", q, "q")):
+            self.report(
+                name,
+                "H",
+                factors.y_equivalent * reading,
+                section="3.3.3",
+                estimator="mean of the aligned readings, two thirds",
+                note_value=halved[axis],
+                convention=CONVENTION,
+                winding=float((factors.winding * reading).x) if self.is_delta else None,
+            )
+
+
+def _squared(excess_read: float, difference: UncertainReal) -> UncertainReal:
+    """Return an excess (H) with the uncertainty of the lines' difference, which it grows with the square of."""
+    ratio = difference / float(difference.x) if float(difference.x) else difference
+    return excess_read * ratio * ratio

@@ -1,0 +1,410 @@
+"""Ld and Lq from the current's response to a voltage step on the locked rotor (§3.3.1)."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import Enum
+from typing import ClassVar
+
+import numpy as np
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, ProbeKind, Slope, Trigger, Waveform
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    ALIGN_D,
+    ALIGN_Q,
+    STEP_NEGATIVE,
+    STEP_POSITIVE,
+    CurrentProbe,
+    LockRotor,
+    Node,
+    ReleaseRotor,
+    Terminal,
+    UncoupleDynamometer,
+    VoltageProbe,
+)
+from procedures.core.bench import Role
+from procedures.core.curves import curve
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.fitting.repeats import mean_of_estimates, mean_of_readings
+from procedures.estimation.winding.connections import ReadingConnection, phase_factor
+from procedures.estimation.winding.step_look import look_at_step
+from procedures.estimation.winding.step_response import apparent_inductance, fit_step_response, time_constant_63
+from procedures.techniques.acquisition import configure, record
+from procedures.techniques.alignment import Alignment, aligning
+from procedures.techniques.dq_axes import CONVENTION
+from procedures.verification.settings import SupplyWiringSettings
+
+_POINTS = 10_000
+_PRE_TRIGGER = 0.3
+#: The record is long enough when it holds this many time constants, and not more than twice as many.
+_TIME_CONSTANTS = 9.0
+#: The voltage may begin to rise this share of the record before the trigger; before that lies the baseline.
+_LEAD = 0.2
+_ATTEMPTS = 12
+#: The step's voltage is at least this many times what the supply's zero may be off, up to this share of the rated current, and
+#: the ranges leave this many times as much room.
+_ABOVE_ZERO, _MOST_SHARE, _ZERO_ROOM = 5.0, 0.5, 1.5
+#: The supply's current limit, in currents of the step.
+_LIMIT = 2.0
+#: A difference that the bridge's resistance makes is worth a notice beyond this.
+_TELLING = 0.02
+#: Length (s) of the first record where nothing is known.
+_FIRST_GUESS = 0.05
+
+
+class Polarity(Enum):
+    """Direction of the d-axis step against the aligning current."""
+
+    AGAINST = "against"
+    ALONG = "along"
+
+
+class DqInductanceTimeConstantSettings(SupplyWiringSettings):
+    """Settings of §3.3.1."""
+
+    align_share: float = Field(
+        default=1.0, gt=0.0, le=1.0, description="aligning current, at most this share of the rated current"
+    )
+    settle: float = Field(default=1.0, gt=0.0, le=60.0, description="time for the rotor to come to rest, s")
+    step_share: float = Field(
+        default=0.10, gt=0.0, le=1.0, description="current at the end of the step, share of the rated current"
+    )
+    polarity: Polarity = Field(
+        default=Polarity.AGAINST, description="d-axis step against (as in the note) or along the magnet"
+    )
+    record_time: float | None = Field(
+        default=None,
+        gt=0.0,
+        le=100.0,
+        description="first guess of the record's length, s; from L and R known earlier when not given, else 0.05",
+    )
+    repeats: int = Field(default=4, ge=1, le=100, description="steps on each axis")
+    curve_shares: tuple[float, ...] = Field(
+        default=(), description="further step currents, shares of the rated current, for inductance against current"
+    )
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """Voltage and current of one step, and the time constant that it shows."""
+
+    voltage: Waveform
+    current: Waveform
+
+
+class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
+    """Ld and Lq from the time constant of a current step (§3.3.1)."""
+
+    name: ClassVar[str] = "dq-inductance-time-constant"
+    title: ClassVar[str] = "dq inductance, time constant"
+    section: ClassVar[str] = "3.3.1"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
+    gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+
+    def measure(self) -> None:
+        """Align, lock and step: d first, then q."""
+        with ExitStack() as energised:
+            alignment = self.align_d(energised)
+            self.lock_d(energised)
+        voltage = self.set_step_d(alignment)
+        self.conclude_d(voltage, self.record_d(voltage, alignment))
+        self._curve("d", alignment)
+        with ExitStack() as energised:
+            self.align_q(energised)
+            self.lock_q(energised)
+        voltage = self.set_step_q(alignment)
+        self.conclude_q(voltage, self.record_q(voltage, alignment))
+        self._tell_whose_resistance()
+        self._curve("q", alignment)
+
+    @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
+    def align_d(self, energised: ExitStack) -> Alignment:
+        """Align with up to the rated current, as far as the supply gives it: friction holds a weakly aligned rotor off."""
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.wiring.supply.connect(ALIGN_D)
+        self.bench.perform(ReleaseRotor())
+        current = self._align_current()
+        self.findings["aligning_current"] = current
+        if current <= 0.15 * self.nameplate.rated_current:
+            self.notice(
+                "E11",
+                text(
+                    "the rotor was aligned with {current:.3g} A only, {share:.0%} of rated: friction may have held it off d and q; "
+                    "align with more current",
+                    current=current,
+                    share=current / self.nameplate.rated_current,
+                ),
+            )
+        return energised.enter_context(aligning(self.bench, current, self.settings.settle))
+
+    @step("3.3.1-d/2", "Lock the shaft", by_hand=True)
+    def lock_d(self, energised: ExitStack) -> None:
+        """Lock under current, then switch it off."""
+        self.bench.perform(LockRotor())
+        self.wiring.supply.held(ALIGN_D)
+        energised.close()
+
+    @step(
+        "3.3.1-d/3",
+        "Prepare the step: B and C to plus, A to minus, level for about {step_share:.0%} of rated",
+        by_hand=True,
+    )
+    def set_step_d(self, alignment: Alignment) -> float:
+        """Return the step's voltage (V); polarity is recorded, and changeable."""
+        against = self.settings.polarity is Polarity.AGAINST
+        self.bench.perform(STEP_NEGATIVE if against else STEP_POSITIVE)
+        self.findings["polarity"] = self.settings.polarity.value
+        if against:
+            self.notice(
+                "E15",
+                text(
+                    "the d-axis step drives phase A against the aligning current, as the note has it: it weakens the magnet, and with "
+                    "saturation reads a larger Ld than a step along it"
+                ),
+            )
+        return self._step_voltage(alignment)
+
+    @step("3.3.1-d/4", "Switch on and record the current's step response")
+    def record_d(self, voltage: float, alignment: Alignment) -> list[StepRecord]:
+        """Return the recorded steps."""
+        return self._record("d", voltage, alignment, forward=self.settings.polarity is Polarity.ALONG)
+
+    @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
+    def conclude_d(self, voltage: float, steps: list[StepRecord]) -> None:
+        """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
+        self._conclude("d_axis_inductance", "d", voltage, steps)
+
+    @step("3.3.1-q/1", "Align the rotor to q: B to plus, C to minus, A open", by_hand=True)
+    def align_q(self, energised: ExitStack) -> None:
+        """Turn the rotor to where phase A sees its q axis."""
+        # Connected and proved while the shaft is still locked: nothing moves, and no EMF is in the reading.
+        self.wiring.supply.connect(ALIGN_Q)
+        self.bench.perform(ReleaseRotor())
+        energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
+
+    @step("3.3.1-q/2", "Lock the shaft against the torque of the step", by_hand=True)
+    def lock_q(self, energised: ExitStack) -> None:
+        """Lock under current, then switch it off."""
+        self.bench.perform(LockRotor())
+        self.wiring.supply.held(ALIGN_Q)
+        energised.close()
+
+    @step(
+        "3.3.1-q/3",
+        "Prepare the step: A to plus, B and C to minus, level for about {step_share:.0%} of rated",
+        by_hand=True,
+    )
+    def set_step_q(self, alignment: Alignment) -> float:
+        """Return the step's voltage (V)."""
+        self.bench.perform(STEP_POSITIVE)
+        return self._step_voltage(alignment)
+
+    @step("3.3.1-q/4", "Switch on and record the current's step response")
+    def record_q(self, voltage: float, alignment: Alignment) -> list[StepRecord]:
+        """Return the recorded steps."""
+        return self._record("q", voltage, alignment, forward=True)
+
+    @step("3.3.1-q/5", "Lq is two thirds of time constant times resistance")
+    def conclude_q(self, voltage: float, steps: list[StepRecord]) -> None:
+        """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
+        self._conclude("q_axis_inductance", "q", voltage, steps)
+
+    def _align_current(self) -> float:
+        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current)
+        return self.current_level(
+            min(self.settings.align_share, bound / self.nameplate.rated_current), "aligning current"
+        )
+
+    def _step_voltage(self, alignment: Alignment) -> float:
+        """Return the step's voltage (V): for the current asked for, but not lost in what the supply's zero may be off."""
+        current = self.current_level(self.settings.step_share, "step current")
+        voltage = current * alignment.loop_resistance
+        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current) / _LIMIT
+        most = max(current, min(_MOST_SHARE * self.nameplate.rated_current, bound)) * alignment.loop_resistance
+        raised = min(max(voltage, _ABOVE_ZERO * alignment.voltage_offset), most)
+        if raised > voltage and "step_voltage_raised" not in self.findings:
+            self.findings["step_voltage_raised"] = raised
+            self.notice(
+                "raised-step",
+                text(
+                    "the step is {raised:.3g} V, about {share:.0%} of the rated current, instead of {voltage:.3g} V: the supply's zero may "
+                    "be off by {offset:.2g} V",
+                    raised=raised,
+                    share=raised / alignment.loop_resistance / self.nameplate.rated_current,
+                    voltage=voltage,
+                    offset=alignment.voltage_offset,
+                ),
+            )
+        return raised
+
+    def _curve(self, axis: str, alignment: Alignment) -> None:
+        """Step to several currents in both directions on the held axis: flux over current, the apparent inductance."""
+        if not self.settings.curve_shares:
+            return
+        factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
+        points = []
+        for sign, connection in ((1.0, STEP_POSITIVE), (-1.0, STEP_NEGATIVE)):
+            self.bench.perform(connection)
+            for share in sorted(self.settings.curve_shares):
+                current = self.current_level(share, "step current of the curve")
+                steps = self._record(axis, current * alignment.loop_resistance, alignment, forward=sign > 0.0)
+                apparent = [apparent_inductance(s.current.time, s.voltage.values, s.current.values) for s in steps]
+                value, scatter, freedom = mean_of_readings([factors.y_equivalent * a.inductance for a in apparent])
+                repeated = self.bench.uncertainties.statistical(
+                    f"steps of L_{axis} at {share:g}", value, scatter, freedom
+                )
+                points.append(
+                    {
+                        "current": float(np.mean([a.current for a in apparent])),
+                        "inductance": value,
+                        "standard_uncertainty": float(self._with_probes(repeated, steps[-1]).u),
+                        "repeatability": scatter,
+                    }
+                )
+        self.findings.setdefault("curve", {})[axis] = sorted(points, key=lambda point: point["current"])
+
+    def _record(self, axis: str, voltage: float, alignment: Alignment, *, forward: bool) -> list[StepRecord]:
+        """Step until the record's length fits the time constant, then repeat."""
+        scope = self.bench.oscilloscope
+        v_channel = scope.channels(ProbeKind.VOLTAGE)[0]
+        i_channel = scope.channels(ProbeKind.CURRENT)[0]
+        self.wiring.supply.probed(
+            STEP_POSITIVE if forward else STEP_NEGATIVE,
+            VoltageProbe(v_channel, Node.A, Node.B),
+            CurrentProbe(i_channel, Terminal.A),
+        )
+        sign = 1.0 if forward else -1.0
+        current = voltage / alignment.loop_resistance
+        # The supply gives more or less than it is set to.
+        room = 1.3 + _ZERO_ROOM * alignment.voltage_offset / voltage
+        fills = {}
+        for channel, top in ((v_channel, voltage), (i_channel, current)):
+            low, high = sorted((-0.1 * sign * top, room * sign * top))
+            fills[channel] = abs(top) / configure(scope, channel, low, high)
+        # Triggered by the channel that the step fills better, for a small signal drowns in its noise.
+        source, top = (i_channel, current) if fills[i_channel] > 2.0 * fills[v_channel] else (v_channel, voltage)
+        trigger = Trigger(source, 0.3 * sign * top, Slope.RISING if forward else Slope.FALLING)
+        # The limit is a safety net that must not act on the step.
+        limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
+
+        def once(record_time: float) -> StepRecord:
+            # The current of the step before must have died away: the loop is as slow to fall as to rise.
+            self.bench.clock.sleep(record_time)
+            scope.configure_acquisition(record_time, _POINTS, _PRE_TRIGGER)
+            waves = record(
+                self.bench,
+                (v_channel, i_channel),
+                trigger,
+                timeout=10.0 + 2.0 * record_time,
+                event=lambda: self.bench.supply.energised(voltage, limit),
+            )
+            return StepRecord(waves[v_channel], waves[i_channel])
+
+        record_time = self.settings.record_time or self._expected(axis)
+        for _ in range(_ATTEMPTS):
+            wanted = _wanted(once(record_time))
+            if 0.5 * record_time <= wanted <= record_time:
+                break
+            record_time = min(max(1.3 * wanted, 0.05 * record_time), 4.0 * record_time)
+        return [once(record_time) for _ in range(self.settings.repeats)]
+
+    def _expected(self, axis: str) -> float:
+        """Return a first guess of the record's length (s) from what an earlier procedure found."""
+        inductance, resistance = self.known_value(f"{axis}_axis_inductance"), self.known_value("stator_resistance")
+        if inductance is None or resistance is None:
+            return _FIRST_GUESS
+        return 1.3 * _TIME_CONSTANTS * inductance / resistance
+
+    def _conclude(self, name: str, axis: str, voltage: float, steps: list[StepRecord]) -> None:
+        fits = [
+            fit_step_response(
+                s.current.time,
+                s.voltage.values,
+                s.current.values,
+                voltage_resolution=s.voltage.resolution,
+                current_resolution=s.current.resolution,
+            )
+            for s in steps
+        ]
+        inductance = self._mean(
+            f"step fits of L_{axis}", [(f.value("inductance"), f.uncertainty("inductance")) for f in fits]
+        )
+        resistance = self._mean(
+            f"step fits of R_{axis}", [(f.value("resistance"), f.uncertainty("resistance")) for f in fits]
+        )
+        loop = self._with_probes(inductance, steps[0])
+        factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
+        last = steps[-1]
+        tau = time_constant_63(last.current.time, last.current.values)
+        tail = slice(-len(last.current.values) // 10, None)
+        total_resistance = abs(voltage / float(last.current.values[tail].mean()))
+        self.findings[axis] = {
+            "winding_resistance": float(resistance.x),
+            "winding_inductance": float(inductance.x),
+            "total_resistance": total_resistance,
+            "time_constant": float(inductance.x) / float(resistance.x),
+            "time_constant_63": tau,
+            "residual_current": fits[-1].residual_rms,
+            "fit": curve(
+                time=last.current.time,
+                fitted=last.current.values - fits[-1].residuals,
+                residual=fits[-1].residuals,
+            ),
+        }
+        self._compare_with_bridge_resistance(axis, tau, total_resistance)
+        self.report(
+            name,
+            "H",
+            factors.y_equivalent * loop,
+            section="3.3.1",
+            estimator="output-error fit of R, L and offsets to recorded voltage and current",
+            note_value=factors.y_equivalent * tau * total_resistance,
+            convention=CONVENTION,
+            winding=float((factors.winding * loop).x) if self.is_delta else None,
+        )
+
+    def _mean(self, source: str, estimates: list[tuple[float, float]]) -> UncertainReal:
+        value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
+        return self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
+
+    def _with_probes(self, quantity: UncertainReal, recorded: StepRecord) -> UncertainReal:
+        """Put on the gains of the voltage and the current channel; their offsets are fitted."""
+        for wave in (recorded.voltage, recorded.current):
+            gain = Accuracy(gain=wave.accuracy.gain, source=wave.accuracy.source)
+            quantity = self.bench.uncertainties.instrument(f"oscilloscope, channel {wave.channel}", quantity, gain)
+        return quantity
+
+    def _compare_with_bridge_resistance(self, axis: str, tau: float, total_resistance: float) -> None:
+        known = self.known_value("stator_resistance")
+        if known is None:
+            return
+        from_bridge, from_loop = tau * known, tau * total_resistance / 1.5
+        self.findings[axis] |= {
+            "with_bridge_resistance": from_bridge,
+            "bridge_resistance_error": from_bridge / from_loop - 1.0,
+        }
+
+    def _tell_whose_resistance(self) -> None:
+        """Say once for both axes what the bridge's resistance would have done."""
+        errors = [self.findings[axis].get("bridge_resistance_error", 0.0) for axis in ("d", "q")]
+        if max(abs(error) for error in errors) > _TELLING:
+            self.notice(
+                "E10",
+                text(
+                    "Ld and Lq from the time constant with the bridge's resistance would be {d:+.1%} and {q:+.1%} off: the R of "
+                    "L = τ·R is the whole loop's, with leads, contacts and source",
+                    d=errors[0],
+                    q=errors[1],
+                ),
+            )
+
+
+def _wanted(taken: StepRecord) -> float:
+    """Return how long (s) a record must be to hold a step like this one."""
+    seen = look_at_step(taken.current.time, taken.voltage.values, taken.current.values)
+    lead, ramp = max(-seen.begin, 0.0), seen.end - seen.begin
+    return max(_TIME_CONSTANTS * seen.time_constant + ramp / (1.0 - _PRE_TRIGGER), lead / _LEAD)

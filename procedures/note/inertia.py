@@ -1,0 +1,358 @@
+"""Inertia and friction from a driven ramp and a coast-down (§3.5)."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, ClassVar
+
+import numpy as np
+from GTC.lib import UncertainReal
+from numpy.typing import NDArray
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, DynamometerReading
+from drivers.interfaces.text import text
+from procedures.core.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.curves import curve
+from procedures.core.procedure import Procedure, Settings
+from procedures.core.steps import step
+from procedures.estimation.fitting.fit import Fit
+from procedures.estimation.fitting.noise import white_noise
+from procedures.estimation.mechanics import inertia as estimation
+from procedures.techniques.driven_shaft import driving_speed_rad
+
+#: Share of the dynamometer's torque at which the search for the ramp's torque begins.
+_SMALLEST_TORQUE = 0.002
+#: The ramp may be this much slower or faster than asked for, and the search for it halves its step this often.
+_PACES = (0.7, 2.0)
+_HALVINGS = 4
+#: Fewer readings on a ramp do not fix three parameters.
+_FEWEST = 10
+NAMES = ("inertia", "coulomb_friction", "viscous_friction")
+_UNITS = {"inertia": "kg·m²", "coulomb_friction": "N·m", "viscous_friction": "N·m·s/rad"}
+
+
+class TorqueSource(Enum):
+    """Where the accelerating torque comes from."""
+
+    MEASURED = "measured"
+    POWER = "power"
+
+
+class Tare(Enum):
+    """Where the dynamometer's own inertia and friction come from."""
+
+    MEASURED = "measured"
+    GIVEN = "given"
+
+
+class InertiaSettings(Settings):
+    """Settings of §3.5."""
+
+    speed_share: float = Field(
+        default=0.8, gt=0.0, le=1.0, description="speed at the end of the ramp, share of the rated speed"
+    )
+    ramp_time: float = Field(default=1.0, gt=0.05, le=120.0, description="time aimed at for the driven ramp, s")
+    coast_share: float = Field(
+        default=0.5, gt=0.02, lt=1.0, description="the coast is followed down to this share of the top speed"
+    )
+    longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time to follow the coast, s")
+    settling: float = Field(
+        default=0.05,
+        ge=0.0,
+        le=5.0,
+        description="readings this soon after a switch are left out: the transducer's filter, s",
+    )
+    sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
+    torque: float | None = Field(
+        default=None, gt=0.0, description="accelerating torque, N·m; found by trial when not given"
+    )
+    torque_source: TorqueSource = Field(
+        default=TorqueSource.MEASURED, description="torque as measured, or from shaft power and speed"
+    )
+    tare: Tare = Field(
+        default=Tare.MEASURED, description="measure the dynamometer alone first, or take the three figures below"
+    )
+    tare_inertia: float = Field(default=0.0, ge=0.0, description="inertia of dynamometer and coupling, kg·m²")
+    tare_inertia_uncertainty: float = Field(default=0.0, ge=0.0, description="its standard uncertainty, kg·m²")
+    tare_coulomb_friction: float = Field(default=0.0, ge=0.0, description="Coulomb friction of the dynamometer, N·m")
+    tare_viscous_friction: float = Field(
+        default=0.0, ge=0.0, description="viscous friction of the dynamometer, N·m·s/rad"
+    )
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One ramp: bench time (s), speed (rad/s) and torque (N·m), each of shape (n,), and the readings' accuracies."""
+
+    time: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    torque: NDArray[np.float64]
+    torque_accuracy: Accuracy
+    speed_accuracy: Accuracy
+
+
+@dataclass(frozen=True)
+class Ramps:
+    """A driven ramp and the coast after it."""
+
+    driven: Curve
+    coast: Curve
+
+
+class Inertia(Procedure[InertiaSettings]):
+    """Inertia, Coulomb and viscous friction of the motor, the dynamometer's own subtracted (§3.5)."""
+
+    name: ClassVar[str] = "inertia"
+    title: ClassVar[str] = "Inertia and friction"
+    section: ClassVar[str] = "3.5"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
+    gives: ClassVar[tuple[str, ...]] = NAMES
+
+    def measure(self) -> None:
+        """Take the tare, drive, coast, solve."""
+        tare = self.open_terminals()
+        top = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
+        driven = self.accelerate(top)
+        coast = self.coast(top)
+        self.solve(Ramps(driven, coast), tare)
+
+    @step("3.5/1", "Leave the stator's terminals open", by_hand=True)
+    def open_terminals(self) -> Ramps | None:
+        """Open the terminals; return the dynamometer's own ramps where its tare is to be measured."""
+        bench = self.bench
+        self.wiring.shaft.open_terminals()
+        bench.perform(ReleaseRotor())
+        bench.dynamometer.stop()
+        tare = None
+        if self.settings.tare is Tare.MEASURED:
+            bench.perform(UncoupleDynamometer())
+            bench.dynamometer.zero_torque()
+            top = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
+            tare = Ramps(self._accelerate(top), self._coast(top))
+        bench.perform(CoupleDynamometer())
+        return tare
+
+    @step("3.5/2", "The dynamometer accelerates the motor with constant torque: record speed over time")
+    def accelerate(self, top: float) -> Curve:
+        """Return the driven ramp, up to `top` (rad/s)."""
+        return self._accelerate(top)
+
+    @step("3.5/3", "Let it coast: record speed over time")
+    def coast(self, top: float) -> Curve:
+        """Return the coast, then stop the shaft."""
+        return self._coast(top)
+
+    @step("3.5/4", "Solve both equations for inertia and no-load torque")
+    def solve(self, ramps: Ramps, tare: Ramps | None) -> None:
+        """Fit J, Coulomb and viscous friction to both whole curves; the two-point figures stand beside."""
+        zero = self._zero(ramps.driven)
+        total = self._fit(ramps)
+        own = self._fit(tare) if tare else None
+        self.findings["ramps"] = _curves(ramps, total)
+        if tare and own:
+            self.findings["tare_ramps"] = _curves(tare, own)
+        simple, no_load = self._two_points(ramps)
+        simple_tare, tare_drag = (
+            self._two_points(tare) if tare else (self.settings.tare_inertia, self.settings.tare_coulomb_friction)
+        )
+        self.findings |= {
+            "with_dynamometer": {name: total.value(name) for name in NAMES},
+            "dynamometer": {name: own.value(name) if own else getattr(self.settings, f"tare_{name}") for name in NAMES},
+            "no_load_torque": no_load - tare_drag,
+            "two_point_inertia": simple - simple_tare,
+        }
+        for name in NAMES:
+            coupled = self._statistics("ramps", total, name) * self._torque_scale(ramps.driven, zero)
+            if own and tare:
+                alone = self._statistics("tare ramps", own, name) * self._torque_scale(tare.driven, zero)
+            else:
+                alone = self._given_tare(name)
+            self.report(
+                name,
+                _UNITS[name],
+                self._over_speed(name, coupled - alone, ramps.driven),
+                section="3.5",
+                estimator="fit of inertia, Coulomb and viscous friction to both whole ramps, tare subtracted",
+                note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load - tare_drag}.get(name),
+                convention="motor alone" if name == "inertia" else "motor alone, at the measured temperature",
+            )
+        self._say_what_two_points_cost(
+            simple - simple_tare, total.value("inertia") - (own.value("inertia") if own else 0.0)
+        )
+
+    def _accelerate(self, top: float) -> Curve:
+        dynamometer, clock = self.bench.dynamometer, self.bench.clock
+        torque = self.settings.torque or self._find_torque(top)
+        deadline = clock.now() + 20.0 * self.settings.ramp_time
+        readings: list[DynamometerReading] = []
+        with dynamometer.driving_torque(torque):
+            switched = clock.now()
+            while not readings or readings[-1].speed < top:
+                if clock.now() > deadline:
+                    raise ProcedureError(
+                        text(
+                            "{torque:.3g} N·m brought the shaft to {speed:.0f} rpm only, {top:.0f} rpm were wanted: something brakes "
+                            "it, or the torque is too small",
+                            torque=torque,
+                            speed=readings[-1].speed * 30.0 / math.pi,
+                            top=top * 30.0 / math.pi,
+                        )
+                    )
+                readings.append(dynamometer.measure())
+                clock.sleep(self.settings.sample_interval)
+        return self._curve(readings, switched)
+
+    def _coast(self, top: float) -> Curve:
+        dynamometer, clock = self.bench.dynamometer, self.bench.clock
+        switched = clock.now()
+        deadline = switched + self.settings.longest_coast
+        readings: list[DynamometerReading] = []
+        while not readings or (readings[-1].speed > self.settings.coast_share * top and clock.now() < deadline):
+            readings.append(dynamometer.measure())
+            clock.sleep(self.settings.sample_interval)
+        dynamometer.stop()
+        return self._curve(readings, switched)
+
+    def _find_torque(self, top: float) -> float:
+        """Return a torque (N·m) that reaches `top` (rad/s) in about the ramp time, from short trials."""
+        largest = self.bench.dynamometer.maximum_torque
+        torque, too_little = _SMALLEST_TORQUE * largest, 0.0
+        while (pace := self._pace(torque, top)) < _PACES[0]:
+            if torque >= largest:
+                raise ProcedureError(
+                    text(
+                        "the dynamometer's full torque of {torque:.3g} N·m does not bring the shaft to speed; is the rotor free?",
+                        torque=torque,
+                    )
+                )
+            torque, too_little = min(1.5 * torque, largest), torque
+        for _ in range(_HALVINGS):
+            if pace <= _PACES[1]:
+                break
+            between = 0.5 * (torque + too_little)
+            if (slower := self._pace(between, top)) < _PACES[0]:
+                too_little = between
+            else:
+                torque, pace = between, slower
+        return torque
+
+    def _pace(self, torque: float, top: float) -> float:
+        """Return how many times faster than asked for this torque (N·m) would bring the shaft to `top`."""
+        dynamometer, trial = self.bench.dynamometer, 0.1 * self.settings.ramp_time
+        with dynamometer.driving_torque(torque):
+            self.bench.clock.sleep(trial)
+            reached = dynamometer.measure().speed
+        dynamometer.stop()
+        return reached * self.settings.ramp_time / (trial * top)
+
+    def _curve(self, readings: list[DynamometerReading], switched: float) -> Curve:
+        readings = [r for r in readings if r.time >= switched + self.settings.settling]
+        if len(readings) < _FEWEST:
+            raise ProcedureError(
+                text(
+                    "the ramp has {n} readings only, {fewest} are needed; lengthen ramp_time or shorten sample_interval",
+                    n=len(readings),
+                    fewest=_FEWEST,
+                )
+            )
+        by_power = self.settings.torque_source is TorqueSource.POWER
+        speed = np.array([r.speed for r in readings])
+        if by_power:
+            # The torque is constant on a ramp; at low speed power says little of it.
+            power = np.array([r.power for r in readings])
+            torque = np.full_like(speed, float(power @ speed) / float(speed @ speed))
+        else:
+            torque = np.array([r.torque for r in readings])
+        time = np.array([r.time for r in readings])
+        return Curve(time - time[0], speed, torque, readings[-1].torque_accuracy, readings[-1].speed_accuracy)
+
+    def _fit(self, ramps: Ramps) -> Fit:
+        if self.settings.torque_source is TorqueSource.POWER:
+            self.notice(
+                "E5",
+                text(
+                    "the torque is shaft power over mechanical speed, P/ω; the note's P/(p·ω) would be the pole pairs too small"
+                ),
+            )
+        return estimation.fit_ramps(_to_fit(ramps))
+
+    def _two_points(self, ramps: Ramps) -> tuple[float, float]:
+        """Return the note's figures, from points near the ends of each ramp."""
+        driven, coast = ramps.driven, ramps.coast
+        first, last = driven.time.size // 10, -1 - driven.time.size // 10
+        early, late = coast.time.size // 10, -1 - coast.time.size // 10
+        return estimation.two_point(
+            driven.time[first], driven.speed[first], driven.time[last], driven.speed[last], float(np.mean(driven.torque)),
+            coast.time[early], coast.speed[early], coast.time[late], coast.speed[late],
+        )  # fmt: skip
+
+    def _statistics(self, what: str, fit: Fit, name: str) -> UncertainReal:
+        return self.bench.uncertainties.statistical(
+            f"fit of {what}: {name}", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom
+        )
+
+    def _given_tare(self, name: str) -> UncertainReal:
+        uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0
+        return self.bench.uncertainties.standard(f"tare: {name}", getattr(self.settings, f"tare_{name}"), uncertainty)
+
+    def _zero(self, curve: Curve) -> UncertainReal:
+        """Return what is left of the torque's zero (N·m): one reading's scatter where it was zeroed, else the offset."""
+        accuracy, unc = curve.torque_accuracy, self.bench.uncertainties
+        if self.settings.tare is not Tare.MEASURED:
+            return unc.instrument("dynamometer, torque", 0.0, Accuracy(offset=accuracy.offset, source=accuracy.source))
+        scatter = white_noise(curve.torque, accuracy.resolution)
+        return unc.statistical("zeroing the torque", 0.0, scatter, float(curve.torque.size - 2))
+
+    def _torque_scale(self, curve: Curve, zero: UncertainReal) -> UncertainReal:
+        """Return one, uncertain as the ramp's torque is: all three figures grow with it."""
+        accuracy = curve.torque_accuracy
+        gain, mean = accuracy.gain, abs(float(np.mean(curve.torque)))
+        if not gain and mean:
+            # Only a share of full scale is stated: it may be a slope.
+            gain = accuracy.offset / mean
+        scale = self.bench.uncertainties.instrument(
+            "dynamometer, torque", 1.0, Accuracy(gain=gain, source=accuracy.source)
+        )
+        return scale + zero / mean if mean else scale
+
+    def _over_speed(self, name: str, quantity: UncertainReal, curve: Curve) -> UncertainReal:
+        """Put on the speed's gain, which inertia and viscous friction are divided by."""
+        if name == "coulomb_friction":
+            return quantity
+        gain = Accuracy(gain=curve.speed_accuracy.gain, source=curve.speed_accuracy.source)
+        return quantity / self.bench.uncertainties.instrument("dynamometer, speed", 1.0, gain)
+
+    def _say_what_two_points_cost(self, two_point: float, fitted: float) -> None:
+        difference = two_point / fitted - 1.0
+        if abs(difference) > 0.01:
+            self.notice(
+                "E6",
+                text(
+                    "two points on each ramp give an inertia {difference:+.1%} off: with friction that grows with speed they compare "
+                    "ramps at different speeds; the fit of both whole curves is reported",
+                    difference=difference,
+                ),
+            )
+
+
+def _to_fit(ramps: Ramps) -> list[estimation.Ramp]:
+    """Return both ramps as the estimator takes them."""
+    driven, coast = ramps.driven, ramps.coast
+    return [
+        estimation.Ramp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution),
+        estimation.Ramp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution),
+    ]
+
+
+def _curves(ramps: Ramps, fit: Fit) -> dict[str, Any]:
+    """Return what was read and what was fitted on both ramps, for whoever draws them."""
+    made: dict[str, Any] = {}
+    fitted = estimation.fitted_speeds(_to_fit(ramps), fit)
+    for name, ramp, (time, speed) in zip(("driven", "coast"), (ramps.driven, ramps.coast), fitted, strict=True):
+        made[name] = {
+            **curve(time=ramp.time, speed=ramp.speed),
+            "fit": curve(time=time, fitted=speed),
+        }
+    return made

@@ -1,0 +1,256 @@
+"""Stator resistance by four-wire direct current, where a bridge at 20 Hz cannot do it (erratum E9)."""
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy, Reading, Regulated
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    LINE_PAIRS,
+    Connect,
+    ConnectVoltmeter,
+    LockRotor,
+    Socket,
+    Terminal,
+    UncoupleDynamometer,
+)
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.winding import resistance
+from procedures.techniques.alignment import flowing_current
+from procedures.techniques.temperature_correction import check_temperature, copper_factor, warmed, winding_temperature
+from procedures.techniques.temperature_settings import (
+    COLD,
+    CopperCoefficient,
+    ReferenceTemperature,
+    TemperatureUncertainty,
+    WindingTemperature,
+)
+from procedures.verification.settings import SupplyWiringSettings
+
+Pair = tuple[Terminal, Terminal]
+#: A drift is taken for one beyond so many standard uncertainties.
+_CLEAR = 3.0
+
+
+class StatorResistanceDcSettings(SupplyWiringSettings):
+    """Settings of the four-wire measurement."""
+
+    current_share: float = Field(
+        default=0.25, gt=0.0, le=1.0, description="largest current, share of the rated current"
+    )
+    levels: int = Field(default=4, ge=3, le=50, description="current levels, evenly spaced up to the largest")
+    settle: float = Field(default=0.2, gt=0.0, le=60.0, description="time at each level before reading, s")
+    power_line_cycles: float = Field(
+        default=10.0, ge=0.02, le=100.0, description="voltmeter's integration, power-line cycles"
+    )
+    heating_limit: float = Field(
+        default=1.0, gt=0.0, le=50.0, description="warming of the winding that is a warning, K"
+    )
+    winding_temperature: WindingTemperature = None
+    temperature_uncertainty: TemperatureUncertainty = 1.0
+    coefficient: CopperCoefficient = 0.00393
+    reference_temperature: ReferenceTemperature = 20.0
+
+
+@dataclass(frozen=True)
+class LineSlope:
+    """Resistance between two terminals (Ω) from V over I, and the readings behind it: bench time (s), current (A), voltage (V)."""
+
+    resistance: UncertainReal
+    readings: tuple[FloatArray, FloatArray, FloatArray]
+
+    @property
+    def rise(self) -> float:
+        """How far V over I rose, relatively, from a polarity's first reading to its last, at the same level."""
+        _, current, voltage = self.readings
+        half = len(current) // 2
+        return float(
+            np.mean(
+                [voltage[k + half - 1] / current[k + half - 1] / (voltage[k] / current[k]) - 1.0 for k in (0, half)]
+            )
+        )
+
+
+class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
+    """Stator resistance as the slope of voltage over current, four wires, both polarities (E9)."""
+
+    name: ClassVar[str] = "stator-resistance-dc"
+    title: ClassVar[str] = "Stator resistance, four-wire direct current"
+    section: ClassVar[str] = "3.2"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.VOLTMETER})
+    gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
+
+    def measure(self) -> None:
+        """Take the slope between all three pairs of terminals."""
+        temperature = self.prepare()
+        hottest = float(temperature.x)
+        slopes = {}
+        for pair in LINE_PAIRS:
+            slopes[pair] = self.slope(pair)
+            hottest = self._check_warming(hottest, slopes[pair].rise)
+
+        def read_again(number: int) -> None:
+            slopes[LINE_PAIRS[number]] = self.slope(LINE_PAIRS[number])
+
+        self.wiring.supply.compare_lines(
+            [Connect({high: Socket.SUPPLY_POSITIVE, low: Socket.SUPPLY_NEGATIVE}) for high, low in LINE_PAIRS],
+            lambda: [float(slopes[pair].resistance.x) for pair in LINE_PAIRS],
+            read_again,
+        )
+        self.conclude(slopes, temperature)
+
+    @step("E9/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
+    def prepare(self) -> UncertainReal:
+        """Return the temperature (°C) that the cold resistance belongs to."""
+        if self.bench.has(Role.DYNAMOMETER):
+            self.bench.perform(UncoupleDynamometer())
+        self.bench.perform(LockRotor())
+        return winding_temperature(
+            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
+        )
+
+    @step("E9/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
+    def slope(self, pair: Pair) -> LineSlope:
+        """Return the slope of V over I.
+
+        Both polarities take out thermal voltages; the sign of the current as a further regressor takes out the supply's own offset.
+        """
+        largest = min(
+            self.settings.current_share * self.nameplate.rated_current,
+            self.bench.supply.maximum_current,
+            self.nameplate.current_bound,
+        )
+        levels = largest * np.arange(self.settings.levels, 0, -1) / self.settings.levels
+        times: list[float] = []
+        currents: list[float] = []
+        voltages: list[float] = []
+        accuracies: tuple[Accuracy, Accuracy] = (Accuracy(), Accuracy())
+        high, low = pair
+        sensing = ConnectVoltmeter(high, low)
+        self.bench.perform(sensing)
+        for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
+            fed = Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE})
+            self.wiring.supply.four_wires(fed, sensing, ranged=bool(currents))
+            # The first level again at the end: a winding that warms or cools shows there.
+            for level in (*levels, levels[0]):
+                current, voltage = self._reading(float(level), choose_range=not currents)
+                accuracies = current.accuracy, voltage.accuracy
+                times.append(voltage.time)
+                currents.append(sign * current.value)
+                voltages.append(voltage.value)
+        i, v = np.array(currents), np.array(voltages)
+        half = len(levels) + 1
+        self.wiring.supply.both_ways(
+            fed, *(float(np.polyfit(i[part], v[part], 1)[0]) for part in (slice(half), slice(half, None)))
+        )
+        fit = least_squares(("resistance", "offset", "meter"), np.column_stack((i, np.ones_like(i), -np.sign(i))), v)
+        unc = self.bench.uncertainties
+        label = high.value + low.value
+        quantity = unc.statistical(
+            f"slope of V over I, {label}",
+            fit.value("resistance"),
+            fit.uncertainty("resistance"),
+            fit.degrees_of_freedom,
+        )
+        if fit.value("resistance") <= 0.0:
+            raise ProcedureError(
+                text(
+                    "between {pair} the voltage falls as the current rises: the voltmeter's leads are interchanged",
+                    pair=label,
+                )
+            )
+        for name, accuracy in zip(("supply, current", "voltmeter"), accuracies, strict=True):
+            quantity = unc.instrument(name, quantity, Accuracy(gain=accuracy.gain, source=accuracy.source))
+        self.findings[label] = {
+            "current": currents,
+            "voltage": voltages,
+            "residual": fit.residuals.tolist(),
+            "resistance": fit.value("resistance"),
+        }
+        return LineSlope(quantity, (np.array(times), i, v))
+
+    @step("E9/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
+    def conclude(self, slopes: dict[Pair, LineSlope], temperature: UncertainReal) -> None:
+        """Report the phase's resistance; each phase alone stands in the findings."""
+        lines = [slopes[pair].resistance for pair in LINE_PAIRS]
+        ab, bc, ca = (float(line.x) for line in lines)
+        self.bench.standing.lines.read_by_four_wires(
+            (ab, bc, ca), max(3.0 * float(line.u) / float(line.x) for line in lines)
+        )
+        phases = resistance.phase_resistances(ab, bc, ca, self.winding)
+        names = ("AB", "BC", "CA") if self.is_delta else ("A", "B", "C")
+        copper = (self.settings.coefficient, self.settings.reference_temperature)
+        cold: UncertainReal = (lines[0] + lines[1] + lines[2]) / 6.0 * copper_factor(temperature, COLD, *copper)
+        self.findings |= {
+            "phase_resistances": dict(zip(names, phases, strict=True)),
+            "winding_temperature": float(temperature.x),
+        }
+        cold = self._at_first_reading(cold, [slopes[pair].readings for pair in LINE_PAIRS])
+        self.report(
+            "stator_resistance",
+            "Ω",
+            cold,
+            section="3.2.2",
+            estimator="slope of four-wire voltage over current, both polarities, referred to 25 °C",
+            note_value=(1.5 if self.is_delta else 0.5) * (ab + bc + ca) / 3.0,
+            convention="per phase of the Y-equivalent, at 25 °C",
+            winding=3.0 * float(cold.x) if self.is_delta else None,
+        )
+
+    def _reading(self, level: float, *, choose_range: bool) -> tuple[Reading, Reading]:
+        """Return current and voltage at a level (A); raises ProcedureError where it does not flow."""
+        bench = self.bench
+        with ExitStack() as energised:
+            supply = bench.supply
+            energised.enter_context(supply.energised(supply.maximum_voltage, level, Regulated.CURRENT))
+            bench.clock.sleep(self.settings.settle)
+            current = flowing_current(bench, level)
+            # One range for all readings of a pair: each range has a zero and a gain of its own.
+            if choose_range:
+                output = supply.measure_voltage()
+                bench.voltmeter.configure(output.value, self.settings.power_line_cycles)
+            voltage = bench.voltmeter.measure_voltage()
+            if choose_range:
+                self.wiring.supply.seen_leads(output, current, voltage)
+            return current, voltage
+
+    def _check_warming(self, before: float, rise: float) -> float:
+        """Return how warm (°C) the winding may be after a pair; raises ProcedureError where that is above the motor's limit.
+
+        What each pair adds is summed up as if nothing cooled meanwhile.
+        """
+        after = warmed(before, max(rise, 0.0), self.settings.coefficient, self.settings.reference_temperature)
+        return check_temperature(self.nameplate, after)
+
+    def _at_first_reading(
+        self, mean: UncertainReal, blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]
+    ) -> UncertainReal:
+        """Return the resistance as it was at the first reading, when its temperature was known, where it clearly drifted."""
+        fit = resistance.drift(blocks)
+        times = np.concatenate([time for time, _, _ in blocks])
+        change = fit.value("drift") * float(np.mean(times - times[0]))
+        warmer = fit.value("drift") * float(times[-1] - times[0]) / self.settings.coefficient
+        self.findings["warming"] = warmer
+        if abs(fit.value("drift")) <= _CLEAR * fit.uncertainty("drift"):
+            return mean
+        if abs(warmer) > self.settings.heating_limit:
+            self.notice(
+                "heating",
+                text(
+                    "the winding's temperature changed by about {warmer:+.1f} K during the measurement; let it cool, use less "
+                    "current, and repeat",
+                    warmer=warmer,
+                ),
+            )
+        # What the readings' time decides is known no better than it is large.
+        return mean * self.bench.uncertainties.limit("drift of the winding's temperature", 1.0 - change, abs(change))

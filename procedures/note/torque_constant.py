@@ -1,0 +1,175 @@
+"""Torque constant from flux linkage, and measured on the dynamometer (§2.4)."""
+
+from contextlib import ExitStack
+from typing import ClassVar
+
+import numpy as np
+from GTC.lib import UncertainReal
+from pydantic import Field
+
+from drivers.interfaces import Accuracy
+from drivers.interfaces.text import text
+from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
+from procedures.core.bench import Role
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.mechanics.torque_constant import fit_torque_constant
+from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
+from procedures.techniques.temperature_settings import (
+    MagnetCoefficient,
+    MagnetCoefficientUncertainty,
+    MagnetsTemperature,
+    TemperatureUncertainty,
+)
+from procedures.verification.settings import DrivenWiringSettings
+
+CONVENTION = "per peak phase ampere, amplitude-invariant, at 25 °C"
+#: Estimator of the figure that is not measured on the shaft.
+DERIVED = "1.5 · pole pairs · flux linkage"
+
+
+class TorqueConstantSettings(DrivenWiringSettings):
+    """Settings of §2.4."""
+
+    measured: bool = Field(
+        default=True, description="measure on the dynamometer, where dynamometer and inverter are there"
+    )
+    speed_share: float = Field(
+        default=0.3, gt=0.0, le=1.0, description="speed held by the dynamometer, share of the rated speed"
+    )
+    current_share: float = Field(default=0.5, gt=0.0, le=1.0, description="largest current, share of the rated current")
+    levels: int = Field(default=4, ge=2, le=50, description="current levels in each direction")
+    readings: int = Field(default=10, ge=1, le=1000, description="torque readings at each level")
+    interval: float = Field(default=0.05, gt=0.0, le=10.0, description="time between readings, s")
+    winding_temperature: MagnetsTemperature = None
+    temperature_uncertainty: TemperatureUncertainty = 2.0
+    magnet_coefficient: MagnetCoefficient = -0.001
+    magnet_coefficient_uncertainty: MagnetCoefficientUncertainty = None
+
+
+class TorqueConstant(Procedure[TorqueConstantSettings]):
+    """Torque per ampere: 1.5·p·λ, and the slope of shaft torque over the inverter's current (§2.4)."""
+
+    name: ClassVar[str] = "torque-constant"
+    title: ClassVar[str] = "Torque constant"
+    section: ClassVar[str] = "2.4"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
+    gives: ClassVar[tuple[str, ...]] = ("torque_constant",)
+
+    def measure(self) -> None:
+        """Both ways, in the one step that the document has."""
+        self.torque_per_ampere()
+
+    @step(
+        "2.4/1",
+        "Torque per ampere: from flux linkage, and on the dynamometer with the inverter's current",
+        by_hand=True,
+    )
+    def torque_per_ampere(self) -> None:
+        """Report what is available of both."""
+        derived = self._derived()
+        if self.settings.measured and self.bench.has(Role.DYNAMOMETER) and self.bench.has(Role.INVERTER):
+            self._measured(derived)
+
+    def _derived(self) -> UncertainReal | None:
+        flux, pairs = self.known.get("flux_linkage"), self.known_value("pole_pairs")
+        if flux is None or pairs is None:
+            return None
+        derived = 1.5 * pairs * self.bench.uncertainties.of_parameter(flux)
+        self.report(
+            "torque_constant",
+            "N·m/A",
+            derived,
+            section="2.4",
+            estimator=DERIVED,
+            note_value=1.5 * pairs * (flux.note_value or flux.value),
+            convention=CONVENTION,
+        )
+        return derived
+
+    def _measured(self, derived: UncertainReal | None) -> None:
+        bench = self.bench
+        bench.perform(ReleaseRotor())
+        bench.perform(INVERTER)
+        bench.perform(CoupleDynamometer())
+        self.wiring.inverter.direction(INVERTER)
+        temperature = winding_temperature(
+            bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
+        )
+        largest = self._largest_current(float(derived.x) if derived is not None else None)
+        levels = np.concatenate([-np.linspace(largest, 0.0, self.settings.levels, endpoint=False), [0.0],
+                                 np.linspace(0.0, largest, self.settings.levels + 1)[1:]])  # fmt: skip
+        currents, torques = [], []
+        torque_accuracy = current_accuracy = Accuracy()
+        speed = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
+        bench.thermometer.warmed()
+        with ExitStack() as running:
+            running.enter_context(bench.dynamometer.driving_speed(speed))
+            running.enter_context(bench.inverter.driving_current(float(levels[0])))
+            for level in levels:
+                bench.inverter.set_current(float(level))
+                for _ in range(self.settings.readings):
+                    bench.clock.sleep(self.settings.interval)
+                    reading = bench.dynamometer.measure()
+                    current = bench.inverter.measure_current()
+                    torques.append(-reading.torque)
+                    currents.append(current.value)
+                    torque_accuracy, current_accuracy = reading.torque_accuracy, current.accuracy
+        fit = fit_torque_constant(np.array(currents), np.array(torques))
+        self.wiring.inverter.judge_slope(INVERTER, fit)
+        self.findings |= {
+            "currents": currents,
+            "torques": torques,
+            "friction_torque": -fit.value("offset"),
+            "residuals": fit.residuals.tolist(),
+            "speed": speed,
+            "winding_temperature": float(temperature.x),
+        }
+        slope = bench.uncertainties.statistical(
+            "slope of torque over current",
+            fit.value("torque_constant"),
+            fit.uncertainty("torque_constant"),
+            fit.degrees_of_freedom,
+        )
+        # The fit takes out an offset. Where only a share of full scale is stated, it may be a slope all the same: it then
+        # tilts the line by as much at its ends.
+        for name, accuracy, reach in (
+            ("dynamometer, torque", torque_accuracy, float(np.max(np.abs(torques)))),
+            ("inverter, current", current_accuracy, float(np.max(np.abs(currents)))),
+        ):
+            gain = Accuracy(gain=accuracy.gain or accuracy.offset / reach, source=accuracy.source)
+            slope = bench.uncertainties.instrument(name, slope, gain)
+        # Torque per ampere is flux, and falls with the magnets' temperature as flux does.
+        slope = slope * magnet_factor(
+            bench.uncertainties,
+            temperature,
+            self.settings.magnet_coefficient,
+            self.settings.magnet_coefficient_uncertainty,
+        )
+        self.report(
+            "torque_constant",
+            "N·m/A",
+            slope,
+            section="2.4",
+            estimator="slope of shaft torque over the inverter's current, both directions",
+            note_value=(torques[-1] - torques[0]) / (currents[-1] - currents[0]),
+            convention=CONVENTION,
+        )
+        if derived is not None and abs(float(slope.x) / float(derived.x) - 1.0) > 0.1:
+            self.notice(
+                "torque-constant",
+                text(
+                    "measured {measured:.4g} N·m/A against 1.5·p·λ = {derived:.4g} N·m/A: check pole pairs, peak against rms current, "
+                    "and the inverter's current scale",
+                    measured=float(slope.x),
+                    derived=float(derived.x),
+                ),
+            )
+
+    def _largest_current(self, constant: float | None) -> float:
+        bound = min(self.bench.inverter.maximum_current, self.nameplate.current_bound)
+        wanted = min(self.settings.current_share * self.nameplate.rated_current, bound)
+        if constant is None:
+            return wanted
+        return min(wanted, 0.8 * self.bench.dynamometer.maximum_torque / constant)

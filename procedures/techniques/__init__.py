@@ -1,0 +1,1 @@
+"""What several procedures do in the same way."""

@@ -1,0 +1,82 @@
+"""Taking a waveform: ranges that fit the signal, and a record at the right moment."""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+
+import numpy as np
+
+from drivers.interfaces import ChannelSettings, Oscilloscope, SetpointError, Trigger, Waveform
+from drivers.interfaces.text import text
+from procedures.core.bench import Bench, ProcedureError
+
+#: The signal fills this share of the screen, so that noise and overshoot do not clip.
+_FILL = 0.8
+_ATTEMPTS = 8
+#: A range this much too wide wastes more than a bit of the converter.
+_TOO_WIDE = 2.5
+
+
+def record(
+    bench: Bench,
+    channels: Sequence[int],
+    trigger: Trigger,
+    timeout: float,
+    event: Callable[[], AbstractContextManager[object]] = nullcontext,
+) -> dict[int, Waveform]:
+    """Arm the scope, let `event` happen (a context manager that holds until the record is in), and return the record."""
+    scope = bench.oscilloscope
+    scope.configure_trigger(trigger)
+    scope.initiate()
+    with event():
+        return scope.fetch(channels, timeout)
+
+
+def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: float) -> dict[int, Waveform]:
+    """Return a free-running record of steady alternating signals, each channel's range fitted to its own signal.
+
+    `start_ranges` gives each channel's first full-scale range (V or A). Raises ProcedureError where a signal cannot be fitted.
+    """
+    scope = bench.oscilloscope
+    ranges = dict(start_ranges)
+    for channel, full_scale in ranges.items():
+        scope.configure_channel(channel, ChannelSettings(full_scale))
+    for _ in range(_ATTEMPTS):
+        waves = record(bench, list(ranges), Trigger(None), timeout)
+        better = {channel: _better(waves[channel], full_scale) for channel, full_scale in ranges.items()}
+        if all(full_scale is None for full_scale in better.values()):
+            return waves
+        for channel, fitted in better.items():
+            if fitted is not None:
+                ranges[channel] = fitted
+                scope.configure_channel(channel, ChannelSettings(fitted))
+    raise ProcedureError(
+        text(
+            "no range of the oscilloscope fits the signal on channels {channels}; check the probes",
+            channels=str(list(ranges)),
+        )
+    )
+
+
+def configure(scope: Oscilloscope, channel: int, low: float, high: float) -> float:
+    """Set a channel's range and offset for a signal between `low` and `high` (V or A); return the range that was set.
+
+    A small signal is given the smallest range: it is coarser there, which its fit states, and measured all the same.
+    """
+    wanted, offset = (high - low) / _FILL, 0.5 * (low + high)
+    try:
+        scope.configure_channel(channel, ChannelSettings(wanted, offset))
+    except SetpointError as refused:
+        if not 0.0 < wanted < refused.low:
+            raise
+        scope.configure_channel(channel, ChannelSettings(refused.low, offset))
+        return refused.low
+    return wanted
+
+
+def _better(wave: Waveform, full_scale: float) -> float | None:
+    if wave.clipped:
+        return 4.0 * full_scale
+    needed = 2.0 * float(np.max(np.abs(wave.values))) / _FILL
+    if 0.0 < needed < full_scale / _TOO_WIDE and needed > 8.0 * wave.resolution:
+        return needed
+    return None

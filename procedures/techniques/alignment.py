@@ -1,0 +1,90 @@
+"""Bring the rotor to a known angle with direct current, and know that the current really flows."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from drivers.interfaces import OutputMode, Reading, Regulated
+from drivers.interfaces.text import text
+from procedures.core.bench import Bench, ProcedureError
+
+#: The supply regulates when it gives no more than this times the wanted current, besides its meter's error.
+_EXCEEDED = 1.05
+#: The supply must reach this share of the wanted current, else the path is open or too resistive.
+_REACHED = 0.9
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """Voltage (V) and current (A) by the supply's meters while the rotor is held, and what the voltage's zero may be off (V)."""
+
+    voltage: float
+    current: float
+    voltage_offset: float = 0.0
+
+    @property
+    def loop_resistance(self) -> float:
+        """Resistance (Ω) of the whole loop, leads and contacts with it."""
+        return self.voltage / self.current
+
+
+def flowing_current(bench: Bench, wanted: float) -> Reading:
+    """Return the supply's current (A) where it is the one that was set, within what its setting and its meter may be off.
+
+    Raises ProcedureError where less flows, or more.
+    """
+    supply = bench.supply
+    reading = _not_exceeded(supply.measure_current(), wanted)
+    if reading.value >= _REACHED * wanted:
+        return reading
+    mode, meter = supply.output_mode(), reading.accuracy
+    # Setting and meter each err by about the meter's accuracy, which of a small current is a large share.
+    slack = 2.0 * (meter.offset + meter.gain * wanted)
+    if mode is OutputMode.CONSTANT_CURRENT and reading.value >= _REACHED * wanted - slack:
+        return reading
+    raise ProcedureError(
+        text(
+            "the supply is set to {wanted:.3g} A and gives {flowing:.3g} A at {voltage:.3g} V ({mode}): the path is open "
+            "or its resistance too high. Check the connections just made",
+            wanted=wanted,
+            flowing=reading.value,
+            voltage=supply.measure_voltage().value,
+            mode=mode.value,
+        )
+    )
+
+
+@contextmanager
+def aligning(bench: Bench, current: float, settle: float) -> Iterator[Alignment]:
+    """Hold the rotor with a direct current (A) for the length of the block; entered `settle` s after switching on.
+
+    Raises ProcedureError where the current does not flow. The output is off after the block, however it ends.
+    """
+    supply = bench.supply
+    bench.thermometer.warmed()
+    with supply.energised(supply.maximum_voltage, current, Regulated.CURRENT):
+        bench.clock.sleep(settle)
+        flowing = flowing_current(bench, current).value
+        if supply.output_mode() is not OutputMode.CONSTANT_CURRENT:
+            raise ProcedureError(
+                text("the supply does not regulate the current although it flows; check its settings and leads")
+            )
+        voltage = supply.measure_voltage()
+        yield Alignment(voltage.value, flowing, voltage.accuracy.offset)
+
+
+def _not_exceeded(reading: Reading, wanted: float) -> Reading:
+    """Return a current's reading. Raises ProcedureError where the supply gives more than the current (A) it is set to.
+
+    Nothing else would notice: an output that regulates its current cannot trip at its limit.
+    """
+    meter = reading.accuracy
+    if reading.value > _EXCEEDED * wanted + 2.0 * (meter.offset + meter.gain * wanted):
+        raise ProcedureError(
+            text(
+                "the supply is set to {wanted:.3g} A and gives {flowing:.3g} A: it does not regulate its current",
+                wanted=wanted,
+                flowing=reading.value,
+            )
+        )
+    return reading

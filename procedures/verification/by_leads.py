@@ -1,0 +1,181 @@
+"""Verification by what senses beside a supply: a voltmeter's leads, a voltage probe and a current probe."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import Connect, ConnectVoltmeter, CurrentProbe, Node, Socket, Terminal, VoltageProbe
+from procedures.estimation.fitting.intervals import ANY, Interval, around
+from procedures.estimation.winding.wiring import (
+    Kind,
+    Leads,
+    Mistake,
+    Observation,
+    Outcome,
+    current_sensed,
+    loop_resistance,
+    mistakes,
+    odd_line,
+    voltage_sensed,
+)
+from procedures.verification.by_supply import Fed, evidence, figures, middle
+from procedures.verification.check import TERMINALS, Check, records
+from procedures.verification.lines import Reference
+from procedures.verification.two_poles import ALIKE, THIRD, alike, expected, loop, poles_of
+from procedures.verification.two_poles import judged as judged_alike
+
+#: Shares of voltage and current between unlike phases are off by this at most.
+_UNLIKE = 0.05
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What is sensed: voltage (V) and current (A) within their errors, None where nothing senses it; scope channels or None."""
+
+    voltage: Interval | None = None
+    current: Interval | None = None
+    voltage_channel: int | None = None
+    current_channel: int | None = None
+
+
+def of_voltmeter(action: ConnectVoltmeter) -> Leads:
+    """Return where a voltmeter's leads should be."""
+    return Leads(voltage=(TERMINALS.index(action.positive), TERMINALS.index(action.negative)))
+
+
+def of_probes(voltage: VoltageProbe, current: CurrentProbe) -> Leads:
+    """Return where a voltage probe between two terminals and a current probe should be."""
+    positive, negative = (TERMINALS.index(_terminal(node)) for node in (voltage.positive, voltage.negative))
+    return Leads((positive, negative), (TERMINALS.index(current.terminal), 1))
+
+
+def judged(
+    connect: Connect, leads: Leads, read: Fed, sensed: Sensed, reference: Reference | None, longest: float
+) -> Check:
+    """Hold the supply's readings and what is sensed against the connection as told; the supply's leads have at most `longest` Ω."""
+    between = reference.leads if reference else Interval(0.0, longest)
+
+    def observe(known: Reference | None) -> list[Observation]:
+        phases = known.phases if known else ALIKE
+        observations = [loop(read.resistance, known, between)]
+        if not read.path:
+            return observations
+        if sensed.voltage is not None:
+            observations.append(_over_supply(sensed.voltage.over(read.voltage), phases, _motor_share(read, between)))
+            if known is not None:
+                observations.append(_over_current(sensed.voltage.over(read.current), known))
+        if sensed.current is not None:
+            observations.append(_of_current(sensed.current.over(read.current), phases))
+        return observations
+
+    found, earlier = judged_alike(mistakes(poles_of(connect), leads), observe, reference)
+    channels = (sensed.voltage_channel, sensed.current_channel)
+    reason = ""
+    if found.outcome is Outcome.UNPROVED:
+        reason = "too close" if reference else "unknown"
+    return Check(
+        found.outcome,
+        "voltmeter" if sensed.voltage_channel is None else "oscilloscope",
+        records(found, earlier, leads, channels),
+        {**figures(read), **_told(sensed)},
+        reason,
+        _evidence(read, sensed, expected(connect, reference)),
+    )
+
+
+def compared(lines: Sequence[float], which: int) -> Check:
+    """Hold one of three four-wire readings (Ω) against the other two, which stand for what it should be."""
+    told = {"resistance": lines[which]}
+    if which not in (odd_line(lines), odd_line(lines, 0.5)):
+        like = alike(lines)
+        return Check(Outcome.PROVED if like else Outcome.UNPROVED, "voltmeter", (), told, "alike" if like else "unlike")
+    third = {"kind": "third", "terminals": [TERMINALS[THIRD[which]].value]}
+    evidence = text(
+        "four wires read {read:.4g} Ω there, and {others} Ω between the other terminals",
+        read=lines[which],
+        others=[f"{line:.4g}" for k, line in enumerate(lines) if k != which],
+    )
+    return Check(Outcome.WRONG, "voltmeter", (third,), told, "", evidence)
+
+
+def both_ways(connect: Connect, forwards: float, backwards: float) -> Check:
+    """Hold four-wire readings (Ω) of one pair in both polarities against each other."""
+    told = {"forwards": forwards, "backwards": backwards}
+    if min(told.values()) > 0.0 and alike((forwards, backwards)):
+        return Check(Outcome.PROVED, "voltmeter", (), told)
+    (third,) = (t.value for t, socket in connect.complete().items() if socket is Socket.OPEN)
+    evidence = text(
+        "four wires read {forwards:.4g} Ω with one polarity and {backwards:.4g} Ω with the other",
+        forwards=forwards,
+        backwards=backwards,
+    )
+    entry = {"kind": "third", "terminals": [third]}
+    return Check(Outcome.WRONG, "voltmeter", (entry,), told, "", evidence, mendable=False)
+
+
+def _motor_share(read: Fed, leads: Interval) -> Interval:
+    """Return how much of the supply's voltage is at the terminals, its leads taking the rest."""
+    taken = leads.over(read.resistance)
+    if taken is ANY:
+        return Interval(0.0, 1.0)
+    return Interval(max(0.0, 1.0 - taken.high), max(0.0, 1.0 - taken.low))
+
+
+def _over_supply(read: Interval, phases: tuple[float, float, float], motor: Interval) -> Observation:
+    def predicted(mistake: Mistake) -> Interval:
+        share = voltage_sensed(phases, mistake)
+        if share is None:
+            return ANY
+        ends = [share * end for end in (0.0 if mistake.kind is Kind.TOUCHING else motor.low, motor.high)]
+        return Interval(min(ends) - _UNLIKE, max(ends) + _UNLIKE)
+
+    return Observation(read, predicted)
+
+
+def _over_current(read: Interval, reference: Reference) -> Observation:
+    def predicted(mistake: Mistake) -> Interval:
+        share = voltage_sensed(reference.phases, mistake)
+        if share is None or mistake.kind is Kind.TOUCHING:
+            return ANY
+        resistance = loop_resistance(reference.phases, mistake.poles)
+        return around(share * resistance, gain=reference.tolerance, offset=_UNLIKE * resistance)
+
+    return Observation(read, predicted)
+
+
+def _of_current(read: Interval, phases: tuple[float, float, float]) -> Observation:
+    def predicted(mistake: Mistake) -> Interval:
+        share = current_sensed(phases, mistake)
+        return ANY if share is None else around(share, offset=_UNLIKE)
+
+    return Observation(read, predicted)
+
+
+def _told(sensed: Sensed) -> dict[str, float]:
+    told = {"sensed_voltage": sensed.voltage, "sensed_current": sensed.current}
+    return {name: middle(interval) for name, interval in told.items() if interval is not None}
+
+
+def _evidence(read: Fed, sensed: Sensed, wanted: float | None) -> Text:
+    words = evidence(read, wanted)
+    if not read.path:
+        return words
+    if sensed.voltage is not None:
+        words = text(
+            "{words}; {sensed:.3g} V of its {voltage:.3g} V are sensed",
+            words=words,
+            sensed=middle(sensed.voltage),
+            voltage=middle(read.voltage),
+        )
+    if sensed.current is not None:
+        words = text(
+            "{words}; {sensed:.3g} A of its {current:.3g} A are sensed",
+            words=words,
+            sensed=middle(sensed.current),
+            current=middle(read.current),
+        )
+    return words
+
+
+def _terminal(node: Node) -> Terminal:
+    return Terminal(node.value)

@@ -1,0 +1,119 @@
+"""One verification of one connection: what it found, as data for the record and as words for whoever mends it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from drivers.interfaces.text import Text
+from procedures.core.actions import (
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    CurrentProbe,
+    Node,
+    Socket,
+    Terminal,
+    VoltageProbe,
+)
+from procedures.estimation.winding.wiring import Judgement, Kind, Leads, Mistake, Outcome
+
+TERMINALS = tuple(Terminal)
+Connection = Connect | ConnectProbes | ConnectVoltmeter
+
+
+@dataclass(frozen=True)
+class Check:
+    """What a check found.
+
+    `by` is the instrument's role, `possible` the records of mistakes that would read the same (or, of a wrong connection, that
+    explain it), `read` the figures in SI units by name, `reason` a key of `words.REASONS`, `evidence` the figures in words,
+    `mendable` false where it shows too late to be mended.
+    """
+
+    outcome: Outcome
+    by: str
+    possible: tuple[Mapping[str, Any], ...] = ()
+    read: Mapping[str, float] = field(default_factory=dict)
+    reason: str = ""
+    evidence: Text | None = None
+    mendable: bool = True
+
+    @property
+    def to_be_mended(self) -> bool:
+        """Whether the connection that was checked can be put right now, and may be the wrong one: not only one before it."""
+        return self.mendable and any(not entry.get("earlier") for entry in self.possible)
+
+    def record(self) -> dict[str, Any]:
+        """Return it for the journal and the findings."""
+        return {
+            "outcome": self.outcome.value,
+            "by": self.by,
+            "reason": self.reason,
+            "read": dict(self.read),
+            "possible": [dict(entry) for entry in self.possible],
+        }
+
+
+def connection_record(connection: Connection) -> dict[str, Any]:
+    """Return a connection as a record."""
+    match connection:
+        case Connect():
+            return {"terminals": {t.value: socket.value for t, socket in connection.complete().items()}}
+        case ConnectProbes(probes=probes):
+            return {"probes": [_probe(probe) for probe in probes]}
+        case ConnectVoltmeter(positive=positive, negative=negative):
+            return {"voltmeter": [positive.value, negative.value]}
+
+
+def connections_of(entry: Mapping[str, Any]) -> list[Connection]:
+    """Return the connections that a record is of."""
+    made: list[Connection] = []
+    if "terminals" in entry:
+        made.append(Connect({Terminal(t): Socket(s) for t, s in entry["terminals"].items() if s != Socket.OPEN.value}))
+    if "voltmeter" in entry:
+        positive, negative = (Terminal(t) for t in entry["voltmeter"])
+        made.append(ConnectVoltmeter(positive, negative))
+    if "probes" in entry:
+        made.append(ConnectProbes(tuple(_restored(probe) for probe in entry["probes"])))
+    return made
+
+
+def _restored(probe: Mapping[str, Any]) -> VoltageProbe | CurrentProbe:
+    if "terminal" in probe:
+        return CurrentProbe(probe["channel"], Terminal(probe["terminal"]))
+    return VoltageProbe(probe["channel"], Node(probe["positive"]), Node(probe["negative"]))
+
+
+def _probe(probe: VoltageProbe | CurrentProbe) -> dict[str, Any]:
+    if isinstance(probe, VoltageProbe):
+        return {"channel": probe.channel, "positive": probe.positive.value, "negative": probe.negative.value}
+    return {"channel": probe.channel, "terminal": probe.terminal.value}
+
+
+def mistake_record(
+    mistake: Mistake, told: Leads, channels: tuple[int | None, int | None] = (None, None)
+) -> dict[str, Any]:
+    """Return a mistake as a record; `channels` are those of a voltage and of a current probe, None for a voltmeter."""
+    entry: dict[str, Any] = {"kind": mistake.kind.value, "terminals": _names(mistake.terminals)}
+    if mistake.kind in (Kind.VOLTAGE_LEAD, Kind.VOLTAGE_REVERSED):
+        entry["channel"] = channels[0]
+    if mistake.kind is Kind.VOLTAGE_LEAD and told.voltage and mistake.leads.voltage:
+        number = 0 if told.voltage[0] != mistake.leads.voltage[0] else 1
+        place = mistake.leads.voltage[number]
+        entry |= {"side": ("positive", "negative")[number], "at": None if place is None else TERMINALS[place].value}
+    if mistake.kind is Kind.CURRENT_PROBE and mistake.leads.current:
+        place = mistake.leads.current[0]
+        entry |= {"channel": channels[1], "at": None if place is None else TERMINALS[place].value}
+    return entry
+
+
+def records(
+    found: Judgement, earlier: Sequence[Mistake], told: Leads, channels: tuple[int | None, int | None] = (None, None)
+) -> tuple[dict[str, Any], ...]:
+    """Return the records of a judgement, and of mistakes that an earlier connection may have had instead."""
+    before = [{**mistake_record(mistake, told), "earlier": True} for mistake in earlier]
+    return (*(mistake_record(mistake, told, channels) for mistake in found.possible), *before)
+
+
+def _names(terminals: tuple[int, ...]) -> list[str]:
+    return [TERMINALS[k].value for k in terminals]

@@ -1,0 +1,135 @@
+"""What this run knows of the motor's line resistances, which tell one connection from another."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from procedures.core.result import Parameter
+from procedures.estimation.fitting.intervals import Interval, around
+from procedures.estimation.winding.wiring import Poles, loop_resistance
+
+#: A winding may be warmer or colder by about 20 K than when its resistance was read in this run.
+_WARMING = 0.08
+#: A figure of 25 °C from an earlier run holds for 0 to 55 °C, and says nothing of the phases' unbalance.
+_ANY_TEMPERATURE, _UNBALANCE = 0.12, 0.03
+#: Of one instrument's limit of error, so much may differ between a reading and a like one.
+_DIFFERING = 1.0 / 3.0
+#: Contacts made anew: leads that were seen once may come out so much better or worse, and by this (Ω) in any case.
+_CONTACTS, _CONTACT = (0.5, 1.5), 2e-3
+_NONE = Interval(0.0, 0.0)
+_ALIKE = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a reading between two poles is held against.
+
+    Legs (Ω) of the equivalent wye with the relative half-width within which they hold now, and the leads (Ω) in series. With
+    `before`, the legs are what a reading on those poles gives, its leads taken for part of them: whether that connection was as
+    told is not known either. With `own`, it was read by the instrument whose reading is held against it, so that what that one
+    is off by is in both.
+    """
+
+    phases: tuple[float, float, float]
+    tolerance: float
+    leads: Interval
+    before: Poles | None = None
+    own: bool = True
+
+    def loop(self, poles: Poles) -> Interval:
+        """Return the resistance (Ω) to be read between these poles, which have a path."""
+        resistance = around(loop_resistance(self.phases, poles), gain=self.tolerance)
+        if self.before is None:
+            return resistance.plus(self.leads)
+        # The leads are the same in both readings; as part of the legs they were scaled with them.
+        share = 1.0 - loop_resistance(_ALIKE, poles) / loop_resistance(_ALIKE, self.before)
+        return resistance.plus(self.leads.scaled(share))
+
+    def had_it_been(self, poles: Poles) -> "Reference":
+        """Return the reference with the reading before on other poles than told, which have a path."""
+        scale = loop_resistance(_ALIKE, self.before or poles) / loop_resistance(_ALIKE, poles)
+        a, b, c = (scale * leg for leg in self.phases)
+        return replace(self, phases=(a, b, c), before=poles)
+
+
+@dataclass(frozen=True)
+class _Read:
+    phases: tuple[float, float, float]
+    error: float
+    frequency: float
+
+
+class Lines:
+    """Line resistances as instruments of this run read them; what is not known is not guessed."""
+
+    def __init__(self) -> None:
+        self._bridge: _Read | None = None
+        self._direct: _Read | None = None
+        self._leads: Interval | None = None
+        self._supposed: dict[str, tuple[Poles, Interval]] = {}
+
+    @property
+    def bridge_frequency(self) -> float | None:
+        """Test frequency (Hz) at which the bridge has read the lines."""
+        return self._bridge.frequency if self._bridge else None
+
+    def read_by_bridge(self, lines: Sequence[float], error: float, frequency: float) -> None:
+        """Keep the bridge's readings (Ω) of AB, BC, CA at a frequency (Hz), with its relative limit of error."""
+        self._bridge = _read(lines, error, frequency)
+
+    def read_by_four_wires(self, lines: Sequence[float], error: float) -> None:
+        """Keep four-wire readings (Ω) of AB, BC, CA with their relative limit of error."""
+        self._direct = _read(lines, error, 0.0)
+
+    def seen_leads(self, resistance: Interval) -> None:
+        """Keep what two- and four-wire readings show of the supply's leads (Ω)."""
+        low, high = _CONTACTS
+        self._leads = Interval(max(0.0, low * resistance.low - _CONTACT), high * max(resistance.high, 0.0) + _CONTACT)
+
+    def suppose(self, by: str, poles: Poles, resistance: Interval) -> None:
+        """Keep the first reading (Ω) of an instrument whose connection could not be proved, to hold the next ones against."""
+        if resistance.low > 0.0:
+            self._supposed.setdefault(by, (poles, resistance))
+
+    def for_bridge(self, known: Mapping[str, Parameter]) -> Reference | None:
+        """Return what a bridge's reading is held against, its leads being corrected; None where nothing is known."""
+        if self._bridge:
+            return Reference(self._bridge.phases, _WARMING + _DIFFERING * self._bridge.error, _NONE)
+        if self._direct:
+            return Reference(self._direct.phases, _WARMING + self._direct.error, _NONE, own=False)
+        return _from_parameter(known, _NONE)
+
+    def supposed_for_bridge(self) -> Reference | None:
+        """Return what the first reading of this run supposes, where nothing else is known."""
+        return self._supposed_for("lcr_meter", _NONE)
+
+    def for_supply(self, known: Mapping[str, Parameter], leads: float) -> Reference | None:
+        """Return what a supply's V over I is held against; its leads have up to `leads` (Ω) where they were not seen yet."""
+        between = self._leads or Interval(0.0, leads)
+        best = self._direct or self._bridge
+        if best:
+            return Reference(best.phases, _WARMING + best.error, between)
+        return _from_parameter(known, between) or self._supposed_for("supply", between)
+
+    def _supposed_for(self, by: str, leads: Interval) -> Reference | None:
+        if by not in self._supposed:
+            return None
+        poles, read = self._supposed[by]
+        middle = 0.5 * (read.low + read.high)
+        leg = middle / loop_resistance(_ALIKE, poles)
+        error = 0.5 * (read.high - read.low) / middle
+        return Reference((leg, leg, leg), _WARMING + _UNBALANCE + error, leads, poles)
+
+
+def _read(lines: Sequence[float], error: float, frequency: float) -> _Read | None:
+    ab, bc, ca = lines
+    phases = ((ab + ca - bc) / 2.0, (ab + bc - ca) / 2.0, (bc + ca - ab) / 2.0)
+    return _Read(phases, error, frequency) if min(phases) > 0.0 else None
+
+
+def _from_parameter(known: Mapping[str, Parameter], leads: Interval) -> Reference | None:
+    parameter = known.get("stator_resistance")
+    if parameter is None or parameter.value <= 0.0:
+        return None
+    low, high = parameter.coverage_interval
+    error = 0.5 * (high - low) / parameter.value
+    return Reference((parameter.value,) * 3, _ANY_TEMPERATURE + _UNBALANCE + error, leads, own=False)

@@ -1,0 +1,89 @@
+"""A run as a document: what was found, who and what, each procedure, the record."""
+
+from drivers.interfaces.text import Text, text
+from reports.document.identity import motor_section, record_section, signature_section, station_section
+from reports.document.model import Block, Column, Document, Facts, Notices, Paragraph, Row, Section, Table
+from reports.document.parameters import parameter_table
+from reports.document.procedure import procedure_section
+from reports.document.record import RunRecord
+from reports.labels import parameter_name
+
+_STATUS: dict[str, Text] = {
+    "completed": text("completed"),
+    "failed": text("failed"),
+    "aborted": text("was aborted"),
+    "interrupted": text("was interrupted"),
+}
+
+
+def compose(run: RunRecord) -> Document:
+    """Return the report of a run, whole or cut off."""
+    plate = run.nameplate
+    motor = plate.name + (f", {plate.serial_number}" if plate.serial_number else "")
+    return Document(
+        title=text("Motor parameter report"),
+        subtitle=motor,
+        origin=f"{run.started} · {run.name}",
+        running=f"{motor} · {run.name} · {run.journal.sha256[:16]}",
+        sections=(
+            _summary(run),
+            motor_section(run),
+            station_section(run),
+            _plan(run),
+            *(procedure_section(procedure, run.nameplate.wire_colours) for procedure in run.procedures),
+            signature_section(run),
+            record_section(run),
+        ),
+    )
+
+
+def _summary(run: RunRecord) -> Section:
+    blocks: list[Block] = []
+    if run.status != "completed":
+        said = text(
+            "The run {status}: {cause}", status=_STATUS.get(run.status, text("was interrupted")), cause=run.cause or "–"
+        )
+        blocks.append(Notices((("", said),), grave=True))
+    together = [(notice.identifier, notice.message) for procedure, notice in run.warnings if not procedure]
+    if together:
+        blocks.append(Notices(together, grave=True))
+    if run.parameters.parameters:
+        blocks.append(parameter_table(run.parameters, run.truth))
+    else:
+        blocks.append(Paragraph(text("No parameter was measured.")))
+    own = [(notice.identifier, procedure, notice.message) for procedure, notice in run.warnings if procedure]
+    if own:
+        blocks.append(
+            Table(
+                [Column(text("Id")), Column(text("Procedure")), Column(text("Warning or erratum"), wide=True)],
+                [Row([identifier, procedure, words]) for identifier, procedure, words in own],
+                title=text("Warnings and errata"),
+            )
+        )
+    return Section(text("Results"), "results", tuple(blocks))
+
+
+def _plan(run: RunRecord) -> Section:
+    """Return the procedures as they followed each other, each with its end."""
+    rows = []
+    for procedure in run.procedures:
+        ended = (
+            text("failed")
+            if procedure.cause
+            else (text("done") if procedure.result is not None else text("not finished"))
+        )
+        given = procedure.result.parameters if procedure.result is not None else ()
+        gave = Text("{names}", {"names": [parameter_name(name) for name in dict.fromkeys(p.name for p in given)]})
+        rows.append(Row([procedure.section, procedure.title, procedure.name, gave, ended]))
+    table = Table(
+        [
+            Column("§"),
+            Column(text("Procedure"), wide=True),
+            Column(text("Short name")),
+            Column(text("Gives"), wide=True),
+            Column(text("Outcome")),
+        ],
+        rows,
+    )
+    facts = Facts(((text("Bench time"), f"{run.bench_time:.0f} s"),))
+    return Section(text("Procedures"), "procedures", (facts, table))

@@ -1,0 +1,133 @@
+"""The parameters as tables: all of them at a glance, and each one's budget."""
+
+from collections.abc import Mapping
+
+from drivers.interfaces.text import Text, text
+from procedures.core.parameter_set import ParameterSet
+from procedures.core.result import Parameter
+from reports.document.model import Cell, Column, Row, Table
+from reports.labels import parameter_name, phrase, unit_for_readers
+from reports.tables.budget import budget_rows, combined, freedom
+from reports.tables.figures import decimals_for, figure, scale_of
+from reports.tables.parameter_figures import shown
+
+
+def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
+    """Return every reported figure, beneath it those of other procedures; the truth of a virtual motor beside them."""
+    columns = [
+        Column(text("Parameter"), wide=True),
+        Column(text("Value"), right=True),
+        Column(text("Unit")),
+        Column(text("u"), right=True),
+        Column(text("u, %"), right=True),
+        Column(text("95 % interval"), right=True),
+        Column(text("Note's"), right=True),
+        *([Column(text("Truth"), right=True)] if truth else []),
+        Column("§"),
+    ]
+    rows = []
+    for name, parameter in found.parameters.items():
+        rows.append(_row(parameter, parameter_name(name), truth.get(name), with_truth=bool(truth)))
+        for other in found.alternatives.get(name, ()):
+            by = (
+                text("· by {procedure}", procedure=other.procedure)
+                if other.procedure != parameter.procedure
+                else text("· by another way")
+            )
+            rows.append(_row(other, by, None, with_truth=bool(truth), faint=True))
+    return Table(
+        columns,
+        rows,
+        remark=text(
+            "u: standard uncertainty. 95 % interval: coverage interval. Note's: the note's simple formula on the same readings. "
+            "Resistance, inductance and flux linkage are those of the Y-equivalent; what depends on temperature is at 25 °C."
+        ),
+    )
+
+
+def _row(parameter: Parameter, name: Text, truth: float | None, *, with_truth: bool, faint: bool = False) -> Row:
+    figures = shown(parameter, truth)
+    uncertainty: Cell = text("data sheet") if parameter.source != "measured" else figures.uncertainty
+    cells: list[Cell] = [
+        name,
+        figures.value,
+        figures.unit,
+        uncertainty,
+        figures.relative,
+        figures.interval,
+        figures.note,
+    ]
+    if with_truth:
+        cells.append(figures.truth)
+    return Row([*cells, parameter.section], faint=faint)
+
+
+def result_table(parameters: tuple[Parameter, ...]) -> Table:
+    """Return one procedure's parameters with the estimator behind each, and a delta's winding where there is one."""
+    winding = any(parameter.winding is not None for parameter in parameters)
+    columns = [
+        Column(text("Parameter")),
+        Column(text("Value"), right=True),
+        Column(text("Unit")),
+        Column(text("u"), right=True),
+        Column(text("Note's"), right=True),
+        *([Column(text("One winding"), right=True)] if winding else []),
+        Column(text("Estimator and convention"), wide=True),
+    ]
+    rows = []
+    for parameter in parameters:
+        figures = shown(parameter)
+        scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+        cells: list[Cell] = [
+            parameter_name(parameter.name),
+            figures.value,
+            figures.unit,
+            figures.uncertainty,
+            figures.note,
+        ]
+        if winding:
+            decimals = decimals_for(parameter.standard_uncertainty / scale.factor, parameter.value / scale.factor)
+            cells.append(figure(None if parameter.winding is None else parameter.winding / scale.factor, decimals))
+        said = phrase(parameter.estimator)
+        if parameter.convention:
+            said = Text("{estimator}; {convention}", {"estimator": said, "convention": phrase(parameter.convention)})
+        rows.append(Row([*cells, said]))
+    return Table(columns, rows)
+
+
+def budget_table(parameter: Parameter) -> Table | None:
+    """Return every input of a parameter's uncertainty and what they come to; None for a figure without uncertainty."""
+    if not parameter.budget:
+        return None
+    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    total = combined(parameter)
+    decimals = decimals_for(total / scale.factor, 0.0)
+    rows = [Row(cells) for cells in budget_rows(parameter, scale.factor)]
+    rows.append(
+        Row(
+            [text("all rows, root sum of squares"), "", "", "", "", figure(total / scale.factor, decimals), "100 %"],
+            total=True,
+        )
+    )
+    figures = shown(parameter)
+    return Table(
+        [
+            Column(text("Source"), wide=True),
+            Column(text("Type")),
+            Column(text("Estimate"), right=True),
+            Column(text("u"), right=True),
+            Column(text("Sensitivity"), right=True),
+            Column(text("Contribution, {unit}", unit=scale.unit or "1"), right=True),
+            Column(text("Share"), right=True),
+        ],
+        rows,
+        title=text(
+            "Uncertainty of {name}: {value} {unit}, u = {spread}, {freedom} effective degrees of freedom, 95 %: {interval}",
+            name=parameter_name(parameter.name),
+            value=figures.value,
+            unit=figures.unit,
+            spread=figures.uncertainty,
+            freedom=freedom(parameter),
+            interval=figures.interval,
+        ),
+    )

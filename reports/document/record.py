@@ -1,0 +1,155 @@
+"""What a report is made from: one run, as whoever keeps its record hands it over."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.interfaces.text import Text
+from procedures.core.nameplate import Nameplate
+from procedures.core.parameter_set import ParameterSet
+from procedures.core.result import Notice, ProcedureResult
+
+FloatArray = NDArray[np.float64]
+
+
+class Trace(Protocol):
+    """A stored waveform: time (s) and values (n,), unit, channel (0 if unknown)."""
+
+    @property
+    def time(self) -> FloatArray:
+        """Time of each sample (s)."""
+
+    @property
+    def values(self) -> FloatArray:
+        """Samples."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the samples."""
+
+    @property
+    def channel(self) -> int:
+        """Channel of the oscilloscope."""
+
+
+#: Reads the traces of one record, by channel; what cannot be read is left out.
+ReadTraces = Callable[[], Sequence[Trace]]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """An instrument's calibration entry: dates as ISO 8601, and whether it was overdue on the day of the run."""
+
+    date: str
+    due: str
+    certificate: str
+    overdue: bool
+
+
+@dataclass(frozen=True)
+class InstrumentRecord:
+    """One instrument of the station by its role; `identity` is what it said of itself, empty where it was not asked."""
+
+    role: str
+    driver: str
+    address: str
+    identity: str
+    calibration: Calibration | None
+    used: bool
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Values of one quantity from one instrument in one step, in the order they came; `was_set` for what it was told."""
+
+    instrument: str
+    quantity: Text
+    unit: str
+    values: Sequence[float]
+    was_set: bool = False
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """One passage through a step: bench times (s), what came of it, and what was set and read meanwhile.
+
+    `status` is finished, failed or started. `traces` read the records taken in it, in order.
+    """
+
+    identifier: str
+    words: Text
+    by_hand: bool
+    status: str
+    started: float
+    ended: float | None
+    error: str = ""
+    readings: Sequence[Readings] = ()
+    traces: Sequence[ReadTraces] = ()
+
+
+@dataclass(frozen=True)
+class ProcedureRecord:
+    """One procedure as it ran; `settings` are those it ran with, `cause` why it failed."""
+
+    name: str
+    title: Text
+    section: str
+    settings: Mapping[str, Any]
+    steps: Sequence[StepRecord]
+    result: ProcedureResult | None
+    cause: str = ""
+
+
+@dataclass(frozen=True)
+class JournalEnd:
+    """Where the record ends: number of events and SHA-256 of the last; `torn` where a line after it was cut off."""
+
+    events: int
+    sha256: str
+    torn: bool
+
+
+@dataclass(frozen=True)
+class SignOff:
+    """A signature that was given: who, as what, when, a remark; `holds` where the journal is still that one."""
+
+    person: str
+    role: str
+    time: str
+    words: str
+    holds: bool
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """One run, whole or cut off.
+
+    `warnings` stand with the procedure each came from, or with none where they concern several. `truth` is that of a
+    virtual motor. `status` is completed, failed, aborted or interrupted. Times are ISO 8601, UTC.
+    """
+
+    name: str
+    status: str
+    cause: str
+    started: str
+    ended: str
+    nameplate: Nameplate
+    motor_file: str
+    motor_sha256: str
+    station: str
+    station_file: str
+    station_sha256: str
+    operator: str
+    performed_by: str
+    software: Mapping[str, str]
+    instruments: Sequence[InstrumentRecord]
+    parameters: ParameterSet
+    warnings: Sequence[tuple[str, Notice]]
+    truth: Mapping[str, float]
+    procedures: Sequence[ProcedureRecord]
+    journal: JournalEnd
+    bench_time: float = 0.0
+    signed: Sequence[SignOff] = ()

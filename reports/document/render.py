@@ -1,0 +1,92 @@
+"""A document in its languages, as plain lists and strings that page and PDF are filled from."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from reports.document.model import Block, Cell, Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table
+from reports.document.speech import Speech
+from reports.plots.draw import svg
+
+
+def render(document: Document, speech: Speech, drawn: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """Return the document as JSON-able data; every text is a list with one string a language, plots are SVG.
+
+    `drawn` holds plots that were drawn before in these languages, by name.
+    """
+    return {
+        "languages": speech.codes,
+        "title": speech.say(document.title),
+        "subtitle": clean(document.subtitle),
+        "origin": clean(document.origin),
+        "running": clean(document.running),
+        "sections": [_section(section, speech, drawn or {}) for section in document.sections],
+    }
+
+
+def words_of(rendered: Any) -> Iterator[str]:
+    """Give every string of a rendered document that a reader sees as letters: the plots carry their own outlines."""
+    if isinstance(rendered, str):
+        yield rendered
+    elif isinstance(rendered, Mapping):
+        for key, value in rendered.items():
+            if key != "svg":
+                yield from words_of(value)
+    elif isinstance(rendered, list):
+        for item in rendered:
+            yield from words_of(item)
+
+
+def clean(words: str) -> str:
+    """Return words without what no document can hold: control characters and halves of surrogate pairs."""
+    kept = "".join(c if c in "\n\t" or (ord(c) >= 32 and not 0x7F <= ord(c) < 0xA0) else " " for c in words)
+    return kept.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _section(section: Section, speech: Speech, drawn: Mapping[str, str]) -> dict[str, Any]:
+    return {
+        "title": _say(section.title, speech),
+        "anchor": section.anchor,
+        "level": section.level,
+        "blocks": [_block(block, speech, drawn) for block in section.blocks],
+    }
+
+
+def _say(words: Cell, speech: Speech) -> list[str]:
+    return [clean(said) for said in speech.say(words)]
+
+
+def _block(block: Block, speech: Speech, drawn: Mapping[str, str]) -> dict[str, Any]:
+    if isinstance(block, Facts):
+        return {"kind": "facts", "items": [[_say(name, speech), _say(value, speech)] for name, value in block.items]}
+    if isinstance(block, Table):
+        return _table(block, speech)
+    if isinstance(block, Paragraph):
+        return {"kind": "paragraph", "words": _say(block.words, speech), "small": block.small, "code": block.code}
+    if isinstance(block, Notices):
+        items = [{"id": clean(identifier), "words": _say(words, speech)} for identifier, words in block.items]
+        return {"kind": "notices", "items": items, "grave": block.grave}
+    if isinstance(block, Figure):
+        caption = _say(block.plot.caption, speech)
+        picture = drawn.get(block.plot.name) or svg(block.plot, speech.say)
+        return {"kind": "figure", "svg": picture, "caption": caption}
+    return _signatures(block, speech)
+
+
+def _signatures(block: Signatures, speech: Speech) -> dict[str, Any]:
+    return {"kind": "signatures", "lines": [_say(line, speech) for line in block.lines]}
+
+
+def _table(table: Table, speech: Speech) -> dict[str, Any]:
+    return {
+        "kind": "table",
+        "title": _say(table.title, speech) if table.title is not None else None,
+        "remark": _say(table.remark, speech) if table.remark is not None else None,
+        "columns": [
+            {"title": _say(column.title, speech), "right": column.right, "wide": column.wide}
+            for column in table.columns
+        ],
+        "rows": [
+            {"cells": [_say(cell, speech) for cell in row.cells], "faint": row.faint, "total": row.total}
+            for row in table.rows
+        ],
+    }

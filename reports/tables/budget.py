@@ -1,0 +1,122 @@
+"""A parameter's uncertainty budget as a table: every input, how it reaches the result, and what the rows come to."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from drivers.interfaces.text import Text, Translate, text
+from procedures.core.result import Parameter
+from reports.labels import parameter_name, unit_for_readers
+from reports.tables.figures import decimals_for, figure, percent, scale_of
+
+#: Below this share of the whole a contribution is not written out.
+_NEGLIGIBLE = 1e-6
+#: Above so many degrees of freedom Student's factor differs from the normal one by 0.01 % or less.
+_MANY = 1e4
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+
+def budgets(parameters: Sequence[Parameter], translate: Translate) -> "Group":
+    """Return one table a parameter, in the order given."""
+    from rich.console import Group
+
+    return Group(*(_budget(parameter, translate) for parameter in parameters))
+
+
+def combined(parameter: Parameter) -> float:
+    """Return what the rows come to: the root of the sum of their squared contributions, in the parameter's unit."""
+    return math.hypot(*(row.contribution for row in parameter.budget))
+
+
+def budget_rows(parameter: Parameter, factor: float) -> list[list[str]]:
+    """Return each input's source, kind, estimate, u, sensitivity, contribution (in units of `factor`) and share, as written."""
+    total = combined(parameter)
+    return [
+        [
+            row.source,
+            row.kind,
+            f"{row.value:.6g}",
+            f"{row.standard_uncertainty:.3g}",
+            f"{row.sensitivity:.4g}",
+            contribution(row.contribution, total, factor),
+            _share((row.contribution / total) ** 2),
+        ]
+        for row in parameter.budget
+    ]
+
+
+def contribution(size: float, total: float, factor: float) -> str:
+    """Return a row's contribution in the scaled unit, two digits; what rounding left of nothing as a power of ten."""
+    if size < _NEGLIGIBLE * total:
+        return f"{size / factor:.1e}"
+    return figure(size / factor, decimals_for(size / factor, 0.0))
+
+
+def freedom(parameter: Parameter) -> str:
+    """Return the effective degrees of freedom; ten thousand and more change nothing against ∞."""
+    degrees = parameter.degrees_of_freedom
+    return (
+        "∞"
+        if not math.isfinite(degrees) or degrees > _MANY
+        else f"{degrees:.0f}"
+        if degrees >= 100
+        else f"{degrees:.3g}"
+    )
+
+
+def _budget(parameter: Parameter, translate: Translate) -> "Group":
+    from rich import box
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text as Words
+
+    head = Words(f"{parameter_name(parameter.name).render(translate)} ", style="bold")
+    head.append(f"({parameter.procedure}, §{parameter.section})", style="not bold dim")
+    said = [head, Words(_stated(parameter).render(translate))]
+    if not parameter.budget:
+        return Group(head, Words(text("It has no uncertainty, and so no budget.").render(translate)), Words(""))
+    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    total = combined(parameter)
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), show_footer=True)
+    made.add_column(
+        text("Source").render(translate), footer=text("all rows, root sum of squares").render(translate), ratio=1
+    )
+    made.add_column(text("Type").render(translate), no_wrap=True)
+    for name in (text("Estimate"), text("u"), text("Sensitivity")):
+        made.add_column(name.render(translate), justify="right", no_wrap=True)
+    decimals = decimals_for(total / scale.factor, 0.0)
+    made.add_column(
+        text("Contribution, {unit}", unit=scale.unit or "1").render(translate),
+        justify="right",
+        no_wrap=True,
+        footer=figure(total / scale.factor, decimals),
+    )
+    made.add_column(text("Share").render(translate), justify="right", no_wrap=True, footer="100 %")
+    for cells in budget_rows(parameter, scale.factor):
+        made.add_row(*cells)
+    legend = text(
+        "Type A: from statistics; B: from a specification, a certificate or what was entered. u: standard uncertainty."
+    )
+    return Group(*said, made, Words(legend.render(translate), style="dim"), Words(""))
+
+
+def _share(part: float) -> str:
+    return f"{percent(part)} %" if part >= 1e-4 else "< 0.01 %"
+
+
+def _stated(parameter: Parameter) -> Text:
+    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    spread = parameter.standard_uncertainty / scale.factor
+    decimals = decimals_for(spread, parameter.value / scale.factor)
+    low, high = (figure(bound / scale.factor, decimals) for bound in parameter.coverage_interval)
+    return text(
+        "{value} {unit}, standard uncertainty {spread}, {freedom} effective degrees of freedom, 95 %: {low} … {high}",
+        value=figure(parameter.value / scale.factor, decimals),
+        unit=scale.unit,
+        spread=figure(spread, decimals),
+        freedom=freedom(parameter),
+        low=low,
+        high=high,
+    )

@@ -1,0 +1,37 @@
+"""A parameter's figures as readers see them: scaled to a fitting prefix, with as many digits as the uncertainty carries."""
+
+from dataclasses import dataclass
+
+from procedures.core.result import Parameter
+from reports.labels import unit_for_readers
+from reports.tables.figures import decimals_for, figure, percent, scale_of
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Value, uncertainty, the note's figure, truth and 95 % interval in one unit; a dash where there is none."""
+
+    value: str
+    unit: str
+    uncertainty: str
+    relative: str
+    note: str
+    truth: str
+    interval: str
+
+
+def shown(parameter: Parameter, truth: float | None = None) -> Shown:
+    """Return a parameter's figures."""
+    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    value, spread = parameter.value / scale.factor, parameter.standard_uncertainty / scale.factor
+    decimals = decimals_for(spread, value)
+    low, high = (figure(bound / scale.factor, decimals) for bound in parameter.coverage_interval)
+    return Shown(
+        value=figure(value, decimals),
+        unit=scale.unit,
+        uncertainty=figure(spread, decimals) if spread else "–",
+        relative=percent(abs(spread / value)) if value else "–",
+        note=figure(None if parameter.note_value is None else parameter.note_value / scale.factor, decimals),
+        truth=figure(None if truth is None else truth / scale.factor, decimals),
+        interval=f"{low} … {high}" if spread else "–",
+    )

@@ -1,0 +1,126 @@
+"""A run in one table: what was measured, how well, what the note's formula says, and where it stands in the note."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from drivers.interfaces.text import Translate, text
+from procedures.core.parameter_set import ParameterSet
+from procedures.core.result import Notice, Parameter
+from reports.labels import parameter_name
+from reports.tables.parameter_figures import shown
+
+if TYPE_CHECKING:
+    from rich.console import Group
+    from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the summary, ready to print; `other` marks another procedure's figure of the parameter above."""
+
+    name: str
+    value: str
+    unit: str
+    uncertainty: str
+    relative: str
+    note: str
+    truth: str
+    section: str
+    other: bool = False
+
+
+def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Translate) -> list[Row]:
+    """Return the lines: every reported figure, and beneath it those of other procedures."""
+    found = []
+    for name, parameter in parameters.parameters.items():
+        found.append(_row(parameter, parameter_name(name).render(translate), truth.get(name), translate))
+        found.extend(
+            _row(
+                other,
+                _by(other, parameter, translate),
+                None,
+                translate,
+                other=True,
+            )
+            for other in parameters.alternatives.get(name, ())
+        )
+    return found
+
+
+def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
+    """Say where a figure comes from that stands beneath another: its procedure, or its way where the procedure is the same."""
+    if other.procedure != best.procedure:
+        return text("· by {procedure}", procedure=other.procedure).render(translate)
+    return text("· by another way").render(translate)
+
+
+def table(lines: Sequence[Row], translate: Translate, *, with_truth: bool) -> "Table":
+    """Return the summary as a table of about 100 columns."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    made.add_column(text("Parameter").render(translate), no_wrap=True)
+    made.add_column(text("Value").render(translate), justify="right", no_wrap=True)
+    made.add_column(text("Unit").render(translate), no_wrap=True)
+    made.add_column(text("u").render(translate), justify="right", no_wrap=True)
+    made.add_column(text("u, %").render(translate), justify="right", no_wrap=True)
+    made.add_column(text("Note's").render(translate), justify="right", no_wrap=True)
+    if with_truth:
+        made.add_column(text("Truth").render(translate), justify="right", no_wrap=True)
+    made.add_column("§", no_wrap=True)
+    for line in lines:
+        cells = [line.name, line.value, line.unit, line.uncertainty, line.relative, line.note]
+        if with_truth:
+            cells.append(line.truth)
+        made.add_row(*cells, line.section, style="dim" if line.other else None)
+    return made
+
+
+def summary(
+    parameters: ParameterSet,
+    warnings: Sequence[tuple[str, Notice]],
+    truth: Mapping[str, float],
+    translate: Translate,
+) -> "Group":
+    """Return the whole summary: the table, what u means, and the warnings with the procedure each came from."""
+    from rich.console import Group
+    from rich.padding import Padding
+    from rich.text import Text as Words
+
+    parts: list[Table | Words | Padding] = []
+    if parameters.parameters:
+        parts.append(table(rows(parameters, truth, translate), translate, with_truth=bool(truth)))
+        legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.")
+        parts.append(Words(legend.render(translate), style="dim"))
+    else:
+        parts.append(Words(text("No parameter was measured.").render(translate)))
+    if warnings:
+        parts.append(Words("\n" + text("Warnings").render(translate), style="bold"))
+        for procedure, notice in warnings:
+            origin = f" ({procedure})" if procedure else ""
+            parts.append(
+                Padding(
+                    Words(f"{notice.identifier}{origin}: {notice.message.render(translate)}"),
+                    (0, 0, 0, 2),
+                    expand=False,
+                )
+            )
+    return Group(*parts)
+
+
+def _row(parameter: Parameter, name: str, truth: float | None, translate: Translate, *, other: bool = False) -> Row:
+    figures = shown(parameter, truth)
+    sheet = parameter.source != "measured"
+    return Row(
+        name=name,
+        value=figures.value,
+        unit=figures.unit,
+        uncertainty=text("data sheet").render(translate) if sheet else figures.uncertainty,
+        relative=figures.relative,
+        note=figures.note,
+        truth=figures.truth,
+        section=parameter.section,
+        other=other,
+    )

@@ -1,0 +1,1 @@
+"""Bench time: virtual, or paced by the wall's."""

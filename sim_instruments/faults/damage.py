@@ -1,0 +1,91 @@
+"""What breaks on the bench besides the wires: outputs that do not obey, and a winding that overheats."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from sim_instruments.world.settings import Heating
+from sim_instruments.world.sources.stuck_output import Reports, Sticky
+from sim_instruments.world.timeline import Timeline
+
+
+@dataclass(frozen=True)
+class Switched:
+    """An output: whether it is stuck, and how it is switched."""
+
+    sticky: Sticky
+    switch: Callable[[bool], None]
+
+
+class Damage:
+    """Breaks and mends things; every method takes None or False for mending.
+
+    `timelines` are the motor's and, where the dynamometer turns alone, its own; `outputs` are the switched ones by role.
+    """
+
+    def __init__(self, timelines: tuple[Timeline, ...], outputs: Mapping[str, Switched]) -> None:
+        self._timelines = timelines
+        self._outputs = outputs
+        #: What has come to harm in words, each with the bench time (s) at which it first did.
+        self.harm: dict[str, float] = {}
+
+    def hurt(self, what: str) -> None:
+        """Record that something has come to harm; nothing mends it."""
+        self.harm.setdefault(what, self._timelines[0].now)
+
+    @property
+    def stuck_outputs(self) -> dict[str, Reports]:
+        """By role, the outputs that no longer switch off and what their instruments say of that."""
+        return {role: output.sticky.stuck for role, output in self._outputs.items() if output.sticky.stuck is not None}
+
+    def check_output(self, role: str) -> None:
+        """Raise ValueError for a role that has no output."""
+        if role not in self._outputs:
+            raise ValueError(f"role {role!r} has no output that could stick; there are {', '.join(self._outputs)}")
+
+    def stick(self, role: str, reports: Reports | None) -> None:
+        """Have an output stay on once it is, and its instrument report it on or off. Raises ValueError for an unknown role."""
+        self.check_output(role)
+        output = self._outputs[role]
+        output.sticky.stuck = reports
+        if reports is None and not output.sticky.wanted:
+            output.switch(False)
+
+    def unplug(self, unplugged: bool) -> None:
+        """Tear all of the motor's wires off, or put them back."""
+        with self._timelines[0].changing() as settings:
+            settings.faults.unplugged = unplugged
+
+    def limit_supply(self, current: float | None) -> None:
+        """Have the supply give no more than a current (A), whatever its limit. Raises ValueError for one not positive."""
+        with self._timelines[0].changing() as settings:
+            settings.faults.supply_current = _positive("current", current, "A")
+
+    def run_dynamometer_away(self, speed: float | None) -> None:
+        """Have the dynamometer go for a speed (rad/s) while it is on, whatever it is told; its maximum is the most."""
+        checked = _positive("speed", speed, "rad/s")
+        for timeline in self._timelines:
+            with timeline.changing() as settings:
+                most = timeline.parts.dynamometer.maximum_speed
+                settings.faults.dynamometer_runaway = None if checked is None else min(checked, most)
+
+    def run_inverter_away(self, speed: float | None) -> None:
+        """Have the inverter's field go for a speed (rad/s, mechanical), or its regulated current for three times the command."""
+        checked = _positive("speed", speed, "rad/s")
+        timeline = self._timelines[0]
+        with timeline.changing() as settings:
+            parts = timeline.parts
+            frequency = None if checked is None else checked * parts.motor.pole_pairs / (2.0 * math.pi)
+            most = parts.inverter.maximum_frequency
+            settings.faults.inverter_runaway = None if frequency is None else min(frequency, most)
+
+    def overheat(self, heating: Heating | None) -> None:
+        """Have the winding overheat by itself."""
+        with self._timelines[0].changing() as settings:
+            settings.faults.heating = heating
+
+
+def _positive(what: str, value: float | None, unit: str) -> float | None:
+    if value is not None and not 0.0 < value < math.inf:
+        raise ValueError(f"{what} {value} {unit} must be positive and finite")
+    return value

@@ -1,0 +1,141 @@
+"""Faults of the motor, its wiring and the machines round it."""
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from sim_instruments.faults.description import Description, Mend
+from sim_instruments.world.settings import Heating, Terminal
+from sim_instruments.world.sources.stuck_output import Reports
+
+if TYPE_CHECKING:
+    from sim_instruments.bench import VirtualBench
+
+
+class OpenPhase(Description):
+    """Break the wire at a terminal; null mends it."""
+
+    fault: Literal["open_phase"]
+    terminal: Terminal | None
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.world.set_open_phase(self.terminal)
+        return lambda: bench.world.set_open_phase(None)
+
+
+class Swapped(Description):
+    """Have two wires carry each other's label; null puts them right."""
+
+    fault: Literal["swapped"]
+    pair: Annotated[list[Terminal], Field(min_length=2, max_length=2, description="two terminals")] | None
+
+    def check(self, bench: "VirtualBench") -> None:
+        """Raise ValueError for one terminal given twice."""
+        super().check(bench)
+        if self.pair is not None and self.pair[0] == self.pair[1]:
+            raise ValueError(f"swapped wires must be two different ones, not {self.pair[0]} twice")
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.world.set_swapped(None if self.pair is None else (self.pair[0], self.pair[1]))
+        return lambda: bench.world.set_swapped(None)
+
+
+class StuckRotor(Description):
+    """Jam the rotor, or free it."""
+
+    fault: Literal["stuck_rotor"]
+    stuck: bool = True
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.world.set_stuck_rotor(self.stuck)
+        return lambda: bench.world.set_stuck_rotor(False)
+
+
+class MotorUnplugged(Description):
+    """Tear all of the motor's wires off."""
+
+    fault: Literal["motor_unplugged"]
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.world.damage.unplug(True)
+        return lambda: bench.world.damage.unplug(False)
+
+
+class StuckOutput(Description):
+    """Have an output stay on once it is, and its instrument report it on or, wrongly, off."""
+
+    fault: Literal["stuck_output"]
+    role: str
+    reports: Reports = "on"
+
+    def check(self, bench: "VirtualBench") -> None:
+        """Raise ValueError for a role without an output."""
+        super().check(bench)
+        bench.world.damage.check_output(self.role)
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.world.damage.stick(self.role, self.reports)
+        return lambda: bench.world.damage.stick(self.role, None)
+
+
+class StuckRelay(Description):
+    """Have a relay's contact stay closed, or open, whatever its coil is told; the switch unit does not notice."""
+
+    fault: Literal["stuck_relay"]
+    crosspoint: str
+    closed: bool = True
+
+    def check(self, bench: "VirtualBench") -> None:
+        """Raise ValueError for a crosspoint that there is not."""
+        super().check(bench)
+        bench.check_crosspoint(self.crosspoint)
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.stick_relay(self.crosspoint, self.closed)
+        return lambda: bench.stick_relay(self.crosspoint, None)
+
+
+class CurrentLimited(Description):
+    """Have the supply give no more than a current, so that it is in CC where CV is expected."""
+
+    fault: Literal["current_limited"]
+    current: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra={"unit": "A"})] = 0.05
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.world.damage.limit_supply(self.current)
+        return lambda: bench.world.damage.limit_supply(None)
+
+
+class SpeedRunaway(Description):
+    """Have dynamometer or inverter go for a speed while it is on, whatever it is told."""
+
+    fault: Literal["speed_runaway"]
+    role: Literal["dynamometer", "inverter"]
+    speed: Annotated[float, Field(gt=0.0, le=1e5, json_schema_extra={"unit": "rad/s"})] = 1e5
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        damage = bench.world.damage
+        run_away = damage.run_dynamometer_away if self.role == "dynamometer" else damage.run_inverter_away
+        run_away(self.speed)
+        return lambda: run_away(None)
+
+
+class ThermalRunaway(Description):
+    """Have the winding overheat by itself, towards a temperature as a first-order lag."""
+
+    fault: Literal["thermal_runaway"]
+    temperature: Annotated[float, Field(ge=-60.0, le=400.0, json_schema_extra={"unit": "°C"})] = 200.0
+    time_constant: Annotated[float, Field(ge=0.1, le=1e5, json_schema_extra={"unit": "s"})] = 30.0
+
+    def begin(self, bench: "VirtualBench") -> Mend:
+        """Do it."""
+        bench.world.damage.overheat(Heating(self.temperature, self.time_constant))
+        return lambda: bench.world.damage.overheat(None)

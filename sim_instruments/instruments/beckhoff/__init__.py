@@ -1,0 +1,1 @@
+"""Simulated Beckhoff couplers."""

@@ -1,0 +1,1 @@
+"""Simulated drives with the CiA 402 profile."""

@@ -1,0 +1,1 @@
+"""Simulated C2000 drive and DYN-200 transducer."""

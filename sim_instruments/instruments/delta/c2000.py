@@ -1,0 +1,216 @@
+"""Delta C2000 drive as the dynamometer's controller (C2000 user manual, parameter group 09, communication addresses).
+
+Lost communication (09-02, 09-03, cE10) is as the manuals of its sisters VFD-B and VFD-S tell it: each valid message starts the time
+anew, and a drive that has heard none for so long warns and goes on, ramps or coasts to a stop, or does nothing.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+from sim_instruments.instruments.registers import ILLEGAL_ADDRESS, ILLEGAL_VALUE, RegisterError, exists, signed
+from sim_instruments.instruments.silence import SilenceWatch
+
+if TYPE_CHECKING:
+    from sim_instruments.world.world import World
+
+_CONTROL_MODE, _STOP_METHOD = 0x000A, 0x0016
+_MAXIMUM_FREQUENCY, _ACCELERATION, _DECELERATION = 0x0100, 0x010C, 0x010D
+_LOST_TREATMENT, _LOST_TIME = 0x0902, 0x0903
+_WARN, _RAMP, _COAST, _NOTHING = 0, 1, 2, 3
+#: Warning CE10, in the high byte of the first status register.
+_TIME_OUT_WARNING = 5
+_TORQUE_COMMAND = 0x0B22
+_COMMAND, _FREQUENCY, _RESET = 0x2000, 0x2001, 0x2002
+_STATUS = 0x2100
+_EXTERNAL_FAULT = 49
+_STOPPED_SPEED = 0.05
+_STOP, _RUN = 0b01, 0b10
+_FORWARD, _REVERSE, _TURN_ROUND = 0b01, 0b10, 0b11
+
+_DEFAULTS = {
+    _CONTROL_MODE: 0,
+    _STOP_METHOD: 0,
+    _MAXIMUM_FREQUENCY: 20_000,
+    _ACCELERATION: 1000,
+    _DECELERATION: 1000,
+    _LOST_TREATMENT: _NOTHING,
+    _LOST_TIME: 0,
+    _TORQUE_COMMAND: 0,
+    _FREQUENCY: 0,
+}
+_LIMITS = {
+    _CONTROL_MODE: (0, 2),
+    _STOP_METHOD: (0, 1),
+    _MAXIMUM_FREQUENCY: (0, 59_900),
+    _ACCELERATION: (0, 60_000),
+    _DECELERATION: (0, 60_000),
+    _LOST_TREATMENT: (_WARN, _NOTHING),
+    _LOST_TIME: (0, 1000),
+    _FREQUENCY: (0, 59_900),
+}
+
+
+class DeltaDrive:
+    """Face of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives."""
+
+    ranges = (
+        (0x000A, 1),
+        (0x0016, 1),
+        (0x0100, 1),
+        (0x010C, 2),
+        (0x0902, 2),
+        (0x0B22, 1),
+        (0x2000, 3),
+        (0x2100, 12),
+    )
+    readings = (0x2102, 10, 1)
+
+    def __init__(self, world: "World", *, unit: int = 1, pole_pairs: int = 2, rated_torque: float = 5.0) -> None:
+        if pole_pairs < 1 or not rated_torque > 0.0:
+            raise ValueError(f"a machine of {pole_pairs} pole pairs and {rated_torque} N·m is none; both are positive")
+        self.unit = unit
+        self._world = world
+        self._pole_pairs = pole_pairs
+        self._rated_torque = rated_torque
+        self._registers = dict(_DEFAULTS)
+        self._running = self._stopping = self._reverse = False
+        self._error = self._warning = 0
+        self._watch = SilenceWatch(self._lost)
+
+    def close(self) -> None:
+        """Watch nobody any more; again is allowed."""
+        self._watch.close()
+
+    def read(self, address: int, count: int) -> list[int]:
+        """Return registers. Raises RegisterError 2 for one that does not exist."""
+        self._watch.heard()
+        if not exists(self.ranges, address, count):
+            raise RegisterError(ILLEGAL_ADDRESS, f"C2000 has no registers {address:04X}H … {address + count - 1:04X}H")
+        with self._world.lock:
+            self._finish_stopping()
+            monitor = self._monitor() if address + count > _STATUS else []
+            return [self._value(number, monitor) for number in range(address, address + count)]
+
+    def write(self, address: int, values: list[int]) -> None:
+        """Write registers. Raises RegisterError 2 for one that cannot be written, 3 for a value out of range."""
+        self._watch.heard()
+        if not exists(self.ranges[:-1], address, len(values)):
+            raise RegisterError(ILLEGAL_ADDRESS, f"C2000 register {address:04X}H cannot be written")
+        for number, value in enumerate(values, address):
+            low, high = _LIMITS.get(number, (0, 0xFFFF))
+            if not low <= value <= high:
+                raise RegisterError(ILLEGAL_VALUE, f"C2000 {number:04X}H: {value} is outside {low} … {high}")
+        with self._world.lock:
+            self._finish_stopping()
+            for number, value in enumerate(values, address):
+                self._write(number, value)
+
+    def _write(self, number: int, value: int) -> None:
+        if number == _COMMAND:
+            self._act(value)
+        elif number == _RESET:
+            if value & 0b10:
+                self._error = self._warning = 0
+            if value & 0b01:
+                self._error = _EXTERNAL_FAULT
+                self._off()
+        else:
+            self._registers[number] = value
+            if number == _LOST_TIME:
+                self._watch.watch(value * 0.1)
+                self._watch.heard()
+            if self._running and not self._stopping:
+                self._drive()
+
+    def _act(self, word: int) -> None:
+        direction = (word >> 4) & 0b11
+        if direction == _TURN_ROUND:
+            self._reverse = not self._reverse
+        elif direction:
+            self._reverse = direction == _REVERSE
+        action = word & 0b11
+        if action == _RUN and not self._error:
+            self._running, self._stopping, self._warning = True, False, 0
+            self._drive()
+        elif action == _STOP and self._running:
+            self._stop(coast=self._registers[_STOP_METHOD] == 1)
+        elif direction and self._running:
+            self._drive()
+
+    def _stop(self, *, coast: bool) -> None:
+        if coast or self._torque_mode:
+            self._off()
+        else:
+            self._stopping = True
+            self._world.dynamometer.command(0.0)
+
+    def _lost(self) -> None:
+        """Do what is set for lost communication."""
+        with self._world.lock:
+            treatment = self._registers[_LOST_TREATMENT]
+            if treatment == _NOTHING:
+                return
+            self._warning = _TIME_OUT_WARNING
+            if treatment != _WARN and self._running:
+                self._stop(coast=treatment == _COAST)
+
+    @property
+    def _torque_mode(self) -> bool:
+        return self._registers[_CONTROL_MODE] == 2
+
+    def _command_frequency(self) -> int:
+        return min(self._registers[_FREQUENCY], self._registers[_MAXIMUM_FREQUENCY])
+
+    def _drive(self) -> None:
+        machine = self._world.dynamometer
+        sign = -1.0 if self._reverse else 1.0
+        if self._torque_mode:
+            machine.set_mode("torque")
+            machine.command(sign * signed(self._registers[_TORQUE_COMMAND]) / 1000.0 * self._rated_torque)
+        else:
+            machine.set_mode("speed")
+            machine.command(sign * self._command_frequency() * 0.01 * 2.0 * math.pi / self._pole_pairs)
+        if not machine.enabled:
+            machine.enable(True)
+
+    def _off(self) -> None:
+        self._running = self._stopping = False
+        self._world.dynamometer.enable(False)
+
+    def _finish_stopping(self) -> None:
+        if self._stopping and abs(self._world.dynamometer.speed(0.0)) < _STOPPED_SPEED:
+            self._off()
+
+    def _value(self, number: int, monitor: list[int]) -> int:
+        if number >= _STATUS:
+            return monitor[number - _STATUS]
+        if number in (_COMMAND, _RESET):
+            return 0
+        return self._registers[number]
+
+    def _monitor(self) -> list[int]:
+        """Return 2100H … 210BH: codes, state, frequencies 0.01 Hz, current 0.01 A, voltages 0.1 V, torque 0.1 %."""
+        machine = self._world.dynamometer
+        running = machine.sticky.shown(self._running, machine.enabled)
+        # A drive that believes that it is off still measures what it puts out.
+        feeding = running or machine.enabled
+        speed, torque = machine.speed(0.0), machine.torque(0.01) if feeding else 0.0
+        frequency = round(abs(speed) * self._pole_pairs / (2.0 * math.pi) * 100.0) if running else 0
+        load = torque / self._rated_torque
+        state = 0b01 if self._stopping else 0b11 if running else 0b00
+        status = state | (0b11 << 3 if self._reverse else 0) | 1 << 8 | 1 << 10
+        current = round(100.0 * 3.0 * math.hypot(0.4, load)) if feeding else 0
+        return [
+            self._warning << 8 | self._error,
+            status,
+            self._command_frequency(),
+            min(frequency, 0xFFFF),
+            min(current, 0xFFFF),
+            3100,
+            round(min(frequency * 0.044, 2200.0)),
+            0,
+            round(900.0 * min(1.0, abs(load))),
+            0,
+            0,
+            round(max(-3000.0, min(3000.0, 1000.0 * load))) & 0xFFFF,
+        ]

@@ -1,0 +1,1 @@
+"""Simulated GPT-9800 safety tester."""

@@ -1,0 +1,369 @@
+"""Keysight E36313A triple-output supply (E36300 series programming guide, E36311-90008).
+
+Protections as Keysight's guides describe them for its supplies (E3632A, E3633A, N6700, N6900, E36731A): over-voltage trips at its level;
+over-current trips once the output is in constant current, after a delay that starts at the transition (CCTRans) or at the end of a
+settings change (SCHange). A trip is latched. Clearing it restores the output to the state that it had before.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sim_instruments.instruments.errors import SupplyErrors
+from sim_instruments.scpi.errors import ScpiError
+from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.scpi.lexer import Argument
+from sim_instruments.scpi.parameters import boolean, channel_list, choice, choices, exactly, number, string
+from sim_instruments.scpi.status import StatusRegister
+from sim_instruments.scpi.tree import Call, Handling
+
+if TYPE_CHECKING:
+    from sim_instruments.world.world import World
+
+_OUTPUTS = choices(("CH1", "CH2", "CH3", "P6V", "P25V", "N25V"))
+_DELAY_STARTS = choices(("SCHange", "CCTRans"))
+_NUMBERS = {"CH1": 1, "P6V": 1, "CH2": 2, "P25V": 2, "CH3": 3, "N25V": 3}
+_CONSTANT_CURRENT, _CONSTANT_VOLTAGE, _FAULT = 1, 2, 3
+_OVER_VOLTAGE_BIT, _OVER_CURRENT_BIT = 0x200, 0x400
+_INSTRUMENT_SUMMARY = 0x2000
+_MEASURING_TIME = 0.02  # one power-line cycle
+
+
+@dataclass(frozen=True)
+class Rating:
+    """Programming limits of an output: V, A, over-voltage V; `resolution` is that of readings (V, A)."""
+
+    voltage: float
+    current: float
+    over_voltage: float
+    default_current: float
+    resolution: tuple[float, float]
+    noise: tuple[float, float]
+
+
+RATINGS = {
+    1: Rating(6.18, 10.3, 6.6, 10.0, (1.0e-4, 1.0e-4), (5.0e-5, 2.0e-4)),
+    2: Rating(25.75, 2.06, 27.5, 2.0, (1.0e-4, 1.0e-4), (1.0e-4, 5.0e-5)),
+    3: Rating(25.75, 2.06, 27.5, 2.0, (1.0e-4, 1.0e-4), (1.0e-4, 5.0e-5)),
+}
+
+
+@dataclass
+class _Output:
+    rating: Rating
+    voltage: float = 0.0
+    current: float = 0.0
+    over_voltage: float = 0.0
+    over_current: bool = False
+    over_current_delay: float = 0.05
+    over_current_start: str = "SCH"
+    on: bool = False
+
+    def reset(self) -> None:
+        self.voltage, self.current = 0.0, self.rating.default_current
+        self.over_voltage, self.over_current, self.over_current_delay = self.rating.over_voltage, False, 0.05
+        self.over_current_start = "SCH"
+        self.on = False
+
+
+class KeysightE36313A(ScpiInstrument):
+    """Face of the supply; output `wired` goes to the bench, the others feed nothing."""
+
+    channels = len(RATINGS)
+
+    def __init__(
+        self,
+        world: "World",
+        generator: np.random.Generator,
+        errors: SupplyErrors | None = None,
+        *,
+        serial: str = "MY59001234",
+        wired: int = 1,
+    ) -> None:
+        identity = f"Keysight Technologies,E36313A,{serial},2.1.0-1.0.4-1.12"
+        super().__init__(world.clock, generator, identity, queue_depth=20, queue_bit=0x04)
+        self._world = world
+        self._wired = wired
+        self._random = generator
+        self._unit = errors or SupplyErrors()
+        self._outputs = {channel: _Output(rating) for channel, rating in RATINGS.items()}
+        self._selected = 1
+        self._text = ""
+        self._summaries = {channel: StatusRegister(partial(self._condition, channel)) for channel in self._outputs}
+        self._add_commands()
+        self.reset()
+
+    def reset(self) -> None:
+        """Switch off and return to the defaults."""
+        self._selected, self._text = 1, ""
+        for output in self._outputs.values():
+            output.reset()
+        with self._world.lock:
+            supply = self._world.supply
+            supply.switch(False)
+            supply.clear_trip()
+            supply.set_over_current(False)
+        self._apply()
+
+    def inhibit(self, inhibited: bool) -> None:
+        """Take all outputs off by the inhibit input, latched: allowed again, they stay off until they are switched on anew."""
+        with self._world.lock:
+            if inhibited:
+                for output in self._outputs.values():
+                    output.on = False
+            self._world.supply.inhibit(inhibited)
+
+    def _add_commands(self) -> None:
+        add = self.tree.add
+        level = "[:LEVel][:IMMediate][:AMPLitude]"
+        self._add_level(f"[SOURce]:VOLTage{level}", "V", "voltage", lambda rating: rating.voltage, lambda _: 0.0)
+        self._add_level(
+            f"[SOURce]:CURRent{level}",
+            "A",
+            "current",
+            lambda rating: rating.current,
+            lambda rating: rating.default_current,
+        )
+        self._add_level(
+            "[SOURce]:VOLTage:PROTection[:LEVel]",
+            "V",
+            "over_voltage",
+            lambda rating: rating.over_voltage,
+            lambda rating: rating.over_voltage,
+        )
+        self._add_flag("[SOURce]:CURRent:PROTection:STATe", "over_current")
+        add("[SOURce]:CURRent:PROTection:DELay[:TIME]", command=self._set_delay, query=self._get_delay)
+        add("[SOURce]:CURRent:PROTection:DELay:STARt", command=self._set_start, query=self._get_start)
+        self._add_flag("OUTPut[:STATe]", "on")
+        add("[SOURce]:VOLTage:PROTection:TRIPped", query=lambda call: self._tripped(call, "voltage"))
+        add("[SOURce]:CURRent:PROTection:TRIPped", query=lambda call: self._tripped(call, "current"))
+        for header in (
+            "OUTPut:PROTection:CLEar",
+            "[SOURce]:VOLTage:PROTection:CLEar",
+            "[SOURce]:CURRent:PROTection:CLEar",
+        ):
+            add(header, command=self._clear_protection)
+        add("MEASure[:SCALar][:VOLTage][:DC]", query=lambda call: self._measure(call, "voltage"))
+        add("MEASure[:SCALar]:CURRent[:DC]", query=lambda call: self._measure(call, "current"))
+        add("APPLy", command=self._apply_levels, query=self._applied)
+        add("INSTrument[:SELect]", command=self._select, query=lambda _: f"CH{self._selected}")
+        add("INSTrument:NSELect", command=self._select_number, query=lambda _: f"{self._selected:+d}")
+        add("DISPlay[:WINDow]:TEXT[:DATA]", command=self._show, query=lambda _: f'"{self._text}"')
+        add("DISPlay[:WINDow]:TEXT:CLEar", command=self._clear_text)
+        for header in ("SYSTem:REMote", "SYSTem:LOCal", "SYSTem:RWLock", "SYSTem:BEEPer[:IMMediate]"):
+            add(header, command=lambda _: None)
+        self.add_register("STATus:QUEStionable", StatusRegister(self._questionable), 0x08)
+        self.add_register("STATus:OPERation", StatusRegister(), 0x80)
+        self.add_register("STATus:QUEStionable:INSTrument", StatusRegister(self._instruments), 0)
+        summary = "STATus:QUEStionable:INSTrument:ISUMmary<n>"
+        add(f"{summary}[:EVENt]", query=lambda call: f"{self._summary(call).read_event():+d}")
+        add(f"{summary}:CONDition", query=lambda call: f"{self._summary(call).condition():+d}")
+        add(f"{summary}:ENABle", command=self._enable, query=lambda call: f"{self._summary(call).enable:+d}")
+
+    # set points
+
+    def _add_level(
+        self, header: str, unit: str, name: str, maximum: Callable[[Rating], float], default: Callable[[Rating], float]
+    ) -> None:
+        def parse(argument: Argument, channel: int) -> float:
+            rating = RATINGS[channel]
+            return number(argument, 0.0, maximum(rating), default=default(rating), unit=unit)
+
+        def set_level(call: Call) -> None:
+            exactly(call.arguments, 1, 2)
+            channels = self._channels(call.arguments[1:])
+            for channel, value in [(channel, parse(call.arguments[0], channel)) for channel in channels]:
+                setattr(self._outputs[channel], name, value)
+            self._apply()
+
+        def get_level(call: Call) -> str:
+            exactly(call.arguments, 0, 2)
+            word, rest = _leading_word(call.arguments)
+            values = []
+            for channel in self._channels(rest):
+                values.append(getattr(self._outputs[channel], name) if word is None else parse(word, channel))
+            return ",".join(f"{value:+.8E}" for value in values)
+
+        self.tree.add(header, command=set_level, query=get_level)
+
+    def _add_flag(self, header: str, name: str) -> None:
+        def set_flag(call: Call) -> None:
+            exactly(call.arguments, 1, 2)
+            value = boolean(call.arguments[0])
+            for channel in self._channels(call.arguments[1:]):
+                if name == "on" and value and channel == self._wired and self._world.supply.tripped is not None:
+                    # A latched protection holds the output off until it is cleared.
+                    raise ScpiError(-221)
+                setattr(self._outputs[channel], name, value)
+            self._apply()
+
+        def get_flag(call: Call) -> str:
+            exactly(call.arguments, 0, 1)
+            return ",".join(str(int(self._flag(channel, name))) for channel in self._channels(call.arguments))
+
+        self.tree.add(header, command=set_flag, query=get_flag)
+
+    def _flag(self, channel: int, name: str) -> bool:
+        if name == "on" and channel == self._wired and self._world.supply.tripped is not None:
+            return False
+        told = bool(getattr(self._outputs[channel], name))
+        if name == "on" and channel == self._wired:
+            told = told and not self._world.supply.inhibited
+            return self._world.supply.sticky.shown(told, self._world.supply.is_on)
+        return told
+
+    def _channels(self, arguments: tuple[Argument, ...]) -> tuple[int, ...]:
+        if not arguments:
+            return (self._selected,)
+        exactly(arguments, 1)
+        return channel_list(arguments[0], len(self._outputs))
+
+    def _apply(self) -> None:
+        output, unit = self._outputs[self._wired], self._unit
+        with self._world.lock:
+            supply = self._world.supply
+            stage = supply.stage
+            voltage = output.voltage * (1.0 + unit.set_voltage_gain) + unit.set_voltage_offset
+            current = output.current * (1.0 + unit.set_current_gain) + unit.set_current_offset
+            # The offset of the setting does not drive an output that is set to nothing.
+            supply.set_voltage(min(max(voltage, 0.0), stage.maximum_voltage) if output.voltage > 0.0 else 0.0)
+            supply.set_current_limit(min(max(current, 0.0), stage.maximum_current))
+            supply.set_over_voltage(output.over_voltage)
+            supply.set_over_current(
+                output.over_current, output.over_current_delay, from_change=output.over_current_start == "SCH"
+            )
+            if output.on != supply.is_on or output.on != supply.sticky.wanted:
+                supply.switch(output.on)
+
+    def _set_delay(self, call: Call) -> None:
+        exactly(call.arguments, 1, 2)
+        value = number(call.arguments[0], 0.0, 3.6, default=0.05, unit="S")
+        for channel in self._channels(call.arguments[1:]):
+            self._outputs[channel].over_current_delay = value
+        self._apply()
+
+    def _get_delay(self, call: Call) -> str:
+        channels = self._channels(call.arguments)
+        return ",".join(f"{self._outputs[channel].over_current_delay:+.8E}" for channel in channels)
+
+    def _set_start(self, call: Call) -> None:
+        exactly(call.arguments, 1, 2)
+        value = choice(call.arguments[0], _DELAY_STARTS)
+        for channel in self._channels(call.arguments[1:]):
+            self._outputs[channel].over_current_start = value
+        self._apply()
+
+    def _get_start(self, call: Call) -> str:
+        exactly(call.arguments, 0, 1)
+        return ",".join(self._outputs[channel].over_current_start for channel in self._channels(call.arguments))
+
+    def _apply_levels(self, call: Call) -> None:
+        exactly(call.arguments, 1, 3)
+        channel, levels = self._selected, call.arguments
+        if levels[0].kind == "word" and levels[0].text in _OUTPUTS:
+            channel, levels = _NUMBERS[levels[0].text], levels[1:]
+        exactly(levels, 0, 2)
+        output, rating = self._outputs[channel], RATINGS[channel]
+        voltage, current = output.voltage, output.current
+        if levels:
+            voltage = number(levels[0], 0.0, rating.voltage, default=0.0, unit="V")
+        if len(levels) == 2:
+            current = number(levels[1], 0.0, rating.current, default=rating.default_current, unit="A")
+        output.voltage, output.current = voltage, current
+        self._apply()
+
+    def _applied(self, call: Call) -> str:
+        exactly(call.arguments, 0, 1)
+        channel = _NUMBERS[choice(call.arguments[0], _OUTPUTS)] if call.arguments else self._selected
+        output = self._outputs[channel]
+        return f'"{output.voltage:.4f},{output.current:.4f}"'
+
+    def _select(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._selected = _NUMBERS[choice(call.arguments[0], _OUTPUTS)]
+
+    def _select_number(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._selected = round(number(call.arguments[0], 1, len(self._outputs), default=1))
+
+    # readings and status
+
+    def _measure(self, call: Call, quantity: str) -> Handling:
+        exactly(call.arguments, 0, 1)
+        channels = self._channels(call.arguments)
+        yield self.clock.now() + _MEASURING_TIME * len(channels)
+        return ",".join(f"{self._reading(channel, quantity):+.8E}" for channel in channels)
+
+    def _reading(self, channel: int, quantity: str) -> float:
+        index = 0 if quantity == "voltage" else 1
+        rating, unit = RATINGS[channel], self._unit
+        if channel == self._wired:
+            supply = self._world.supply
+            true = supply.voltage(_MEASURING_TIME) if index == 0 else supply.current(_MEASURING_TIME)
+        else:
+            output = self._outputs[channel]
+            true = output.voltage if index == 0 and output.on else 0.0
+        gain, offset = (
+            (unit.voltage_gain, unit.voltage_offset) if index == 0 else (unit.current_gain, unit.current_offset)
+        )
+        value = true * (1.0 + gain) + offset + float(self._random.normal(0.0, rating.noise[index]))
+        return round(value / rating.resolution[index]) * rating.resolution[index]
+
+    def _condition(self, channel: int) -> int:
+        """Return the condition of one output: 0 off or unregulated, 1 CC, 2 CV, 3 fault."""
+        if channel != self._wired:
+            return _CONSTANT_VOLTAGE if self._outputs[channel].on else 0
+        if not self._flag(self._wired, "on") and self._world.supply.tripped is None:
+            return 0
+        return {"cc": _CONSTANT_CURRENT, "cv": _CONSTANT_VOLTAGE, "tripped": _FAULT}.get(self._world.supply.mode(), 0)
+
+    def _instruments(self) -> int:
+        return sum(1 << channel for channel, register in self._summaries.items() if register.summary())
+
+    def _questionable(self) -> int:
+        tripped = self._world.supply.tripped
+        bits = {"voltage": _OVER_VOLTAGE_BIT, "current": _OVER_CURRENT_BIT}.get(tripped or "", 0)
+        return bits | (_INSTRUMENT_SUMMARY if self._instruments() else 0)
+
+    def _summary(self, call: Call) -> StatusRegister:
+        try:
+            return self._summaries[call.channel]
+        except KeyError:
+            raise ScpiError(-114) from None
+
+    def _enable(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._summary(call).enable = round(number(call.arguments[0], 0, 65535))
+
+    def _tripped(self, call: Call, which: str) -> str:
+        exactly(call.arguments, 0, 1)
+        tripped = self._world.supply.tripped
+        return ",".join(
+            str(int(channel == self._wired and tripped == which)) for channel in self._channels(call.arguments)
+        )
+
+    def _clear_protection(self, call: Call) -> None:
+        exactly(call.arguments, 0, 1)
+        if self._wired in self._channels(call.arguments):
+            self._world.supply.clear_trip()
+            self._apply()
+
+    # display
+
+    def _show(self, call: Call) -> None:
+        exactly(call.arguments, 1, 2)
+        self._text = string(call.arguments[0])
+
+    def _clear_text(self, call: Call) -> None:
+        exactly(call.arguments, 0, 1)
+        self._text = ""
+
+
+def _leading_word(arguments: tuple[Argument, ...]) -> tuple[Argument | None, tuple[Argument, ...]]:
+    """Take MIN, MAX or DEF off the front of a query's data elements."""
+    if arguments and arguments[0].kind == "word":
+        return arguments[0], arguments[1:]
+    return None, arguments

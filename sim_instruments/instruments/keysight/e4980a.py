@@ -1,0 +1,324 @@
+"""Keysight E4980A / E4980AL bridge (E4980A user's guide, E4980-90230, chapter "SCPI command reference")."""
+
+import math
+import struct
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sim_instruments.instruments.errors import LcrErrors
+from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
+from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, Conditions, Reading
+from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVERFLOW, TOKENS, pair
+from sim_instruments.scpi.errors import ScpiError
+from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.scpi.parameters import choice, choices, exactly, integer, number
+from sim_instruments.scpi.settings import Settings
+from sim_instruments.scpi.status import StatusRegister
+from sim_instruments.scpi.tree import Call, Handling
+
+if TYPE_CHECKING:
+    from sim_instruments.world.world import World
+
+_HIGHEST = {"032": 300.0e3, "052": 500.0e3, "102": 1.0e6}
+_APERTURES = choices(("SHORt", "MEDium", "LONG"))
+_SOURCE_RESISTANCE = 100.0
+_LOWEST_FREQUENCY = 20.0
+_CORRECTION_TIME = 8.0
+_FUNCTIONS = choices(TOKENS)
+
+
+class KeysightE4980A(ScpiInstrument):
+    """Face of the bridge. `options`: 032, 052 or 102 give the highest frequency, 001 measures with direct current."""
+
+    def __init__(
+        self,
+        world: "World",
+        generator: np.random.Generator,
+        errors: LcrErrors | None = None,
+        *,
+        options: tuple[str, ...] = ("102",),
+        serial: str = "MY54101234",
+    ) -> None:
+        highest = [_HIGHEST[option] for option in options if option in _HIGHEST]
+        if len(highest) != 1 or not set(options) <= {*_HIGHEST, "001"}:
+            raise ValueError(f"options {options} of an E4980AL must hold one of 032, 052, 102 and may hold 001")
+        super().__init__(world.clock, generator, f"Keysight Technologies,E4980AL,{serial},B.07.03", version="1996.0")
+        self._world = world
+        self._options = options
+        self._highest = highest[0]
+        self._measurement = BridgeMeasurement(world, generator, errors or LcrErrors())
+        self._function = "CPD"
+        self._current_mode = False
+        self._voltage, self._current = 1.0, 0.01
+        self._frequency = 1000.0
+        self._aperture: Aperture = "MED"
+        self._averages = 1
+        self._waiting = False
+        self._due: float | None = None
+        self._reading: Reading | None = None
+        self._since = 0.0
+        self.settings = Settings(self.tree, "+.5E")
+        self._add_settings()
+        self._add_commands()
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to 1 kHz, 1 V, Cp-D, medium aperture, internal trigger; corrections are kept but switched off."""
+        self.settings.reset()
+        self._function, self._current_mode = "CPD", False
+        self._voltage, self._current, self._frequency = 1.0, 0.01, 1000.0
+        self._aperture, self._averages = "MED", 1
+        self._waiting = False
+        self._stale()
+
+    def options(self) -> str:
+        """Return the options, in the order of their numbers."""
+        return ",".join(sorted(self._options))
+
+    def _add_settings(self) -> None:
+        put = self.settings
+        put.add_choice("trigger", "TRIGger:SOURce", ("INTernal", "HOLD", "EXTernal", "BUS"), "INT", changed=self._stale)
+        put.add_number("delay", "TRIGger:DELay", 0.0, 999.0, 0.0, unit="S", changed=self._stale)
+        put.add_flag("continuous", "INITiate:CONTinuous", True, changed=self._stale)
+        put.add_flag("auto", "FUNCtion:IMPedance:RANGe:AUTO", True)
+        put.add_flag("regulated", "AMPLitude:ALC", False, changed=self._stale)
+        put.add_choice("format", "FORMat[:DATA]", ("ASCii", "REAL"), "ASC")
+        put.add_flag("long", "FORMat:ASCii:LONG", False)
+        put.add_choice("order", "FORMat:BORDer", ("NORMal", "SWAPped"), "NORM")
+        put.add_flag("short", "CORRection:SHORt:STATe", False, changed=self._stale)
+        put.add_flag("open", "CORRection:OPEN:STATe", False, changed=self._stale)
+        put.add_flag("load", "CORRection:LOAD:STATe", False)
+        put.add_integer("length", "CORRection:LENGth", 0, 4, 0)
+        put.add_flag("comparator", "COMParator[:STATe]", False)
+        put.add_choice("list", "LIST:MODE", ("SEQuence", "STEPped"), "SEQ")
+        put.add_choice("page", "DISPlay:PAGE", _PAGES, "MEAS")
+        put.add_string("line", "DISPlay:LINE", "")
+        put.add_flag("display", "DISPlay:ENABle", True)
+        put.add_flag("beeper", "SYSTem:BEEPer:STATe", True)
+
+    def _add_commands(self) -> None:
+        add = self.tree.add
+        add("FREQuency[:CW]", command=self._set_frequency, query=self._get_frequency)
+        add("VOLTage[:LEVel]", command=self._set_voltage, query=self._get_voltage)
+        add("CURRent[:LEVel]", command=self._set_current, query=self._get_current)
+        add("APERture", command=self._set_aperture, query=lambda _: f"{self._aperture},{self._averages:d}")
+        add("FUNCtion:IMPedance[:TYPE]", command=self._set_function, query=lambda _: self._function)
+        add("FUNCtion:IMPedance:RANGe[:VALue]", command=self._set_range, query=lambda _: f"{self._range:+.5E}")
+        add("TRIGger[:IMMediate]", command=lambda _: self._start())
+        add("INITiate[:IMMediate]", command=lambda _: self._initiate())
+        add("ABORt", command=lambda _: self._abort())
+        add("FETCh[:IMPedance][:FORMatted]", query=lambda _: self._fetch())
+        add("FETCh[:IMPedance]:CORRected", query=lambda _: self._fetch_corrected())
+        add("FETCh:SMONitor:VAC", query=lambda _: self._monitor("voltage"))
+        add("FETCh:SMONitor:IAC", query=lambda _: self._monitor("current"))
+        add("CORRection:SHORt[:EXECute]", command=lambda _: self._correct_short())
+        add("CORRection:OPEN[:EXECute]", command=lambda _: self._correct_open())
+        add("DISPlay:CCLear", command=lambda _: None)
+        add("SYSTem:BEEPer[:IMMediate]", command=lambda _: None)
+        self.add_register("STATus:OPERation", StatusRegister(self._operation), 0x80)
+        self.add_register("STATus:QUEStionable", StatusRegister(), 0x08)
+        self._range = 100.0
+
+    # set points
+
+    def _set_frequency(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._frequency = number(call.arguments[0], _LOWEST_FREQUENCY, self._highest, default=1000.0, unit="HZ")
+        self._stale()
+
+    def _get_frequency(self, call: Call) -> str:
+        return self._level(call, self._frequency, _LOWEST_FREQUENCY, self._highest)
+
+    def _set_voltage(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._voltage = number(call.arguments[0], 0.0, 2.0, default=1.0, unit="V")
+        self._current_mode = False
+        self._stale()
+
+    def _set_current(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._current = number(call.arguments[0], 0.0, 0.02, default=0.01, unit="A")
+        self._current_mode = True
+        self._stale()
+
+    def _get_voltage(self, call: Call) -> str:
+        if self._current_mode:
+            raise ScpiError(-230)
+        return self._level(call, self._voltage, 0.0, 2.0)
+
+    def _get_current(self, call: Call) -> str:
+        if not self._current_mode:
+            raise ScpiError(-230)
+        return self._level(call, self._current, 0.0, 0.02)
+
+    @staticmethod
+    def _level(call: Call, value: float, low: float, high: float) -> str:
+        exactly(call.arguments, 0, 1)
+        return f"{number(call.arguments[0], low, high) if call.arguments else value:+.5E}"
+
+    def _set_aperture(self, call: Call) -> None:
+        exactly(call.arguments, 1, 2)
+        word = choice(call.arguments[0], _APERTURES)
+        averages = integer(call.arguments[1], 1, 256, default=1) if len(call.arguments) == 2 else self._averages
+        self._aperture = "SHOR" if word == "SHOR" else "LONG" if word == "LONG" else "MED"
+        self._averages = averages
+        self._stale()
+
+    def _set_function(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        token = choice(call.arguments[0], _FUNCTIONS)
+        if token in NEED_DC and "001" not in self._options:
+            raise ScpiError(-241)
+        self._function = token
+        self._stale()
+
+    def _set_range(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        wanted = number(call.arguments[0], 0.0, 1.0e9, unit="OHM")
+        self._range = next((entry for entry in _RANGES if entry >= wanted), _RANGES[-1])
+        self.settings.put("auto", False)
+
+    # measuring
+
+    def _conditions(self) -> Conditions:
+        level = _SOURCE_RESISTANCE * self._current if self._current_mode else self._voltage
+        return Conditions(
+            self._frequency,
+            level,
+            self._aperture,
+            self._averages,
+            self.settings.number("delay"),
+            self.settings.flag("short"),
+            self.settings.flag("regulated"),
+            self._function in NEED_DC,
+        )
+
+    def _stale(self, _: int = 1) -> None:
+        self._reading, self._due = None, None
+        self._since = self.clock.now()
+
+    def _operation(self) -> int:
+        # Bit 4: measuring (user's guide, operation status register).
+        return 0x10 if self._due is not None and self.clock.now() < self._due else 0
+
+    def _initiate(self) -> None:
+        if self.settings.flag("continuous") or self._waiting:
+            raise ScpiError(-213)
+        self._waiting = True
+        if self.settings.word("trigger") == "INT":
+            self._begin_measurement()
+
+    def _abort(self) -> None:
+        self._waiting = False
+        self._due = None
+
+    def _start(self) -> None:
+        """Act on a trigger of the bus or TRIGger:IMMediate."""
+        if self.settings.word("trigger") != "BUS" and self.settings.word("trigger") != "HOLD":
+            raise ScpiError(-211)
+        if not (self.settings.flag("continuous") or self._waiting):
+            raise ScpiError(-211)
+        if self._operation():
+            raise ScpiError(-211)
+        self._begin_measurement()
+
+    def _begin_measurement(self) -> None:
+        self._waiting = False
+        self._reading = None
+        self._due = self.clock.now() + self._conditions().duration
+
+    def trigger(self) -> Handling:
+        """Measure and reply with the result, as *TRG does. Raises ScpiError -211 where no trigger is awaited."""
+        if self.settings.word("trigger") != "BUS":
+            raise ScpiError(-211)
+        self._start()
+        return self._fetch()
+
+    def pending(self) -> float | None:
+        """Return when the measurement that has been triggered is done."""
+        return self._due if self._operation() else None
+
+    def _result(self) -> Handling:
+        if self.settings.word("trigger") == "INT" and self.settings.flag("continuous"):
+            # Free running: the reading of the last full cycle, at once where there is one.
+            cycle = self._conditions().duration
+            done = self._since + cycle * max(1, math.floor((self.clock.now() - self._since) / cycle + 1e-9))
+            if self._reading is None or done > self._reading.time:
+                yield done
+                self._reading = self._measurement.read(self._conditions(), done)
+        elif self._due is not None:
+            yield self._due
+            self._reading = self._measurement.read(self._conditions(), self.clock.now())
+            self._due = None
+        return None
+
+    def _fetch(self) -> Handling:
+        yield from self._result()
+        reading = self._reading
+        if reading is None:
+            return self._format(OVERFLOW, OVERFLOW, -1)
+        if reading.impedance is None:
+            return self._format(OVERFLOW, OVERFLOW, reading.status)
+        first, second = pair(self._function, reading.impedance, self._frequency, reading.dc_resistance)
+        return self._format(first, second, reading.status)
+
+    def _fetch_corrected(self) -> Handling:
+        yield from self._result()
+        reading = self._reading
+        if reading is None or reading.impedance is None:
+            return self._values((OVERFLOW, OVERFLOW))
+        return self._values((reading.impedance.real, reading.impedance.imag))
+
+    def _monitor(self, quantity: str) -> Handling:
+        yield from self._result()
+        reading = self._reading
+        if reading is None:
+            return self._values((OVERFLOW,))
+        return self._values((reading.voltage if quantity == "voltage" else reading.current,))
+
+    # replies
+
+    def _number(self, value: float) -> str:
+        return f"{value:+.9E}" if self.settings.flag("long") else f"{value:+.5E}"
+
+    def _values(self, values: tuple[float, ...]) -> str | bytes:
+        if self.settings.word("format") == "REAL":
+            return self._binary(values)
+        return ",".join(self._number(value) for value in values)
+
+    def _binary(self, values: tuple[float, ...]) -> bytes:
+        order = ">" if self.settings.word("order") == "NORM" else "<"
+        data = struct.pack(f"{order}{len(values)}d", *values)
+        return b"#2%02d" % len(data) + data
+
+    def _format(self, first: float, second: float, status: int) -> str | bytes:
+        # With the comparator on and no limits entered, every part is sorted into bin 0.
+        sorted_bin = (0,) if self.settings.flag("comparator") else ()
+        if self.settings.word("format") == "REAL":
+            return self._binary((first, second, float(status), *map(float, sorted_bin)))
+        ends = "".join(f",{entry:+d}" for entry in (status, *sorted_bin))
+        return f"{self._number(first)},{self._number(second)}{ends}"
+
+    # corrections
+
+    def _correct_short(self) -> Handling:
+        yield self.clock.now() + _CORRECTION_TIME
+        if not self._measurement.learn_short():
+            raise ScpiError(-200, "Execution error;Correction measurement aborted")
+        self._stale()
+        return None
+
+    def _correct_open(self) -> Handling:
+        yield self.clock.now() + _CORRECTION_TIME
+        if not self._measurement.learn_open():
+            raise ScpiError(-200, "Execution error;Correction measurement aborted")
+        self._stale()
+        return None
+
+
+_PAGES = (
+    "MEASurement", "BNUMber", "BCOunt", "LIST", "MSETup", "CSETup", "LTABle", "LSETup", "CATalog", "SYSTem",
+    "SELF", "MLARge", "SCONfig", "SERVice",
+)  # fmt: skip
+_RANGES = (0.1, 1.0, 10.0, 100.0, 300.0, 1.0e3, 3.0e3, 10.0e3, 30.0e3, 100.0e3)

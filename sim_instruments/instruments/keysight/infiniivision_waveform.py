@@ -1,0 +1,119 @@
+"""The :WAVeform subsystem of the InfiniiVision: transfer of records with what it takes to scale them."""
+
+from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
+from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
+from sim_instruments.scpi.errors import ScpiError
+from sim_instruments.scpi.parameters import choice, choices, exactly, integer
+from sim_instruments.scpi.settings import Settings
+from sim_instruments.scpi.tree import Call, CommandTree
+
+_SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
+_FORMATS = choices(("BYTE", "WORD", "ASCii"))
+_FORMAT_CODES = {"BYTE": 0, "WORD": 1, "ASC": 4}
+_TYPE_CODES = {"NORM": 0, "PEAK": 1, "AVER": 2, "HRES": 0}
+_NORMAL_POINTS = 62_500
+_COUNTS = (
+    100, 250, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000, 200_000, 500_000,
+    1_000_000, 2_000_000, 4_000_000, 8_000_000,
+)  # fmt: skip
+
+
+class WaveformSubsystem:
+    """Adds its headers to a tree and answers them from the last record of an acquisition."""
+
+    def __init__(self, tree: CommandTree, settings: Settings, acquisition: Acquisition) -> None:
+        self._settings = settings
+        self._acquisition = acquisition
+        settings.add_choice("wav_points_mode", "WAVeform:POINts:MODE", ("NORMal", "MAXimum", "RAW"), "NORM")
+        settings.add_choice("wav_order", "WAVeform:BYTeorder", ("LSBFirst", "MSBFirst"), "MSBF")
+        settings.add_flag("wav_unsigned", "WAVeform:UNSigned", True)
+        settings.add_choice("wav_view", "WAVeform:VIEW", ("MAIN", "ALL"), "MAIN")
+        settings.add_choice("wav_format", "WAVeform:FORMat", ("BYTE", "WORD", "ASCii"), "BYTE")
+        self._source = "CHAN1"
+        self._points: int | None = None
+        add = tree.add
+        add("WAVeform:SOURce", command=self._set_source, query=lambda _: self._source)
+        add("WAVeform:POINts", command=self._set_points, query=lambda _: f"{self._transferred():+d}")
+        add("WAVeform:TYPE", query=lambda _: settings.word("type"))
+        add("WAVeform:COUNt", query=lambda _: f"{len(self._record().triggers):+d}")
+        add("WAVeform:PREamble", query=lambda _: self._preamble())
+        add("WAVeform:DATA", query=lambda _: self._data())
+        add("WAVeform:XINCrement", query=lambda _: f"{self._increment():+.8E}")
+        add("WAVeform:XORigin", query=lambda _: f"{self._record().origin:+.8E}")
+        add("WAVeform:XREFerence", query=lambda _: "+0")
+        add("WAVeform:YINCrement", query=lambda _: f"{self._step():+.8E}")
+        add("WAVeform:YORigin", query=lambda _: f"{self._vertical().offset:+.8E}")
+        add("WAVeform:YREFerence", query=lambda _: f"{self._reference():+d}")
+
+    def reset(self) -> None:
+        """Return to channel 1 and all points."""
+        self._source, self._points = "CHAN1", None
+
+    def _set_source(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._source = choice(call.arguments[0], _SOURCES)
+
+    def _set_points(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        argument = call.arguments[0]
+        if argument.kind == "word" and argument.text in ("MAX", "MAXIMUM"):
+            self._points = None
+            return
+        wanted = integer(argument, _COUNTS[0], _COUNTS[-1])
+        # The instrument offers a list of counts and takes the nearest one below.
+        self._points = max(count for count in _COUNTS if count <= wanted)
+
+    def _record(self) -> Record:
+        record = self._acquisition.record()
+        if record is None:
+            raise ScpiError(-230)
+        return record
+
+    def _vertical(self) -> Vertical:
+        return self._record().verticals[int(self._source[-1])]
+
+    def _transferred(self) -> int:
+        mode = self._settings.word("wav_points_mode")
+        stopped = self._acquisition.state == "STOP"
+        limit = _NORMAL_POINTS if mode == "NORM" or not stopped else _COUNTS[-1]
+        return self._record().points(min(limit, self._points or limit))
+
+    def _increment(self) -> float:
+        return self._record().span / self._transferred()
+
+    def _step(self) -> float:
+        step = self._vertical().step
+        return step / 256.0 if self._settings.word("wav_format") == "WORD" else step
+
+    def _reference(self) -> int:
+        if self._settings.word("wav_format") == "ASC" or not self._settings.flag("wav_unsigned"):
+            return 0
+        return 32768 if self._settings.word("wav_format") == "WORD" else 128
+
+    def _preamble(self) -> str:
+        record = self._record()
+        kind = self._settings.word("type")
+        return (
+            f"{_FORMAT_CODES[self._settings.word('wav_format')]:+d},{_TYPE_CODES[kind]:+d},"
+            f"{self._transferred():+d},{len(record.triggers):+d},"
+            f"{self._increment():+.8E},{record.origin:+.8E},+0,"
+            f"{self._step():+.8E},{self._vertical().offset:+.8E},{self._reference():+d}"
+        )
+
+    def _data(self) -> bytes:
+        record, vertical = self._record(), self._vertical()
+        words = record.words(int(self._source[-1]), self._transferred())
+        settings = self._settings
+        unsigned = settings.flag("wav_unsigned")
+        match settings.word("wav_format"):
+            case "WORD":
+                samples = words if unsigned else (words ^ 0x8000)
+                data = samples.astype("<u2" if settings.word("wav_order") == "LSBF" else ">u2").tobytes()
+            case "BYTE":
+                # Code 0 stands for a hole, so what is clipped low becomes 1.
+                codes = ((words >> 8) | (words < 0x100)).astype("u1")
+                data = (codes if unsigned else codes ^ 0x80).tobytes()
+            case _:
+                values = (words.astype(float) / 256.0 - 128.0) * vertical.step + vertical.offset
+                data = ",".join(f"{value:+.5E}" for value in values.tolist()).encode("ascii")
+        return b"#8%08d" % len(data) + data

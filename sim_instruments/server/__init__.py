@@ -1,0 +1,1 @@
+"""The virtual bench on real sockets."""

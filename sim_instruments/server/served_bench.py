@@ -1,0 +1,199 @@
+"""The virtual bench behind real endpoints: sockets and pseudo-terminals, for other processes."""
+
+import asyncio
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+
+from sim_instruments.bench import Address, VirtualBench
+from sim_instruments.clock.paced_clock import PacedClock
+from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.scpi.session import ClientSession
+from sim_instruments.server.control.http import JsonService
+from sim_instruments.server.control.routes import control_routes
+from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
+from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.connection import Connection
+from sim_instruments.transports.conversation import Conversation
+from sim_instruments.transports.hislip.server import HislipServer
+from sim_instruments.transports.loop_thread import LoopThread
+from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
+from sim_instruments.transports.modbus.server import ModbusTcpServer
+from sim_instruments.transports.modbus.unit import ModbusLine
+from sim_instruments.transports.scpi_socket import ScpiSocket
+from sim_instruments.transports.tcp_service import Serve, TcpService
+
+LOOPBACK = "127.0.0.1"
+SCPI_ROLES = ("supply", "lcr_meter", "oscilloscope", "voltmeter")
+_FIXTURE_SCPI_ROLES = ("switch_matrix", "insulation_tester")
+#: How often (s) those who follow the time are told of it.
+_PULSE = 0.01
+_MOST_CONNECTIONS = 64
+
+
+class ServedBench:
+    """Serves a bench until it is closed; a context manager.
+
+    `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
+    excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path. With
+    `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
+    What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had.
+    """
+
+    def __init__(
+        self,
+        motor: VirtualMotor,
+        *,
+        speedup: float = 1.0,
+        host: str = LOOPBACK,
+        seed: int = 0,
+        pages: Mapping[str, Any] | None = None,
+        watchdog_relay: bool = False,
+        **bench: Any,
+    ) -> None:
+        self.clock = PacedClock(speedup)
+        self.host = host
+        self._seed = seed
+        self._clients = 0
+        self._open = ExitStack()
+        try:
+            self.bench = VirtualBench(motor, seed=seed, clock=self.clock, **bench)
+            self._open.callback(self.bench.close)
+            loop = LoopThread("virtual-bench")
+            self._open.callback(loop.close)
+            # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
+            self._open.callback(self.clock.close)
+            self._can = loop.run(self._serve_can(loop))
+            self._addresses = self._serve(loop)
+            #: Emergency stop and door.
+            self.contacts = SafetyContacts()
+            self._inputs = loop.run(self._serve_contacts(loop))
+            self._relays = loop.run(self._serve_relay(loop)) if watchdog_relay else {}
+            routes = control_routes(self.bench, self.clock, self._addresses, pages or {}, self.contacts)
+            control = loop.run(self._listen(loop, JsonService(routes).serve, LOOPBACK))
+            #: Where the control endpoint is.
+            self.control = f"http://{LOOPBACK}:{control.port}"
+            self._open.callback(self.clock.close)
+        except BaseException:
+            self._open.close()
+            raise
+
+    def addresses(self) -> dict[str, dict[str, Address]]:
+        """Return by role every way to reach its instrument; the first one is the one to prefer."""
+        return {role: dict(ways) for role, ways in self._addresses.items()}
+
+    def preferred(self) -> dict[str, Address]:
+        """Return by role the address to put into a station file."""
+        return {role: next(iter(ways.values())) for role, ways in self._addresses.items()}
+
+    def interlocks(self) -> dict[str, dict[str, Any]]:
+        """Return by name where each safety contact is read, a closed one being 1."""
+        return {name: dict(where) for name, where in self._inputs.items()}
+
+    def watchdog_relays(self) -> dict[str, dict[str, Any]]:
+        """Return by name where each relay with a watchdog is reached, and the roles that it takes the energy from."""
+        return {name: dict(where) for name, where in self._relays.items()}
+
+    def close(self) -> None:
+        """Hang up on everybody and close all endpoints; again is allowed."""
+        self._open.close()
+
+    def __enter__(self) -> "ServedBench":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _serve(self, loop: LoopThread) -> dict[str, dict[str, Address]]:
+        ways: dict[str, dict[str, Address]] = {}
+        for role in self.bench.roles:
+            if role in (*SCPI_ROLES, *_FIXTURE_SCPI_ROLES):
+                ways[role] = loop.run(self._serve_scpi(loop, getattr(self.bench, role)))
+        ways["dynamometer"] = loop.run(self._serve_modbus(loop))
+        ways["tachometer"] = {"serial": self.bench.address("tachometer")}
+        for role in ("inverter", "drive", "rotor_actuator"):
+            if role in self.bench.roles:
+                ways[role] = {"can": self._on_gateway(self.bench.address(role))}
+        loop.run(self._begin_pulse())
+        return {role: ways[role] for role in self.bench.roles}
+
+    async def _serve_scpi(self, loop: LoopThread, instrument: ScpiInstrument) -> dict[str, Address]:
+        def converse() -> Conversation:
+            self._clients += 1
+            generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
+            return Conversation(ClientSession(instrument, generator), self.clock)
+
+        socket = await self._listen(loop, ScpiSocket(converse).serve, self.host, instrument.connection)
+        hislip = await self._listen(loop, HislipServer(converse).serve, self.host, instrument.connection)
+        return {
+            "hislip": f"TCPIP0::{self.host}::hislip0,{hislip.port}::INSTR",
+            "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
+        }
+
+    async def _serve_modbus(self, loop: LoopThread) -> dict[str, Address]:
+        line = self.bench.dynamometer
+        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host, line.connection)
+        rtu = ModbusRtuEndpoint(line)
+        self._open.callback(rtu.close)
+        return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
+
+    async def _serve_can(self, loop: LoopThread) -> dict[str, str]:
+        gateway = CanGateway(self.bench.can_channel)
+        await gateway.start()
+        self._open.callback(lambda: loop.run(gateway.stop()))
+        tcp = await self._listen(loop, gateway.serve, self.host)
+        return {"interface": "slcan", "channel": f"socket://{self.host}:{tcp.port}"}
+
+    def _on_gateway(self, node: Address) -> Address:
+        if isinstance(node, str):
+            raise TypeError(f"{node} is no CAN node")
+        return {**node, **self._can}
+
+    async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+        line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
+        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        frames = ContactFrames(self.contacts, self.bench.can_channel)
+        await frames.start()
+        self._open.callback(lambda: loop.run(frames.stop()))
+        return {
+            "emergency_stop": {"address": f"tcp://{self.host}:{tcp.port}", "number": 0, "unit": 1},
+            "door": {
+                "address": f"can://{self._can['interface']}/{self._can['channel']}",
+                "frame": FRAME,
+                "byte": 0,
+                "bit": 1,
+            },
+        }
+
+    async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+        supply = self.bench.supply
+        supply.inhibit(True)
+        coupler = Bk9000(lambda closed: supply.inhibit(not closed))
+        self._open.callback(coupler.close)
+        line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
+        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        return {"supply_enable": {"address": f"tcp://{self.host}:{tcp.port}", "output": 0, "roles": ["supply"]}}
+
+    async def _listen(
+        self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None
+    ) -> TcpService:
+        service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS, connection=connection)
+        await service.start()
+        self._open.callback(lambda: loop.run(service.stop()))
+        return service
+
+    async def _wait(self, seconds: float) -> None:
+        await asyncio.sleep(seconds / self.clock.speedup)
+
+    async def _begin_pulse(self) -> None:
+        self._beat = asyncio.get_running_loop().create_task(self._pulse())
+
+    async def _pulse(self) -> None:
+        while True:
+            # Faces are served by this thread alone, so what follows the time is told of it here, too.
+            self.clock.pulse()
+            await asyncio.sleep(_PULSE)

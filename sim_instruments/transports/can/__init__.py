@@ -1,0 +1,1 @@
+"""CAN buses and nodes, in process or over a wire."""

@@ -1,0 +1,74 @@
+"""HiSLIP server of one instrument: pairs the two connections of each client (IVI-6.1, chapter 4)."""
+
+import asyncio
+from collections.abc import Callable
+
+from sim_instruments.transports.conversation import Conversation
+from sim_instruments.transports.hislip.locks import Locks
+from sim_instruments.transports.hislip.messages import Fatal, FatalError, Kind, Message, receive
+from sim_instruments.transports.hislip.session import HislipSession
+
+_PROTOCOL_VERSION = 0x0100
+_VENDOR = int.from_bytes(b"MB", "big")
+_SUB_ADDRESS = b"hislip0"
+_GREETING_TIME = 10.0
+_MOST_SESSIONS = 30
+
+
+class HislipServer:
+    """Serves connections that a TcpService hands over; the sub-address is hislip0."""
+
+    def __init__(self, converse: Callable[[], Conversation]) -> None:
+        self._converse = converse
+        self._locks = Locks()
+        self._sessions: dict[int, HislipSession] = {}
+        self._last = 0
+
+    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve one connection, whichever channel it turns out to be."""
+        try:
+            async with asyncio.timeout(_GREETING_TIME):
+                first = await receive(reader)
+            await self._greet(first, reader, writer)
+        except FatalError as error:
+            writer.write(Message(Kind.FATAL_ERROR, error.code, 0, str(error).encode()).encoded())
+
+    async def _greet(self, first: Message, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if first.kind == Kind.INITIALIZE:
+            await self._serve_synchronous(first, reader, writer)
+        elif first.kind == Kind.ASYNC_INITIALIZE:
+            await self._serve_asynchronous(first, reader, writer)
+        else:
+            raise FatalError(Fatal.BAD_INITIALIZATION, "Invalid initialization sequence")
+
+    async def _serve_synchronous(
+        self, first: Message, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        if first.payload not in (b"", _SUB_ADDRESS):
+            raise FatalError(Fatal.BAD_INITIALIZATION, "Unknown sub-address; there is hislip0 only")
+        if len(self._sessions) >= _MOST_SESSIONS:
+            raise FatalError(Fatal.TOO_MANY_CLIENTS, "Maximum number of clients exceeded")
+        number = self._new_number()
+        session = HislipSession(number, self._converse(), self._locks, writer)
+        self._sessions[number] = session
+        try:
+            version = min(first.parameter >> 16, _PROTOCOL_VERSION)
+            writer.write(Message(Kind.INITIALIZE_RESPONSE, 0, version << 16 | number).encoded())
+            await session.serve(reader)
+        finally:
+            del self._sessions[number]
+
+    async def _serve_asynchronous(
+        self, first: Message, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        session = self._sessions.get(first.parameter)
+        if session is None or session.attached.is_set():
+            raise FatalError(Fatal.BAD_INITIALIZATION, "There is no session to join by this number")
+        writer.write(Message(Kind.ASYNC_INITIALIZE_RESPONSE, 0, _VENDOR).encoded())
+        await session.serve_asynchronous(reader, writer)
+
+    def _new_number(self) -> int:
+        while True:
+            self._last = self._last % 0xFFFF + 1
+            if self._last not in self._sessions:
+                return self._last

@@ -1,0 +1,205 @@
+"""One HiSLIP client: its synchronous and its asynchronous channel, in synchronised mode."""
+
+import asyncio
+import struct
+from typing import Any
+
+from sim_instruments.scpi.errors import ScpiError
+from sim_instruments.transports.conversation import Conversation
+from sim_instruments.transports.hislip.locks import Locks
+from sim_instruments.transports.hislip.messages import (
+    HEADER_SIZE,
+    MAXIMUM_MESSAGE,
+    Fatal,
+    FatalError,
+    Flaw,
+    Kind,
+    Message,
+    receive,
+)
+
+#: The longest message that an instrument takes, and the least that a client may want replies cut to.
+_INPUT_BUFFER = 1 << 16
+_SMALLEST_MESSAGE = 256
+_SYNCHRONISED = 0
+_GREETING_TIME = 10.0
+_RMT_DELIVERED = 0x01
+_RELEASE = 0
+
+
+class HislipSession:
+    """Serves both channels. Query errors are left to the client's comparison of MessageIDs, which tells stale replies."""
+
+    def __init__(self, number: int, conversation: Conversation, locks: Locks, writer: asyncio.StreamWriter) -> None:
+        self.number = number
+        self.attached = asyncio.Event()
+        self._conversation = conversation
+        self._locks = locks
+        self._writer = writer
+        self._task: asyncio.Task[None] | None = None
+        self._asynchronous: asyncio.Task[None] | None = None
+        self._clearing = False
+        self._partial = bytearray()
+        self._overrun = False
+        self._undelivered = False
+        self._sent_size = MAXIMUM_MESSAGE
+
+    # the synchronous channel
+
+    async def serve(self, reader: asyncio.StreamReader) -> None:
+        """Take messages until the client leaves. Raises FatalError for bytes that are no message, or no second channel."""
+        first = asyncio.ensure_future(receive(reader))
+        try:
+            await self._until_attached(first)
+            await self._take(await first)
+            while True:
+                await self._take(await receive(reader))
+        finally:
+            for task in (first, self._task, self._asynchronous):
+                if task is not None:
+                    task.cancel()
+            self._conversation.session.abandon()
+            self._locks.forget(self.number)
+
+    async def _until_attached(self, first: "asyncio.Future[Message]") -> None:
+        attached = asyncio.ensure_future(self.attached.wait())
+        # Reading goes on meanwhile: that is how a client's leaving shows.
+        either: set[asyncio.Future[Any]] = {first, attached}
+        await asyncio.wait(either, timeout=_GREETING_TIME, return_when=asyncio.FIRST_COMPLETED)
+        attached.cancel()
+        if self.attached.is_set():
+            return
+        if first.done():
+            first.result()
+        raise FatalError(Fatal.CHANNEL_MISSING, "The asynchronous channel is not established")
+
+    async def _take(self, message: Message) -> None:
+        match message.kind:
+            case Kind.DEVICE_CLEAR_COMPLETE:
+                self._clearing = False
+                await _send(self._writer, Message(Kind.DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
+            case Kind.DATA | Kind.DATA_END | Kind.TRIGGER:
+                if not self._clearing:
+                    self._task = asyncio.get_running_loop().create_task(self._handle(message))
+                    # Device clear cancels what is being handled; the channel itself goes on.
+                    await asyncio.wait({self._task})
+                    self._raise_from(self._task)
+            case Kind.FATAL_ERROR:
+                raise ConnectionAbortedError
+            case Kind.ERROR:
+                return
+            case _:
+                await _send(self._writer, _unknown(message))
+
+    async def _handle(self, message: Message) -> None:
+        self._delivered(message.control)
+        if message.too_large:
+            self._partial.clear()
+            self._overrun = message.kind == Kind.DATA
+            self._conversation.session.report(ScpiError(-363))
+            await _send(self._writer, Message(Kind.ERROR, Flaw.TOO_LARGE, 0, b"Message too large"))
+            return
+        await self._locks.until_allowed(self.number)
+        if message.kind == Kind.TRIGGER:
+            await self._answer(b"*TRG\n", message.parameter)
+            return
+        self._partial += message.payload
+        if len(self._partial) > _INPUT_BUFFER:
+            self._partial.clear()
+            if not self._overrun:
+                self._overrun = True
+                self._conversation.session.report(ScpiError(-363))
+        if message.kind == Kind.DATA_END:
+            program, self._partial = bytes(self._partial), bytearray()
+            dropped, self._overrun = self._overrun, False
+            if not dropped:
+                await self._answer(program, message.parameter)
+
+    async def _answer(self, program: bytes, identifier: int) -> None:
+        if self._undelivered:
+            self._undelivered = False
+            self._conversation.session.report(ScpiError(-410))
+        reply = await self._conversation.exchange(program, self._writer.is_closing)
+        if reply is None:
+            return
+        data, whole = reply
+        self._undelivered = True
+        view = memoryview(data)
+        while len(view) > self._sent_size:
+            await _send(self._writer, Message(Kind.DATA, 0, identifier, bytes(view[: self._sent_size])))
+            view = view[self._sent_size :]
+        await _send(self._writer, Message(Kind.DATA_END if whole else Kind.DATA, 0, identifier, bytes(view)))
+
+    @staticmethod
+    def _raise_from(task: "asyncio.Task[None]") -> None:
+        error = None if task.cancelled() else task.exception()
+        if error is not None:
+            raise error
+
+    # the asynchronous channel
+
+    async def serve_asynchronous(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Answer the asynchronous channel until the client leaves, which ends the synchronous one, too."""
+        self._asynchronous = asyncio.current_task()
+        self.attached.set()
+        try:
+            while True:
+                await self._take_asynchronous(await receive(reader), writer)
+        finally:
+            self._writer.close()
+            self._interrupt()
+
+    async def _take_asynchronous(self, message: Message, writer: asyncio.StreamWriter) -> None:
+        match message.kind:
+            case Kind.ASYNC_MAXIMUM_MESSAGE_SIZE if len(message.payload) == 8:
+                wanted = struct.unpack("!Q", message.payload)[0]
+                self._sent_size = max(_SMALLEST_MESSAGE, min(wanted, MAXIMUM_MESSAGE)) - HEADER_SIZE
+                size = struct.pack("!Q", MAXIMUM_MESSAGE)
+                await _send(writer, Message(Kind.ASYNC_MAXIMUM_MESSAGE_SIZE_RESPONSE, 0, 0, size))
+            case Kind.ASYNC_STATUS_QUERY:
+                self._delivered(message.control)
+                status = self._conversation.session.status_byte(self._undelivered)
+                await _send(writer, Message(Kind.ASYNC_STATUS_RESPONSE, status))
+            case Kind.ASYNC_DEVICE_CLEAR:
+                self._clearing = True
+                self._interrupt()
+                self._conversation.session.clear()
+                self._partial.clear()
+                self._overrun = self._undelivered = False
+                await _send(writer, Message(Kind.ASYNC_DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
+            case Kind.ASYNC_LOCK:
+                code = await self._lock(message)
+                await _send(writer, Message(Kind.ASYNC_LOCK_RESPONSE, code))
+            case Kind.ASYNC_LOCK_INFO:
+                info = Message(Kind.ASYNC_LOCK_INFO_RESPONSE, int(self._locks.exclusive), self._locks.holders)
+                await _send(writer, info)
+            case Kind.ASYNC_REMOTE_LOCAL_CONTROL:
+                await _send(writer, Message(Kind.ASYNC_REMOTE_LOCAL_RESPONSE))
+            case Kind.FATAL_ERROR:
+                raise ConnectionAbortedError
+            case Kind.ERROR:
+                return
+            case _:
+                await _send(writer, _unknown(message))
+
+    async def _lock(self, message: Message) -> int:
+        if message.control == _RELEASE:
+            return self._locks.release(self.number)
+        return await self._locks.request(self.number, message.payload, message.parameter / 1000.0)
+
+    def _interrupt(self) -> None:
+        if self._task is not None:
+            self._task.cancel()
+
+    def _delivered(self, control: int) -> None:
+        if control & _RMT_DELIVERED:
+            self._undelivered = False
+
+
+def _unknown(message: Message) -> Message:
+    return Message(Kind.ERROR, Flaw.UNKNOWN_TYPE, 0, f"Unrecognized message type {message.kind}".encode())
+
+
+async def _send(writer: asyncio.StreamWriter, message: Message) -> None:
+    writer.write(message.encoded())
+    await writer.drain()

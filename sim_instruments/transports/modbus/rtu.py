@@ -1,0 +1,88 @@
+"""Modbus RTU: units on a serial line, a pseudo-terminal served by a thread."""
+
+import os
+import select
+import struct
+import threading
+
+from pymodbus.exceptions import ModbusIOException
+from pymodbus.framer import FramerRTU
+from pymodbus.pdu import DecodePDU, ModbusPDU
+
+from sim_instruments.faults.line_faults import FaultKind, spoil
+from sim_instruments.transports.modbus.faults import shown_unit
+from sim_instruments.transports.modbus.frames import ModbusFrames
+from sim_instruments.transports.modbus.unit import ModbusLine
+from sim_instruments.transports.serial.pty import PseudoTerminal
+
+_BITS_PER_CHARACTER = 11
+_SILENT_CHARACTERS = 3.5
+_TURNAROUND = 5.0e-3
+# A frame that stays incomplete for so long in real time is given up, as a silent interval would end it.
+_FRAME_TIMEOUT = 0.05
+_STOP_TIMEOUT = 10.0
+
+
+class ModbusRtuEndpoint:
+    """Serves a line of units until it is closed; a request takes the virtual time that its bytes take on the wire.
+
+    While the line's cable is out nothing gets through, and nobody is told: that is how serial lines are.
+    """
+
+    def __init__(self, line: ModbusLine, *, baud_rate: int = 9600) -> None:
+        self._line = line
+        self._frames = ModbusFrames(line)
+        self._character = _BITS_PER_CHARACTER / baud_rate
+        self._terminal = PseudoTerminal()
+        self._framer = FramerRTU(DecodePDU(True))
+        self._wake, self._waker = os.pipe()
+        self._thread = threading.Thread(target=self._serve, name="modbus-rtu", daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> str:
+        """Address of the endpoint, rtu:// and the path of the serial port."""
+        return f"rtu://{self._terminal.path}"
+
+    def close(self) -> None:
+        """Stop serving, wait for the thread and close the line; again is allowed."""
+        if self._waker < 0:
+            return
+        os.write(self._waker, b"\0")
+        self._thread.join(_STOP_TIMEOUT)
+        for descriptor in (self._wake, self._waker):
+            os.close(descriptor)
+        self._wake = self._waker = -1
+        self._terminal.close()
+
+    def _serve(self) -> None:
+        buffer = b""
+        while True:
+            ready, _, _ = select.select([self._terminal.master, self._wake], [], [], _FRAME_TIMEOUT if buffer else None)
+            if self._wake in ready:
+                return
+            buffer = buffer + self._terminal.receive() if ready else b""
+            used, pdu = self._decode(buffer) if buffer else (0, None)
+            if pdu is not None:
+                self._answer(pdu, used)
+            buffer = buffer[used:]
+
+    def _decode(self, buffer: bytes) -> tuple[int, ModbusPDU | None]:
+        try:
+            return self._framer.handleFrame(buffer, 0, 0)
+        except (ModbusIOException, ValueError, struct.error):
+            # A frame with a good checksum that is no request: a slave keeps silent.
+            return len(buffer), None
+
+    def _answer(self, request: ModbusPDU, length: int) -> None:
+        unit = request.dev_id
+        if unit not in self._line.units or not self._line.connection.up:
+            return
+        response, fault = self._frames.answer(unit, bytes([request.function_code]) + request.encode())
+        reply = self._framer.encode(response, shown_unit(unit, fault), 0) if response else b""
+        characters = length + len(reply) + 2.0 * _SILENT_CHARACTERS
+        # The client is blocked until it has its reply, so sleeping here is sleeping on its behalf.
+        self._line.clock.sleep(characters * self._character + _TURNAROUND)
+        if fault is not None and fault.kind is FaultKind.LATE:
+            self._line.clock.sleep(fault.delay)
+        self._terminal.send(reply if fault is None else spoil(fault, reply, self._line.generator))

@@ -1,0 +1,28 @@
+"""What Modbus TCP and RTU have in common: requests to units, their virtual time and their faults."""
+
+import threading
+from collections.abc import Sequence
+
+import numpy as np
+
+from sim_instruments.faults.line_faults import Faults
+from sim_instruments.instruments.registers import RegisterDevice
+from sim_instruments.scpi.exchange import Clock
+from sim_instruments.transports.connection import Connection
+
+
+class ModbusLine:
+    """The units behind an endpoint, and the faults of its line.
+
+    Faults see requests as "read UNIT ADDRESS COUNT" and "write UNIT ADDRESS COUNT", the address like 2103H.
+    """
+
+    def __init__(self, units: Sequence[RegisterDevice], clock: Clock, generator: np.random.Generator) -> None:
+        self.units = {unit.unit: unit for unit in units}
+        if len(self.units) != len(units):
+            raise ValueError(f"two units share an identifier among {[unit.unit for unit in units]}")
+        self.clock = clock
+        self.generator = generator
+        self.faults = Faults()
+        self.connection = Connection()
+        self.lock = threading.Lock()

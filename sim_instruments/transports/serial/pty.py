@@ -1,0 +1,79 @@
+"""Serial lines without hardware: pseudo-terminals in raw mode."""
+
+import os
+import tty
+from collections.abc import Callable
+from typing import Protocol
+
+from sim_instruments.transports.connection import Connection
+
+
+class StreamSource(Protocol):
+    """An instrument that sends without being asked."""
+
+    def due(self, time: float) -> Callable[[], bytes] | None:
+        """Return what gives the bytes that it sends at a virtual time (s), None for none."""
+
+
+class AdvancingClock(Protocol):
+    """A clock that tells when it has moved."""
+
+    def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
+        """Have `callback` run with the new time; return what undoes it."""
+
+
+class PseudoTerminal:
+    """A pseudo-terminal whose far end a client opens as a serial port."""
+
+    def __init__(self) -> None:
+        self.master, self._slave = os.openpty()
+        tty.setraw(self.master)
+        tty.setraw(self._slave)
+        os.set_blocking(self.master, False)
+        self.path = os.ttyname(self._slave)
+
+    def send(self, data: bytes) -> int:
+        """Send bytes and return how many; what nobody has read from the full line is lost, as on a real one."""
+        try:
+            return os.write(self.master, data)
+        except BlockingIOError:
+            return 0
+
+    def receive(self, count: int = 4096) -> bytes:
+        """Return what has come in, possibly nothing."""
+        try:
+            return os.read(self.master, count)
+        except BlockingIOError:
+            return b""
+
+    def close(self) -> None:
+        """Close both ends; again is allowed."""
+        for descriptor in (self.master, self._slave):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self.master = self._slave = -1
+
+
+class SerialStream:
+    """Sends what a streaming instrument has to say as virtual time moves; nothing while its cable is out."""
+
+    def __init__(self, source: StreamSource, clock: AdvancingClock, cable: Connection) -> None:
+        self._source = source
+        self._cable = cable
+        self._line = PseudoTerminal()
+        self._stop_listening = clock.on_advance(self._advance)
+
+    @property
+    def address(self) -> str:
+        """Path of the serial port."""
+        return self._line.path
+
+    def _advance(self, time: float) -> None:
+        frame = self._source.due(time)
+        if frame is not None and self._cable.up:
+            self._line.send(frame())
+
+    def close(self) -> None:
+        """Stop the stream and close the line."""
+        self._stop_listening()
+        self._line.close()

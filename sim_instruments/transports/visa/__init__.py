@@ -1,0 +1,1 @@
+"""A PyVISA backend in process."""

@@ -1,0 +1,65 @@
+"""Everything on the bench that never changes, and what follows from it for a shaft or a circuit."""
+
+from dataclasses import dataclass
+
+from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.network import Network
+from sim_instruments.physics.swing import Shaft
+from sim_instruments.physics.windings import Windings
+from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
+from sim_instruments.world.settings import Settings
+from sim_instruments.world.sources.six_step_stage import SixStepStage
+
+SUPPLY_POLES = ("supply+", "supply-")
+BRIDGE_POLES = ("lcr_high", "lcr_low")
+INVERTER_POLES = ("inverter_u", "inverter_v", "inverter_w")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The motor and the machines round it.
+
+    `driven_cogging` says that a dynamometer that holds a speed feels the motor's cogging.
+    """
+
+    motor: VirtualMotor
+    supply: SupplyStage
+    dynamometer: DynamometerMachine
+    inverter: InverterStage
+    leads: Leads
+    six_step: SixStepStage | None = None
+    driven_cogging: bool = False
+
+    def shaft(self, settings: Settings, torque: float = 0.0) -> Shaft:
+        """Return what turns together: the motor, and the dynamometer's machine where it is coupled."""
+        motor, machine = self.motor, self.dynamometer
+        coupled = 1.0 if settings.shaft.coupled else 0.0
+        return Shaft(
+            motor.inertia + coupled * machine.inertia,
+            motor.coulomb_friction + coupled * machine.coulomb_friction,
+            motor.viscous_friction + coupled * machine.viscous_friction,
+            torque,
+        )
+
+    def network(self, windings: Windings, settings: Settings, *, supplied: bool) -> Network:
+        """Return the circuit of the present wiring, with the supply's output connected or open."""
+        return Network(
+            windings,
+            settings.sockets(),
+            SUPPLY_POLES if supplied else None,
+            source_resistance=self.supply.output_resistance,
+            lead_resistance=self.leads.resistance,
+            held=settings.rotor_held,
+        )
+
+    def bridge_network(self, windings: Windings, settings: Settings) -> Network:
+        """Return the circuit as the bridge's four-terminal leads see it; its fixture's residual is apart."""
+        return Network(windings, settings.sockets(), BRIDGE_POLES, lead_resistance=0.0)
+
+    def inverter_direction(self, settings: Settings) -> int:
+        """Return +1 or -1 for a positive or negative phase sequence at the motor, 0 where a phase is missing."""
+        sockets = settings.sockets()
+        if sorted(sockets) != sorted(INVERTER_POLES):
+            return 0
+        first, second, _ = (INVERTER_POLES.index(socket) for socket in sockets)
+        return 1 if (second - first) % 3 == 1 else -1

@@ -1,0 +1,36 @@
+"""Probes of the virtual oscilloscope: what each channel touches."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from sim_instruments.world.settings import Terminal
+
+Node = Literal["A", "B", "C", "N", "star", "H1", "H2", "H3", "H0", "loose"]
+
+NODES: tuple[Node, ...] = ("A", "B", "C", "N", "star", "loose")
+#: The leads of the Hall sensors, where the motor has them.
+HALL_NODES: tuple[Node, ...] = ("H1", "H2", "H3", "H0")
+
+
+@dataclass(frozen=True)
+class VoltageProbe:
+    """Differential voltage between two nodes; none where a lead is loose."""
+
+    positive: Node
+    negative: Node
+
+    @property
+    def loose(self) -> bool:
+        """Whether a lead touches nothing."""
+        return "loose" in (self.positive, self.negative)
+
+
+@dataclass(frozen=True)
+class CurrentProbe:
+    """Current into a terminal, `sign` −1 where the probe is the wrong way round."""
+
+    terminal: Terminal
+    sign: int = 1
+
+
+Probe = VoltageProbe | CurrentProbe

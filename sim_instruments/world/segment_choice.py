@@ -1,0 +1,150 @@
+"""Which laws hold next: from what is set on the bench and the present state to a segment."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from sim_instruments.physics.motion import Motion, Rest, Wavering
+from sim_instruments.physics.network import Network
+from sim_instruments.physics.rotating import Rotating
+from sim_instruments.physics.source import CurrentSource
+from sim_instruments.physics.windings import Windings
+from sim_instruments.world.constants import Parts
+from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
+from sim_instruments.world.segment_inputs import Plan, dynamometer_ramp
+from sim_instruments.world.settings import Settings, SupplySettings
+from sim_instruments.world.shaft import free_shaft
+from sim_instruments.world.sources import inverter_drive, six_step_drive
+from sim_instruments.world.sources.supply_regime import Regime, is_open, over_voltage, regime
+from sim_instruments.world.thermal import next_update
+
+#: Rate (rad/s) at which a hand's speed wavers.
+_HAND_RATE = 2.0 * math.pi * 0.7
+
+
+def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment:
+    """Return the segment that starts at `time` (s) from a state.
+
+    What a protection does at once (a trip, a fault of the inverter or the six-step drive) is written into the settings first.
+    """
+    if over_voltage(settings.supply, state.source_voltage):
+        settings.supply.tripped, settings.supply.on = "voltage", False
+    direction = parts.inverter_direction(settings) if settings.inverter.enabled else 0
+    if settings.inverter.enabled and direction == 0:
+        settings.inverter.enabled, settings.inverter.fault = False, "output phase missing"
+    windings = Windings(parts.motor, state.temperature)
+    output, network = _supplied(parts, settings, state, time, windings)
+    made = Plan(parts, settings, state, time, windings, network, output)
+    try:
+        segment = _with_shaft(made, direction)
+    except six_step_drive.DriveTripError as trip:
+        settings.six_step.enabled, settings.six_step.fault = False, trip.fault
+        segment = _with_shaft(made, direction)
+    segment = _with_over_current(settings.supply, state, segment)
+    return next_update(parts.motor, settings.ambient_temperature, settings.faults.heating, state.temperature, segment)
+
+
+def _supplied(
+    parts: Parts, settings: Settings, state: State, time: float, windings: Windings
+) -> tuple[Regime | None, Network]:
+    """Return what the supply's output does, None where it is open, and the circuit that it is or is not part of."""
+    # What turns the shaft outlasts the output's fall by far.
+    falls_unseen = not settings.supply.on and _turned_from_outside(settings)
+    if not (falls_unseen or is_open(settings.supply, state)):
+        supplied = parts.network(windings, settings, supplied=True)
+        output = regime(settings.supply, settings.supply_limit, parts.supply, state, supplied, time)
+        if output is not None:
+            return output, supplied
+    return None, parts.network(windings, settings, supplied=False)
+
+
+def _with_shaft(made: Plan, direction: int) -> Segment:
+    """Choose the law of the shaft, and with it that of the circuit."""
+    settings, state, time = made.settings, made.state, made.time
+    driven = settings.shaft.coupled and settings.dynamometer.enabled
+    speed_mode = driven and settings.dynamometer_mode == "speed"
+    if settings.rotor_held:
+        law = DynamometerLaw()
+        if driven:
+            limit = made.parts.dynamometer.maximum_torque
+            command = settings.dynamometer_target
+            law = DynamometerLaw("constant", math.copysign(limit, command) if speed_mode and command else 0.0)
+            if not speed_mode:
+                law = DynamometerLaw("constant", command)
+        if settings.inverter.enabled:
+            return inverter_drive.imposed(made, Rest(state.angle), math.inf, law, direction)
+        if settings.six_step.enabled:
+            return six_step_drive.imposed(made, Rest(state.angle), math.inf, law)
+        return resting(made, law)
+    if settings.shaft.holder in ("turning", "pulling"):
+        motion, end = _hand(made)
+        outcome: Outcome = "let go" if settings.shaft.holder == "pulling" else "none"
+        if settings.inverter.enabled:
+            segment = inverter_drive.imposed(made, motion, end, DynamometerLaw(), direction)
+        elif settings.six_step.enabled:
+            segment = six_step_drive.imposed(made, motion, end, DynamometerLaw())
+        else:
+            segment = turning(made, motion, end, DynamometerLaw())
+        return replace(segment, outcome=outcome) if segment.end == end else segment
+    if speed_mode:
+        motion, end = dynamometer_ramp(made)
+        if settings.inverter.enabled:
+            return inverter_drive.imposed(made, motion, end, DynamometerLaw("balance"), direction)
+        if settings.six_step.enabled:
+            return six_step_drive.imposed(made, motion, end, DynamometerLaw("balance"))
+        if isinstance(motion, Rest):
+            return resting(made, DynamometerLaw("balance"))
+        return turning(made, motion, end, DynamometerLaw("balance"))
+    torque = settings.dynamometer_target if driven else 0.0
+    law = DynamometerLaw("constant", torque) if driven else DynamometerLaw()
+    if settings.inverter.enabled:
+        return inverter_drive.free(made, torque, law, direction)
+    if settings.six_step.enabled:
+        return six_step_drive.free(made, torque, law)
+    if made.output is None:
+        return free_shaft.coasting(made, torque, law)
+    return free_shaft.energised(made, torque, law, time)
+
+
+def resting(made: Plan, law: DynamometerLaw) -> Segment:
+    """Return the segment of a shaft that something holds."""
+    state = made.state
+    circuit, end = made.standing_circuit()
+    return made.segment(Rest(state.angle), circuit, end, law, live=bool(made.network.loops))
+
+
+def turning(made: Plan, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
+    """Return the segment of a shaft that is turned from outside."""
+    source = made.rotating_source()
+    circuit = Rotating(made.network, motion, source)
+    segment = made.segment(motion, circuit, end, law, live=bool(made.network.loops))
+    if isinstance(source, CurrentSource):
+        return replace(segment, supply_mode="cc")
+    return replace(segment, supply_mode="cv") if segment.supply_mode == "cc" else segment
+
+
+def _turned_from_outside(settings: Settings) -> bool:
+    drive = settings.dynamometer
+    by_drive = settings.shaft.coupled and drive.enabled and settings.dynamometer_mode == "speed"
+    fed = settings.inverter.enabled or settings.six_step.enabled
+    return fed or by_drive or settings.shaft.holder in ("turning", "pulling")
+
+
+def _hand(made: Plan) -> tuple[Motion, float]:
+    shaft, state = made.settings.shaft, made.state
+    if shaft.holder == "pulling":
+        return Wavering(made.time, state.angle, shaft.pull_speed, 0.0, 0.0), max(shaft.pull_until, made.time)
+    phase = shaft.wobble_phase + _HAND_RATE * made.time
+    return Wavering(made.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), math.inf
+
+
+def _with_over_current(supply: SupplySettings, state: State, segment: Segment) -> Segment:
+    """Cut the segment short where over-current protection is due."""
+    if segment.supply_mode != "cc" or not supply.over_current:
+        return segment
+    since = segment.start if state.constant_current_since is None else state.constant_current_since
+    delay = supply.over_current_delay
+    due = max(since, supply.changed + delay) if supply.over_current_from_change else since + delay
+    due = max(due, float(np.nextafter(segment.start, math.inf)))
+    return replace(segment, end=due, outcome="trip current") if due < segment.end else segment

@@ -1,0 +1,1 @@
+"""The shaft, coupled, free, or in a hand."""

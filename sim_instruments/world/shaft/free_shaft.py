@@ -1,0 +1,134 @@
+"""A shaft that nobody holds: it coasts, stands by friction, or swings under current."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from sim_instruments.physics.crossing import first_rise
+from sim_instruments.physics.motion import Drag, Ramp, Rest
+from sim_instruments.physics.rotating import Rotating
+from sim_instruments.physics.swing import Grip, Shaft, Swing
+from sim_instruments.physics.transient import LinearTransient
+from sim_instruments.physics.windings import FloatArray
+from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
+from sim_instruments.world.segment_inputs import Plan
+
+#: Slower than this (rad/s), a shaft without dry friction counts as standing.
+_CREEP = 1e-4
+#: A swing is integrated at most this far ahead (s).
+_HORIZON = 1.0
+#: A rotor slower than this (rad/s) under current is stopped by static friction where that can hold it.
+_SLOW = 1e-3
+#: Sliding friction lies below static friction by this share, so that what breaks away does move.
+_SLIP = 1e-3
+
+
+def drag(made: Plan, torque: float, limit: float) -> tuple[Drag | Rest, float, Outcome]:
+    """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
+
+    Cogging averages out over a turn and is left out; a shaft that comes to rest stays where dry friction stops it.
+    """
+    state, shaft = made.state, made.parts.shaft(made.settings)
+    speed = state.speed
+    if abs(speed) <= (0.0 if shaft.coulomb_friction else _CREEP) and abs(torque) <= shaft.coulomb_friction:
+        return Rest(state.angle), math.inf, "none"
+    way = math.copysign(1.0, speed if speed else torque)
+    motion = Drag(
+        made.time, state.angle, speed, torque - way * shaft.coulomb_friction, shaft.inertia, shaft.viscous_friction
+    )
+    last = 0.0 if shaft.coulomb_friction or torque * way < 0.0 else way * _CREEP
+    stops = motion.time_of_speed(last) if speed else math.inf
+    limited = motion.time_of_speed(way * limit) if abs(speed) < limit else math.inf
+    if stops <= limited:
+        return motion, stops, "standstill"
+    return motion, limited, "none"
+
+
+def coasting(made: Plan, torque: float, law: DynamometerLaw) -> Segment:
+    """Return the segment of a shaft under the dynamometer's torque (N·m), or none, with no current from the supply.
+
+    What loops the wiring closes carry currents, but their braking of the shaft is left out.
+    """
+    machine, state = made.parts.dynamometer, made.state
+    shaft = made.parts.shaft(made.settings)
+    limit = machine.maximum_speed if law.kind == "constant" else math.inf
+    needed = shaft.coulomb_friction + shaft.viscous_friction * limit if math.isfinite(limit) else math.inf
+    at_limit = abs(state.speed) >= limit * (1.0 - 1e-9)
+    if at_limit and torque * math.copysign(1.0, state.speed) >= needed:
+        # The drive's own speed limit takes over from its torque control.
+        top: Ramp = Ramp(made.time, state.angle, state.speed)
+        return _turning(made, top, math.inf, DynamometerLaw("balance"))
+    motion, end, outcome = drag(made, torque, limit)
+    if isinstance(motion, Rest):
+        circuit, threshold = made.standing_circuit()
+        return made.segment(motion, circuit, threshold, law, live=bool(made.network.loops))
+    return _turning(made, motion, end, law, outcome)
+
+
+def _turning(made: Plan, motion: Drag | Ramp, end: float, law: DynamometerLaw, outcome: Outcome = "none") -> Segment:
+    circuit = Rotating(made.network, motion, made.rotating_source())
+    return made.segment(motion, circuit, end, law, live=bool(made.network.loops), outcome=outcome)
+
+
+def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Segment:
+    """Return the segment of a free shaft with the supply in the circuit, `torque` (N·m) from outside included."""
+    output, state, windings = made.output, made.state, made.windings
+    if output is None:
+        raise ValueError("energised(): the supply's output is open; this is a coasting shaft")
+    if not made.network.drives_current:
+        return coasting(made, torque, law)
+    total = made.parts.shaft(made.settings, torque)
+    circuit, end = made.standing_circuit()
+    static = windings.cogging(np.array([state.angle])) + torque
+
+    def push(times: FloatArray) -> FloatArray:
+        currents = circuit.winding_currents(times)
+        return windings.torque(np.full_like(times, made.electrical_angle), currents) + static
+
+    settled = 30.0 / float(circuit.rates.min()) if len(circuit.rates) else 0.0
+    now, lasting = push(np.array([time, time + settled])).tolist()
+    grip = max(total.coulomb_friction, _rounding(made))
+    # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
+    creeps = 0.0 < abs(state.speed) <= _SLOW and abs(lasting) <= grip
+    if (state.speed == 0.0 or creeps) and not state.breaking_away and abs(now) <= grip:
+        until = min(end, output.end)
+        breaks = math.inf
+        if not (isinstance(circuit, LinearTransient) and circuit.settled):
+            constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
+            breaks = first_rise(lambda t: np.abs(push(t)) - grip, time, until, constants)
+        if breaks < until:
+            return made.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
+        return made.segment(Rest(state.angle), circuit, end, law, live=True)
+    sliding = Shaft(total.inertia, total.coulomb_friction * (1.0 - _SLIP), total.viscous_friction, torque)
+    return _swinging(made, sliding, 1 if (state.speed or now) > 0.0 else -1, grip, law)
+
+
+def _swinging(made: Plan, shaft: Shaft, direction: int, grip: float, law: DynamometerLaw) -> Segment:
+    output, state = made.output, made.state
+    if output is None:
+        raise ValueError("_swinging(): the supply's output is open")
+    swing = Swing(
+        made.network,
+        shaft,
+        output.source,
+        start=made.time,
+        horizon=min(output.end, made.time + _HORIZON),
+        angle=state.angle,
+        speed=state.speed,
+        loops=made.loops(),
+        direction=direction,
+        thresholds=output.thresholds,
+        grip=Grip(grip, _SLOW),
+    )
+    outcome: Outcome = "standstill" if swing.ending == "standstill" else "none"
+    if swing.ending == "horizon" and output.end <= swing.end and output.trips_voltage:
+        outcome = "trip voltage"
+    segment = made.segment(swing, swing, swing.end, law, live=True, outcome=outcome)
+    return replace(segment, reversals=swing.reversals)
+
+
+def _rounding(made: Plan) -> float:
+    """Return a torque (N·m) too small to matter: where a motor without dry friction counts as having arrived."""
+    current = float(np.abs(made.state.winding_currents).max())
+    return 1e-4 * 1.5 * made.windings.pole_pairs * made.windings.flux_linkage * current

@@ -1,0 +1,83 @@
+"""How a hand pulls an energised shaft over until it feels it drawn on to the next position."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim_instruments.physics.network import Network
+from sim_instruments.physics.windings import FloatArray, Windings
+from sim_instruments.world.constants import Parts
+from sim_instruments.world.segment import State
+from sim_instruments.world.settings import Settings
+
+#: A hand that feels nothing turns this fast (rad/s).
+BRISK = 0.5 * math.pi
+#: Joined terminals brake a turning rotor: the hand goes on slowly enough that this share of the holding torque is not exceeded.
+_DRAG_SHARE = 0.5
+#: It lets go of a shaft whose motion is worth at most this share of the way down into a rest, so that it stays in the next one.
+_SWING_SHARE = 0.005
+
+
+@dataclass(frozen=True)
+class Pull:
+    """A pull of a hand: its way (rad, mechanical) and its speed (rad/s), both positive."""
+
+    distance: float
+    speed: float
+
+    @property
+    def duration(self) -> float:
+        """How long it takes (s)."""
+        return self.distance / self.speed
+
+
+def pull_to_next(parts: Parts, settings: Settings, state: State, direction: int) -> Pull | None:
+    """Return the pull from here to where the next stable position clearly draws the shaft on.
+
+    None where no direct current holds the shaft. Cogging is not felt against the current's torque.
+    """
+    if not settings.supply.on or settings.supply.tripped is not None:
+        return None
+    windings = Windings(parts.motor, state.temperature)
+    network = parts.network(windings, settings, supplied=True)
+    if not network.drives_current:
+        return None
+    loops = np.linalg.solve(network.damping, network.drive)
+    supplied = min(settings.supply.voltage, settings.supply.current_limit / float(network.drive @ loops))
+    currents = network.basis @ loops * supplied
+    period = 2.0 * math.pi / windings.pole_pairs
+    way = np.linspace(0.0, 2.0 * period, 2881)
+    angles = (state.angle + direction * way) * windings.pole_pairs
+    # Seen along the way, a positive pull draws the shaft on and a negative one back.
+    torque = direction * windings.torque(angles, np.repeat(currents[:, np.newaxis], len(way), axis=1))
+    strongest = float(torque.max())
+    if strongest <= 0.0:
+        return None
+    tops = np.nonzero((torque[:-1] <= 0.0) & (torque[1:] > 0.0))[0]
+    # A shaft held a little short of its position still belongs to it: the first top a quarter period away counts.
+    over = next((int(top) for top in tops if way[top] > 0.05 * period), None)
+    if over is None:
+        return None
+    shaft = parts.shaft(settings)
+    friction = shaft.coulomb_friction + parts.motor.cogging_torque
+    onward = torque[over:]
+    depth = 2.0 * strongest / windings.pole_pairs
+    swift = min(BRISK, math.sqrt(2.0 * _SWING_SHARE * depth / shaft.inertia))
+    slow = _DRAG_SHARE * strongest / max(_drag(windings, network, angles), 1e-9)
+    if slow >= swift:
+        felt = np.nonzero(onward >= min(2.0 * friction + 0.1 * strongest, 0.98 * strongest))[0]
+        return Pull(float(way[over + int(felt[0])]), swift)
+    # A rotor that is braked hard does not snap but creeps: the hand goes with it until it is hardly drawn any more.
+    top = int(np.argmax(onward >= 0.98 * strongest))
+    spent = np.nonzero(onward[top:] <= friction + 0.05 * strongest)[0]
+    return Pull(float(way[over + top + (int(spent[0]) if spent.size else 0)]), slow)
+
+
+def _drag(windings: Windings, network: Network, angles: FloatArray) -> float:
+    """Return the largest braking torque per speed (N·m·s/rad) of the currents that the supply does not regulate."""
+    free = network.reach
+    if not free.shape[1]:
+        return 0.0
+    emf = windings.pole_pairs * (free.T @ network.basis.T @ windings.emf_per_speed(angles))
+    return float(np.max(np.sum(emf * np.linalg.solve(free.T @ network.damping @ free, emf), axis=0)))

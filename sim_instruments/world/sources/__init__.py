@@ -1,0 +1,1 @@
+"""What feeds energy: supply, inverter, six-step drive, insulation tester."""

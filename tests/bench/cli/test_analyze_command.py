@@ -1,0 +1,102 @@
+import json
+import re
+import runpy
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.command_line import Call
+from tests.studies import simulated as sim
+
+DOCS = Path(__file__).parents[3] / "docs" / "captures.md"
+
+
+@pytest.fixture
+def emf(tmp_path: Path) -> Path:
+    time, v = sim.emf_record(np.random.default_rng(1))
+    path = tmp_path / "emf.csv"
+    np.savetxt(path, np.column_stack((time, *v)), delimiter=",", header="t (s),CH1 (V),CH2 (V),CH3 (V)", comments="")
+    return path
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", DOCS.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def figures(shown: str) -> list[str]:
+    """Lines without layout; what an interval spans is tested elsewhere."""
+    plain = (re.sub(r"[─\s]+", " ", line).strip() for line in shown.splitlines())
+    return [re.sub(r"\S+ … \S+", "…", line) for line in plain if line]
+
+
+def test_the_worked_example_of_the_documentation(call: Call, tmp_path: Path) -> None:
+    (script,) = (block for block in blocks("python") if "step.csv" in block)
+    (tmp_path / "make_step.py").write_text(script, encoding="utf-8")
+    runpy.run_path(str(tmp_path / "make_step.py"))
+    (console,) = blocks("console")
+    typed, _, shown = console.rpartition("$ ")[2].partition("\n")
+    code, out, err = call(*shlex.split(typed)[1:])
+    assert (code, err) == (0, "")
+    assert figures(out) == figures(shown)
+    _, told, _ = call(*shlex.split(typed)[1:], "--json")
+    parameters = json.loads(told)["parameters"]
+    for name, true in (("loop_resistance", 0.1), ("loop_inductance", 1e-4)):
+        low, high = parameters[name]["coverage_interval"]
+        assert low < true < high
+        assert not any(row["kind"] == "B" for row in parameters[name]["budget"] if "fit" in row["source"])
+
+
+def test_the_accuracy_file_of_the_documentation(call: Call, tmp_path: Path) -> None:
+    (content,) = (block for block in blocks("toml") if "probe 7" in block)
+    (tmp_path / "scope.toml").write_text(content, encoding="utf-8")
+    time, v, i, _, _ = sim.step_record(np.random.default_rng(1), 8)
+    np.savetxt("step.csv", np.column_stack((time, v, i)), delimiter=",", header="t (s),CH1 (V),CH2 (A)", comments="")
+    code, out, _ = call("analyze", "step-response", "step.csv", "--accuracy-file", "scope.toml", "--json")
+    assert code == 0
+    rows = json.loads(out)["parameters"]["loop_inductance"]["budget"]
+    assert {row["source"] for row in rows if row["kind"] == "B"} == {
+        "probe 7, voltage: gain, as stated",
+        "current channels: gain, as stated",
+        "time base: gain, as stated",
+    }
+
+
+def test_budgets_are_printed_where_asked_for(call: Call, emf: Path) -> None:
+    arguments = ("analyze", "back-emf", str(emf), "--connection", "phase", "--speed-rpm", "795", "--accuracy", "CH1=3%")
+    _, bare, _ = call(*arguments)
+    assert "voltage channels: gain, as stated" not in bare
+    code, out, _ = call(*arguments, "--budget")
+    assert code == 0
+    assert "voltage channels: gain, as stated" in out
+    assert "all rows, root sum of squares" in out
+    assert "It has no uncertainty, and so no budget." in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--accuracy", "CH1"], "--accuracy CH1: give NAME=LIMITS"),
+        (["--accuracy", "CH9=2%"], "--accuracy CH9=2%: 'CH9' is no channel of the capture; allowed are voltage, time"),
+        (["--accuracy", "current=2%"], "--accuracy current=2%: this analysis uses no current"),
+        (["--temperature", "400"], "--temperature 400: allowed is a number from -60 to 250 °C"),
+        (["--temperature-uncertainty", "2"], "--temperature-uncertainty 2: give --temperature too"),
+        (["--temperature", "40", "--magnet-coefficient", "1"], "--magnet-coefficient 1: allowed"),
+    ],
+)
+def test_what_cannot_be_is_said_plainly(call: Call, emf: Path, arguments: list[str], said: str) -> None:
+    code, out, err = call("analyze", "back-emf", str(emf), *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("motorbench: ")
+    assert said in err
+
+
+def test_a_bad_accuracy_file_is_one_clear_message(call: Call, emf: Path, tmp_path: Path) -> None:
+    code, _, err = call("analyze", "back-emf", str(emf), "--accuracy-file", "none.toml")
+    assert code == 1
+    assert "none.toml: there is no such accuracy file" in err
+    (tmp_path / "scope.toml").write_text('CH7 = "2%"\n', encoding="utf-8")
+    code, _, err = call("analyze", "back-emf", str(emf), "--accuracy-file", "scope.toml")
+    assert code == 1
+    assert "scope.toml: CH7 = \"2%\": 'CH7' is no channel of the capture" in err

@@ -1,0 +1,182 @@
+"""`motorbench export` on recorded runs: files, JSON, refusals."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.journal.journal import Journal
+from bench.journal.stored_result import store
+from drivers.interfaces.text import text
+from procedures.core.budget import Uncertainties
+from procedures.core.result import Notice, ProcedureResult
+from reports.exports.catalogue import TARGETS
+from tests.command_line import Call
+
+MOTOR = """
+[nameplate]
+name = "outrunner"
+connection = "delta"
+rated_current = 12.0
+rated_speed_rpm = 4000.0
+serial_number = "SN 7"
+"""
+UNITS = {
+    "stator_resistance": "Ω",
+    "d_axis_inductance": "H",
+    "q_axis_inductance": "H",
+    "flux_linkage": "V·s/rad",
+    "inertia": "kg·m²",
+    "viscous_friction": "N·m·s/rad",
+}
+VALUES = {
+    "stator_resistance": 0.05,
+    "d_axis_inductance": 20e-6,
+    "q_axis_inductance": 22e-6,
+    "flux_linkage": 2e-3,
+    "inertia": 1e-5,
+    "viscous_friction": 1e-6,
+}
+
+
+def result(values: dict[str, float], relative: float = 0.01, warnings: Sequence[Notice] = ()) -> ProcedureResult:
+    unc = Uncertainties()
+    parameters = [
+        unc.parameter(
+            name,
+            UNITS.get(name, "1"),
+            unc.statistical(name, value, 0.0 if name == "pole_pairs" else relative * value),
+            procedure="everything",
+            section="3",
+            estimator="e",
+        )
+        for name, value in values.items()
+    ]
+    return ProcedureResult("everything", "3", tuple(parameters), tuple(warnings))
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Callable[..., Path]:
+    """Write a run's journal as a run would, and return its folder."""
+
+    def write(*results: ProcedureResult, motor: str = MOTOR) -> Path:
+        folder = tmp_path / "runs" / "a-run"
+        folder.mkdir(parents=True)
+        journal = Journal(folder / "journal.jsonl", lambda: 0.0)
+        about: dict[str, Any] = {
+            "run": str(folder),
+            "motor": {"name": "outrunner", "serial_number": "SN 7", "source": "motor.toml"},
+            "station": {},
+            "procedures": [r.procedure for r in results],
+            "settings": [],
+            "software": {"motorbench": "0.1.0"},
+            "motor_file": motor,
+        }
+        journal.event("run_started", **about)
+        for made in results:
+            journal.event("procedure_started", procedure=made.procedure, steps={})
+            journal.event("procedure_finished", result=store(made))
+        journal.event("run_finished", status="completed", cause="", bench_time=1.0, wall_time=1.0)
+        journal.close()
+        return folder
+
+    return write
+
+
+def everything() -> ProcedureResult:
+    return result({"pole_pairs": 7.0, **VALUES})
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_every_target_from_the_command_line(
+    target: str, call: Call, record: Callable[..., Path], tmp_path: Path
+) -> None:
+    record(everything())
+    code, out, err = call("export", "a-run", "--for", target)
+    assert (code, "outrunner" in out) == (0, True)
+    assert ("motorbench: left out:" in err) == (target == "c-header")
+    code, shown, _ = call("export", "a-run", "--for", target, "--output", "out.file", "--json")
+    assert code == 0
+    assert (tmp_path / "out.file").read_bytes().decode("utf-8") == out
+    made = json.loads(shown)
+    assert (made["target"], made["file"]) == (target, "out.file")
+    assert "content" not in made
+
+
+def test_json_has_the_fields_and_the_content(call: Call, record: Callable[..., Path]) -> None:
+    record(everything())
+    made = json.loads(call("export", "a-run", "--for", "vesc", "--json")[1])
+    assert made["content"].startswith("<?xml")
+    field = made["fields"]["foc_motor_l"]
+    assert field["value"] == pytest.approx(21e-6)
+    assert (field["unit"], field["from"]) == ("H", ["d_axis_inductance", "q_axis_inductance"])
+    low, high = field["coverage_interval"]
+    assert low < field["value"] - field["standard_uncertainty"] < field["value"] < high
+    assert made["fields"]["si_motor_poles"] == {
+        "value": 14,
+        "unit": "",
+        "convention": "poles, twice the pole pairs",
+        "from": ["pole_pairs"],
+    }
+
+
+def test_refusals_name_every_reason(call: Call, record: Callable[..., Path]) -> None:
+    record(result({"stator_resistance": 0.05}, relative=0.2))
+    code, out, err = call("export", "a-run", "--for", "vesc", "--output", "out.xml")
+    assert (code, out) == (1, "")
+    assert "cannot be exported for VESC mcconf XML" in err
+    assert "stator_resistance is known to 20 % only" in err
+    assert "flux_linkage is needed and the run has none; run back-emf-constant" in err
+    assert not Path("out.xml").exists()
+    code, out, _ = call("export", "a-run", "--for", "vesc", "--json", "--language", "zh")
+    assert code == 1
+    assert "需要 flux_linkage" in json.loads(out)["error"]
+
+
+def test_an_uncertain_figure_may_be_let_through(call: Call, record: Callable[..., Path]) -> None:
+    record(result({"pole_pairs": 7.0, **VALUES}, relative=0.2))
+    assert call("export", "a-run", "--for", "ti")[0] == 1
+    assert call("export", "a-run", "--for", "ti", "--largest-uncertainty", "0.25")[0] == 0
+    assert call("export", "a-run", "--for", "ti", "--largest-uncertainty", "0")[0] == 2
+
+
+def test_doubts_are_said(call: Call, record: Callable[..., Path]) -> None:
+    alarm = Notice("consistency-inductance", text("the reading was halved"))
+    record(result({"pole_pairs": 7.0, **VALUES}, warnings=[alarm]))
+    _, out, err = call("export", "a-run", "--for", "st")
+    assert "motorbench: consistency-inductance: the reading was halved" in err
+    assert "WARNING consistency-inductance: the reading was halved" in out
+
+
+def test_two_counts_that_differ(call: Call, record: Callable[..., Path]) -> None:
+    other = ProcedureResult("other", "3", result({"pole_pairs": 14.0}).parameters)
+    record(everything(), other)
+    code, _, err = call("export", "a-run", "--for", "simplefoc")
+    assert code == 1
+    assert "the number of pole pairs is not certain" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (("a-run", "--for", "vecs"), 2, "did you mean vesc?"),
+        (("nowhere", "--for", "vesc"), 1, "there is no run here"),
+        (("a-run",), 2, "--for"),
+        (("a-run", "--for", "vesc", "--output", "no/such/folder/x.xml"), 1, "cannot be written: No such file"),
+    ],
+)
+def test_wrong_use(arguments: tuple[str, ...], code: int, said: str, call: Call, record: Callable[..., Path]) -> None:
+    record(everything())
+    got, out, err = call("export", *arguments)
+    assert (got, out) == (code, "")
+    assert said in err
+
+
+def test_a_journal_that_was_changed(call: Call, record: Callable[..., Path]) -> None:
+    journal = record(everything()) / "journal.jsonl"
+    journal.write_bytes(journal.read_bytes().replace(b"0.05", b"0.06"))
+    code, _, err = call("export", "a-run", "--for", "vesc")
+    assert code == 1
+    assert "the journal was changed" in err

@@ -1,0 +1,234 @@
+"""A disk that is full, broken or read-only, and a signal in the middle of a line."""
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bench.i18n.errors import InputError
+from bench.journal.disk import RESERVE, Reserve, write_file
+from bench.journal.errors import RecordError
+from bench.journal.journal import CLOSING, Journal, read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.run_result import conclude
+from bench.journal.run_view import RunView
+from bench.journal.wall import WallTime
+from bench.journal.waveforms import StoredWaveform, WaveformFolder
+from drivers.interfaces.text import english
+
+Full = Callable[[int], None]
+WRITE = os.write
+
+
+@pytest.fixture
+def full(monkeypatch: pytest.MonkeyPatch) -> Full:
+    """A disk that takes so many bytes more and then is full."""
+    return lambda room: monkeypatch.setattr(os, "write", writing_into([room]))
+
+
+def writing_into(left: list[int]) -> Callable[[int, Any], int]:
+    """`os.write` on a disk with so many bytes left, which it counts down."""
+
+    def write(file: int, content: Any) -> int:
+        count = min(len(content), left[0])
+        if count == 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        left[0] -= count
+        return WRITE(file, bytes(content[:count]))
+
+    return write
+
+
+@settings(max_examples=60, deadline=None)
+@given(room=st.integers(0, 900), reserve=st.integers(0, 900))
+def test_whatever_room_is_left_the_journal_holds_whole_events_only(
+    tmp_path_factory: pytest.TempPathFactory, room: int, reserve: int
+) -> None:
+    folder = tmp_path_factory.mktemp("full")
+    left = [room]
+
+    class Room(Reserve):
+        def release(self) -> None:
+            super().release()
+            left[0] += reserve
+
+    journal = Journal(folder / "journal.jsonl", lambda: 0.0, reserve=Room(folder / ".reserve"))
+    acknowledged, refused = [], []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "write", writing_into(left))
+        for kind in ("reading", "energising", "reading", "reading", "de_energised", "made_safe", "run_finished"):
+            try:
+                journal.event(kind, value=1.25)
+            except RecordError:
+                refused.append(kind)
+            else:
+                acknowledged.append(kind)
+                # Once something was refused, nothing but the end is taken.
+                assert kind in CLOSING or not refused
+    journal.close()
+    read = read_journal(folder / "journal.jsonl")
+    assert not read.torn
+    assert [event.kind for event in read.events if event.kind != "record_failed"] == acknowledged
+    assert not (folder / ".reserve").exists()
+
+
+def test_a_full_disk_is_told_and_only_the_end_is_still_written(tmp_path: Path, full: Full) -> None:
+    reserve = Reserve(tmp_path / ".reserve")
+    assert (tmp_path / ".reserve").stat().st_blocks * 512 >= RESERVE
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0, reserve=reserve)
+    journal.event("run_started")
+    full(0)
+    with pytest.raises(RecordError, match=r"journal\.jsonl cannot be written: No space left on device\. .* Make room"):
+        journal.event("reading", value=1)
+    full(10_000)
+    with pytest.raises(RecordError):
+        journal.event("reading", value=2)
+    journal.event("made_safe", instrument="supply")
+    journal.event("run_finished", status="failed")
+    journal.close()
+    kinds = [event.kind for event in read_journal(journal.path).events]
+    assert kinds == ["run_started", "made_safe", "run_finished"]
+
+
+def test_a_disk_that_reports_an_error_acknowledges_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+
+    def broken(file: int) -> None:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "fsync", broken)
+    journal.event("reading")
+    with pytest.raises(RecordError, match="Input/output error"):
+        journal.event("energising")
+    journal.close()
+    assert [event.kind for event in read_journal(journal.path).events] == ["reading"]
+
+
+class Stopped(BaseException):
+    """As a signal's handler raises it, anywhere."""
+
+
+@pytest.mark.parametrize("before", [True, False])
+@pytest.mark.parametrize("call", ["write", "fsync"])
+def test_a_signal_in_the_middle_of_a_line_leaves_the_chain_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, before: bool
+) -> None:
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    journal.event("run_started")
+    real = getattr(os, call)
+
+    def struck(*arguments: Any) -> Any:
+        if not before:
+            real(*arguments)
+        raise Stopped
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, call, struck)
+        with pytest.raises(Stopped):
+            journal.event("energising")
+    journal.event("made_safe")
+    journal.event("run_finished")
+    journal.close()
+    kinds = [event.kind for event in read_journal(journal.path).events]
+    assert kinds[-2:] == ["made_safe", "run_finished"]
+    assert len(kinds) == (3 if before and call == "write" else 4)
+
+
+def test_no_room_at_the_start_is_told_before_anything_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_room(file: int, offset: int, size: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", no_room)
+    with pytest.raises(InputError, match=r"no room for a run .* see|choose another disk by --runs"):
+        Reserve(tmp_path / ".reserve")
+    assert not (tmp_path / ".reserve").exists()
+
+
+def test_two_processes_do_not_write_one_run(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    journal.event("run_started")
+    read = read_journal(journal.path)
+    with pytest.raises(InputError, match="another process is writing this run"):
+        Journal(journal.path, lambda: 0.0, previous=read)
+    journal.event("run_finished")
+    journal.close()
+    with pytest.raises(InputError, match="holds more than was read"):
+        Journal(journal.path, lambda: 0.0, previous=read)
+
+
+def test_a_journal_that_cannot_be_opened_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reserve = Reserve(tmp_path / ".reserve")
+
+    def read_only(*arguments: Any) -> int:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(os, "open", read_only)
+    with pytest.raises(InputError, match=r"cannot be written: Read-only file system\. Make the folder writable"):
+        Journal(tmp_path / "journal.jsonl", lambda: 0.0, reserve=reserve)
+    assert not (tmp_path / ".reserve").exists()
+    with pytest.raises(RecordError, match=r"Read-only file system\. .* choose another by --runs"):
+        write_file(tmp_path / "x", b"content")
+
+
+def test_a_waveform_that_finds_no_room_leaves_no_file(tmp_path: Path, full: Full) -> None:
+    wave = StoredWaveform(np.arange(1000) * 1e-3, np.sin(np.arange(1000)), "V", 0.0)
+    folder = WaveformFolder(tmp_path / "waveforms")
+    full(2000)
+    with pytest.raises(RecordError, match=r"0001-oscilloscope\.h5 cannot be written: No space left"):
+        folder.store("oscilloscope", {"channel1": wave})
+    assert list(folder.path.iterdir()) == []
+
+
+def test_a_result_that_finds_no_room_is_told_and_the_older_one_stays(tmp_path: Path, full: Full) -> None:
+    folder = RunFolder(tmp_path)
+    view = RunView()
+    journal = Journal(folder.journal, lambda: 0.0)
+    journal.listen(view.apply)
+    journal.event("run_started", procedures=[], settings=[])
+    journal.event("run_finished", status="completed", cause="", bench_time=1.0, wall_time=1.0)
+    journal.close()
+    folder.result.write_text("older", encoding="utf-8")
+    full(100)
+    assert conclude(folder, view, english)["status"] == "failed"
+    assert "result.json was not made" in view.cause
+    assert folder.result.read_text(encoding="utf-8") == "older"
+    assert not (tmp_path / ".result.json.part").exists()
+
+
+def test_a_clock_that_is_set_back_is_an_event_and_the_order_stays(tmp_path: Path) -> None:
+    times = iter([(1000, 0), (1010, 10), (910, 20), (920, 30)])
+
+    def tick() -> int:
+        now, passed = next(times)
+        ticks.append(passed * 10**9)
+        return now * 10**9
+
+    ticks = [0]
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0, wall=WallTime("", tick, lambda: ticks[-1]))
+    for kind in ("run_started", "reading", "reading", "run_finished"):
+        journal.event(kind, procedures=[], settings=[], status="completed", bench_time=0.0, wall_time=0.0)
+    journal.close()
+    events = read_journal(journal.path).events
+    assert [event.kind for event in events] == ["run_started", "reading", "clock_set_back", "reading", "run_finished"]
+    assert events[2].data["seconds"] == pytest.approx(110.0)
+    view = RunView()
+    view.apply("clock_set_back", events[2].data)
+    ((_, notice),) = view.warnings()
+    assert "set back by 110 s" in str(notice.message)
+
+
+def test_a_clock_behind_the_last_session_is_noticed(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    journal.event("run_started")
+    journal.close()
+    read = read_journal(journal.path)
+    behind = WallTime(read.events[-1].wall, lambda: 10**18, lambda: 0)
+    assert behind.read()[1] > 1e6
+    assert behind.read()[1] == 0.0
+    assert WallTime("yesterday").read()[1] == 0.0

@@ -1,0 +1,69 @@
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from bench.i18n.errors import InputError
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.signatures import sign, signatures
+
+NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
+
+
+@pytest.fixture
+def ended(tmp_path: Path) -> RunFolder:
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    journal.event("run_started", procedures=[], settings=[])
+    journal.event("run_finished", status="completed", bench_time=0.0, wall_time=0.0)
+    journal.close()
+    return RunFolder(tmp_path)
+
+
+def test_a_signature_names_the_journals_end(ended: RunFolder) -> None:
+    sign(ended, " J. Doe ", "engineer", "released", NOON)
+    sign(ended, "王工", "engineer", "", NOON)
+    first, second = signatures(ended)
+    assert (first.person, first.words, first.time, first.holds) == (
+        "J. Doe",
+        "released",
+        "2026-11-21T12:00:00+00:00",
+        True,
+    )
+    assert first.sha256 == read_journal(ended.journal).last_hash
+    assert (second.person, second.holds) == ("王工", True)
+
+
+def test_a_journal_that_went_on_voids_it(ended: RunFolder) -> None:
+    sign(ended, "J. Doe", "engineer", "", NOON)
+    journal = Journal(ended.journal, lambda: 0.0, previous=read_journal(ended.journal))
+    journal.event("run_resumed")
+    journal.event("run_finished", status="completed", bench_time=0.0, wall_time=0.0)
+    journal.close()
+    assert [signature.holds for signature in signatures(ended)] == [False]
+
+
+def test_only_a_run_with_an_end_is_signed(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
+    journal.event("run_started", procedures=[], settings=[])
+    with pytest.raises(InputError, match="has no end"):
+        sign(RunFolder(tmp_path), "J. Doe", "engineer", "", NOON)
+    journal.close()
+    assert signatures(RunFolder(tmp_path)) == ()
+
+
+@pytest.mark.parametrize(
+    ("person", "words", "said"), [("  ", "", "needs the name"), ("J", "x" * 501, "501 characters")]
+)
+def test_what_is_no_signature(ended: RunFolder, person: str, words: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        sign(ended, person, "engineer", words, NOON)
+
+
+@pytest.mark.parametrize("content", ["no json", json.dumps([{"who": 1}]), json.dumps({"a": 1})])
+def test_a_spoilt_file_is_told(ended: RunFolder, content: str) -> None:
+    (ended.path / "signatures.json").write_text(content)
+    with pytest.raises(InputError, match="no signatures"):
+        signatures(ended)

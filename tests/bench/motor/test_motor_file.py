@@ -1,0 +1,201 @@
+import math
+from pathlib import Path
+
+import pytest
+
+from bench.i18n.errors import InputError
+from bench.motor.motor_file import load_motor
+from bench.motor.motor_sections import ExpectedSection
+from bench.motor.shipped_motors import shipped_motors
+from bench.motor.six_step_file import load_drive
+from bench.virtual.true_values import truth_of
+from procedures.catalogue import catalogue
+from procedures.core.nameplate import Connection
+from sim_instruments.physics.hall import HallSensors
+
+LG = (Path(__file__).parents[3] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
+
+
+def refusal(path: Path, old: str, new: str) -> str:
+    assert old in LG
+    path.write_text(LG.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_motor(str(path))
+    return str(error.value)
+
+
+@pytest.mark.parametrize("name", ["lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone"])
+def test_shipped_motors_are_whole(name: str) -> None:
+    motor = load_motor(name)
+    assert name in shipped_motors()
+    assert motor.virtual_motor().pole_pairs > 0
+    assert motor.nameplate.current_bound >= motor.nameplate.rated_current
+    # Friction may hold the rotor off alignment by little: at the supply's 10 A or the rated current, whichever is less.
+    virtual = motor.virtual_motor()
+    current = min(10.0, motor.nameplate.rated_current)
+    assert math.degrees(math.asin(virtual.coulomb_friction / (virtual.torque_constant * current))) < 5.0
+
+
+def test_the_lg_400w_is_the_one_of_the_note() -> None:
+    motor = load_motor("lg-400w")
+    virtual = motor.virtual_motor()
+    assert virtual.phase_resistances == (0.0163, 0.0159, 0.0158)
+    assert virtual.back_emf_constant_mechanical == pytest.approx(0.034)
+    assert virtual.d_axis_inductance == 73e-6
+    assert virtual.q_axis_inductance == 76.5e-6
+    assert virtual.pole_pairs == 4
+    assert motor.nameplate.wire_colours == {"A": "white", "B": "green", "C": "black"}
+
+
+EXPECTED = "\n[expected]\nstator_resistance = 0.016\npole_pairs = 4\n"
+
+
+def test_type_values_are_read_by_parameter_name(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_text(LG + EXPECTED, encoding="utf-8")
+    assert load_motor(str(path)).nameplate.expected == {"stator_resistance": 0.016, "pole_pairs": 4.0}
+    assert load_motor("lg-400w").nameplate.expected == {}
+
+
+def test_every_parameter_may_have_a_type_value() -> None:
+    given = {name for procedure in catalogue().values() for name in procedure.gives}
+    assert given <= set(ExpectedSection.model_fields)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("stator_resistance", "stator_resistence", ["unknown key expected.stator_resistence", "did you mean stator_"]),
+        ("0.016", "-0.016", ["expected.stator_resistance = -0.016", "above 0 ohm", "per phase of the Y-equivalent"]),
+        ("0.016", '"16 mΩ"', ["expected.stator_resistance = '16 mΩ' is text", "give a number in ohm"]),
+        ("pole_pairs = 4", "pole_pairs = 4.5", ["expected.pole_pairs = 4.5", "a whole number of at least 1"]),
+    ],
+)
+def test_faults_of_type_values_are_named(tmp_path: Path, old: str, new: str, parts: list[str]) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_text(LG + EXPECTED.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_motor(str(path))
+    for part in parts:
+        assert part in str(error.value)
+
+
+def test_delta_and_saliency_of_the_others() -> None:
+    assert load_motor("outrunner-delta").nameplate.connection is Connection.DELTA
+    ipmsm = load_motor("ipmsm").virtual_motor()
+    assert ipmsm.q_axis_inductance / ipmsm.d_axis_inductance == pytest.approx(2.0)
+    assert (ipmsm.d_axis_saturation_current, ipmsm.q_axis_saturation_current) == (90.0, 60.0)
+    assert load_motor("lg-400w").virtual_motor().winding_saturation is None
+    assert min(load_motor("gimbal").virtual_motor().phase_resistances) >= 5.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("rated_current = 29.0", "rated_curent = 29.0", ["nameplate.rated_curent", "did you mean rated_current"]),
+        ("rated_current = 29.0", "rated_current = 0", ["nameplate.rated_current = 0", "above 0", "10000 A"]),
+        ("rated_current = 29.0", 'rated_current = "29 A"', ["nameplate.rated_current", "give a number in A"]),
+        ("rated_current = 29.0", "rated_current = nan", ["nameplate.rated_current = nan"]),
+        ("rated_current = 29.0", "rated_current = true", ["nameplate.rated_current = True"]),
+        ("rated_current = 29.0", "", ["nameplate.rated_current is missing", "A"]),
+        ("[0.0163, 0.0159, 0.0158]", '"16 mOhm"', ["virtual.phase_resistance", "16 mOhm", "give a number in ohm"]),
+        ("[0.0163, 0.0159, 0.0158]", "-0.016", ["virtual.phase_resistance = -0.016", "above 0", "ohm"]),
+        ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016, -0.016]", ["virtual.phase_resistance[2] = -0.016", "ohm"]),
+        ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016]", ["virtual.phase_resistance", "list of three"]),
+        ("73.0e-6", "73.0", ["virtual.d_axis_inductance = 73.0", "up to 10 H"]),
+        (
+            "inertia =",
+            "q_axis_saturation_current = 0.0\ninertia =",
+            ["virtual.q_axis_saturation_current = 0.0", "above 0", "100000 A"],
+        ),
+        ("inertia =", 'd_axis_saturation_current = "inf"\ninertia =', ["give a number in A", "above 0"]),
+        ("inertia =", "d_axis_saturation_current = inf\ninertia =", ["virtual.d_axis_saturation_current = inf"]),
+        ("pole_pairs = 4", "pole_pairs = 4.5", ["virtual.pole_pairs = 4.5", "whole number"]),
+        ('"wye"', '"star"', ["nameplate.connection = 'star'", "'wye' or 'delta'"]),
+        ('A = "white"', 'D = "white"', ["nameplate.wire_colours.D", "A, B, C"]),
+        ("order = 5", "order = 1", ["virtual.flux_harmonics[0].order = 1"]),
+        ("[virtual]", "[virtuel]", ["unknown key virtuel", "did you mean virtual"]),
+        ("maximum_current = 80.0", "maximum_current = 8.0", ["maximum_current = 8 A is below rated_current = 29 A"]),
+        ("maximum_speed_rpm = 4000.0", "maximum_speed_rpm = 40.0", ["maximum_speed_rpm = 40 is below"]),
+        ("[nameplate]", "[nameplate", ["not valid TOML", "line 3"]),
+        ("inertia =", "insulation_resistance = 0\ninertia =", ["virtual.insulation_resistance = 0", "above 0", "ohm"]),
+        ("inertia =", "frame_capacitance = -1e-9\ninertia =", ["virtual.frame_capacitance = -1e-09", "F"]),
+        ("inertia =", "emf_shares = [1.0, 1.0]\ninertia =", ["virtual.emf_shares", "list of three numbers"]),
+        ("inertia =", "emf_shares = [1.0, 2.5, 1.0]\ninertia =", ["virtual.emf_shares[1] = 2.5", "0 to 2"]),
+        ("inertia =", 'exchanged_terminals = ["B", "D"]\ninertia =', ["virtual.exchanged_terminals[1] = 'D'"]),
+        ("inertia =", 'exchanged_terminals = ["B", "B"]\ninertia =', ["virtual", "two different terminals"]),
+        ("inertia =", "hall = { offset = 4 }\ninertia =", ["virtual.hall.offset = 4", "rad"]),
+        ("inertia =", "hall = { order = [1, 1, 3] }\ninertia =", ["virtual.hall", "order", "[1, 1, 3]"]),
+        ("inertia =", "hall = { inverted = [4] }\ninertia =", ["virtual.hall.inverted[0] = 4"]),
+        ("inertia =", "hall = { stuck_low = [1], stuck_high = [1] }\ninertia =", ["virtual.hall", "stuck_low"]),
+        ("inertia =", "hall = { ofset = 0.1 }\ninertia =", ["virtual.hall.ofset", "did you mean offset"]),
+    ],
+)
+def test_each_fault_is_named(tmp_path: Path, old: str, new: str, parts: list[str]) -> None:
+    path = tmp_path / "motor.toml"
+    said = refusal(path, old, new)
+    for part in [str(path), *parts]:
+        assert part in said
+
+
+def test_a_scalar_resistance_stands_for_all_three(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_text(LG.replace("[0.0163, 0.0159, 0.0158]", "0.016"), encoding="utf-8")
+    assert load_motor(str(path)).virtual_motor().phase_resistances == (0.016, 0.016, 0.016)
+
+
+def test_the_file_of_a_six_step_drive_gives_plate_drive_and_the_drives_machine(tmp_path: Path) -> None:
+    motor = load_motor("92bl-30-25l")
+    assert motor.six_step == load_drive("92bl-30-25l")
+    machine = motor.virtual_motor()
+    assert machine.phase_resistances == (0.1146, 0.1146, 0.1146)
+    assert machine.q_axis_inductance == pytest.approx(0.4353e-3)
+    assert machine.zero_sequence_inductance == pytest.approx(0.3654e-3)
+    assert machine.back_emf_constant_mechanical == pytest.approx(0.0613 / math.sqrt(3.0))
+    assert motor.nameplate.pole_pairs == machine.pole_pairs
+    truth = truth_of(machine, motor.six_step)
+    assert truth["line_emf_constant"] == pytest.approx(0.0613 * 3 / math.pi)
+    assert truth["switch_resistance"] == 0.03
+    assert "switch_resistance" not in truth_of(machine)
+    assert load_motor("lg-400w").six_step is None
+    path = tmp_path / "bldc.toml"
+    path.write_text(motor.content.replace("[virtual.drive]", "[virtual.driver]"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"\[virtual\.drive\] missing"):
+        load_motor(str(path))
+
+
+def test_an_unknown_name_gets_a_hint(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean lg-400w"):
+        load_motor("lg-401w")
+    with pytest.raises(InputError, match=r"missing\.toml: there is no such motor file"):
+        load_motor(str(tmp_path / "missing.toml"))
+    (tmp_path / "latin.toml").write_bytes(b'[nameplate]\nname = "\xe9"')
+    with pytest.raises(InputError, match="not UTF-8"):
+        load_motor(str(tmp_path / "latin.toml"))
+
+
+def test_what_is_inside_a_virtual_motor_and_wrong_with_it(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    inside = """cogging_phase = 0.5
+emf_shares = [1.0, 0.9, 1.0]
+insulation_resistance = 5.0e7
+frame_capacitance = 2.0e-9
+exchanged_terminals = ["B", "C"]
+hall = { offset = 0.1, placements = [0.0, 0.02, 0.0], order = [2, 1, 3], inverted = [3], stuck_low = [1], voltage = 3.3 }
+inertia ="""
+    path.write_text(LG.replace("inertia =", inside, 1), encoding="utf-8")
+    motor = load_motor(str(path)).virtual_motor()
+    assert (motor.cogging_phase, motor.emf_shares, motor.exchanged) == (0.5, (1.0, 0.9, 1.0), ("B", "C"))
+    assert (motor.insulation_resistance, motor.frame_capacitance) == (5.0e7, 2.0e-9)
+    assert motor.halls == HallSensors(0.1, (0.0, 0.02, 0.0), (2, 1, 3), (3,), ((1, "low"),), 3.3)
+    assert load_motor("lg-400w").virtual_motor().halls is None
+
+
+def test_a_drives_motor_has_its_sensors_and_may_have_others(tmp_path: Path) -> None:
+    path = tmp_path / "drive.toml"
+    text = (Path(__file__).parents[3] / "bench" / "motors" / "92bl-30-25l.toml").read_text(encoding="utf-8")
+    assert load_motor("92bl-30-25l").virtual_motor().halls == HallSensors()
+    path.write_text(
+        text.replace("[virtual.winding]", "[virtual.hall]\noffset = 0.2\n\n[virtual.winding]"), encoding="utf-8"
+    )
+    assert load_motor(str(path)).virtual_motor().halls == HallSensors(0.2)

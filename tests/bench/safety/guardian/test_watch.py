@@ -1,0 +1,343 @@
+"""What a guardian makes of what it hears, without instruments and without a run."""
+
+import os
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.cli.results import results
+from bench.i18n.errors import InputError
+from bench.journal.guardian_record import FILE, GuardianRecord, read_guardian
+from bench.journal.journal import Journal as RunJournal
+from bench.safety.guardian.guarded_instruments import is_shared, needs_guardian
+from bench.safety.guardian.protocol import Charge, charge_of, decode, encode
+from bench.safety.guardian.watch import Watch
+from bench.safety.shutdown import Outcome
+from bench.safety.shutdown_items import Measured
+from bench.station.shutdown_sequence import Do, Item, item
+from bench.station.station_file import load_station
+from procedures.core.bench import Recorder, Role
+
+OFF, DECAYED = item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.VOLTAGE_DECAYED, Role.SUPPLY)
+
+
+class Hands:
+    """Counts what is done."""
+
+    items = (OFF, DECAYED)
+
+    def __init__(self) -> None:
+        self.done: list[Do] = []
+
+    def walk(
+        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    ) -> list[Outcome]:
+        self.done += [one.do for one in items]
+        return [Outcome(one, found=Measured(0.1, "V") if one.measures else None) for one in items]
+
+
+class Journal:
+    def __init__(self) -> None:
+        self.events: list[tuple[str, dict[str, Any]]] = []
+
+    def event(self, kind: str, **data: Any) -> None:
+        self.events.append((kind, data))
+
+
+class Watched:
+    """A watch on a thread, and the run's end of its pipe."""
+
+    def __init__(self, heartbeat: float = 30.0, stalled: float = 30.0) -> None:
+        self.hands, self.journal = Hands(), Journal()
+        self.said: list[dict[str, Any]] = []
+        self.incoming, self.outgoing = os.pipe()
+        self.watch = Watch(self.hands, self.journal, self.incoming, self.said.append, heartbeat, stalled)
+        self.thread = threading.Thread(target=self.watch.run)
+        self.thread.start()
+
+    def tell(self, **message: Any) -> None:
+        os.write(self.outgoing, encode(message))
+
+    def ended(self) -> list[str]:
+        """Return the causes for which it acted, once it has left."""
+        self.thread.join(20.0)
+        assert not self.thread.is_alive()
+        return [data["cause"] for kind, data in self.journal.events if kind == "took"]
+
+    def await_said(self, key: str) -> Any:
+        deadline = time.monotonic() + 20.0
+        while not (found := [message[key] for message in list(self.said) if key in message]):
+            assert time.monotonic() < deadline, self.said
+            self.thread.join(0.01)
+        return found[0]
+
+    def close(self) -> None:
+        for end in (self.incoming, self.outgoing):
+            try:
+                os.close(end)
+            except OSError:
+                continue
+
+
+@pytest.fixture
+def watched() -> Iterator[type[Watched]]:
+    made: list[Watched] = []
+
+    class Kept(Watched):
+        def __init__(self, **limits: float) -> None:
+            made.append(self)
+            super().__init__(**limits)
+
+    yield Kept
+    for one in made:
+        one.close()
+
+
+def test_a_run_that_is_done_needs_nothing(watched: type[Watched]) -> None:
+    one = watched()
+    one.tell(beat=1, age=0.1)
+    assert one.await_said("echo") == 1
+    one.tell(done=True, journal=True)
+    assert one.ended() == []
+    assert one.hands.done == []
+
+
+def test_a_run_that_died(watched: type[Watched]) -> None:
+    one = watched()
+    os.close(one.outgoing)
+    assert one.ended() == ["the run's process has died"]
+    assert one.hands.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
+    measured = next(data for kind, data in one.journal.events if kind == "measured")
+    assert (measured["value"], measured["unit"], measured["outcome"]) == (0.1, "V", "safe")
+
+
+def test_a_silent_run_is_kept_off_until_it_says_that_it_is_awake(watched: type[Watched]) -> None:
+    one = watched(heartbeat=0.2)
+    assert one.await_said("took") == "no heartbeat for 0.2 s"
+    while one.hands.done.count(Do.OUTPUT_OFF) < 3:
+        one.thread.join(0.01)
+    one.tell(beat=7, age=0.0)
+    while len([message for message in list(one.said) if "took" in message]) < 2:
+        one.thread.join(0.01)
+    one.tell(awake=True)
+    one.tell(down=True)
+    one.tell(done=True, journal=True)
+    assert one.ended() == ["no heartbeat for 0.2 s"]
+
+
+def test_a_run_that_does_not_get_on(watched: type[Watched]) -> None:
+    one = watched(stalled=5.0)
+    one.tell(beat=1, age=4.9)
+    one.tell(beat=2, age=5.1)
+    assert one.await_said("took") == "the run has not got on for 5.1 s"
+    os.close(one.outgoing)
+    one.ended()
+
+
+def test_a_block_that_is_not_off_in_time_is_helped_and_the_run_goes_on(watched: type[Watched]) -> None:
+    one = watched()
+    one.tell(ending=True)
+    one.tell(ended=True)
+    one.tell(ending=True)
+    while not one.hands.done:
+        one.thread.join(0.01)
+    one.tell(beat=3, age=0.0)
+    assert one.await_said("echo") == 3
+    one.tell(down=True)
+    one.tell(done=True, journal=True)
+    assert one.ended() == ["what was energised is not off 0.4 s after an error"]
+    assert not any("took" in message for message in one.said)
+
+
+def test_a_lost_journal_has_its_outcomes_here(watched: type[Watched]) -> None:
+    one = watched()
+    one.tell(done=True, journal=False)
+    assert one.ended() == ["the run's journal cannot be written"]
+    assert one.hands.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
+
+
+@pytest.mark.parametrize("answers", [True, False])
+def test_an_alarm_is_the_runs_own_business_unless_it_does_nothing(watched: type[Watched], answers: bool) -> None:
+    one = watched()
+    one.watch.alarm("the door, which is open")
+    assert one.await_said("alarm") == "the door, which is open"
+    if answers:
+        one.tell(down=True)
+        one.tell(done=True, journal=True)
+        assert one.ended() == []
+    else:
+        one.tell(ended=True)
+        assert one.await_said("took") == "the door, which is open"
+        os.close(one.outgoing)
+        one.ended()
+
+
+@pytest.mark.parametrize("begins", [True, False])
+def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
+    watched: type[Watched], begins: bool
+) -> None:
+    one = watched()
+    one.tell(stop="Ctrl-C")
+    # Neither signs of life nor the end of a single block are the shutdown.
+    one.tell(beat=1, age=0.0)
+    one.tell(ended=True)
+    if begins:
+        one.tell(down=True)
+        one.tell(done=True, journal=True)
+        assert one.ended() == []
+    else:
+        took = "the run has not begun its shutdown 0.5 s after it was requested by Ctrl-C"
+        assert one.await_said("took") == took
+        os.close(one.outgoing)
+        assert one.ended() == [took]
+
+
+def test_a_source_that_does_not_answer_is_switched_off_at_once_and_the_run_goes_on(watched: type[Watched]) -> None:
+    one = watched()
+    one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s")
+    while not one.hands.done:
+        one.thread.join(0.01)
+    assert one.hands.done == [Do.OUTPUT_OFF]
+    one.tell(down=True)
+    one.tell(done=True, journal=True)
+    assert one.ended() == ["the supply, which is energised and has not answered for 0.7 s"]
+    assert not any("took" in message for message in one.said)
+
+
+def test_the_record_has_its_room_beforehand_and_is_read_while_it_grows(tmp_path: Path) -> None:
+    assert read_guardian(tmp_path) == []
+    record = GuardianRecord(tmp_path)
+    record.event("started", pid=1)
+    assert (tmp_path / FILE).stat().st_size > 60_000
+    assert [event["kind"] for event in read_guardian(tmp_path)] == ["started"]
+    record.event("took", cause="…")
+    record.close()
+    record.close()
+    record.event("too late")
+    again = GuardianRecord(tmp_path)
+    again.event("started", pid=2)
+    assert [event["kind"] for event in read_guardian(tmp_path)] == ["started", "took", "started"]
+    again.close()
+    assert (tmp_path / FILE).read_bytes().count(b"\n") == 3
+
+
+def test_a_record_that_cannot_be_written_says_so_and_stops_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record = GuardianRecord(tmp_path / "missing")
+    record.event("took", cause="…")
+    record.close()
+    assert "guardian.jsonl cannot be written" in capsys.readouterr().err
+
+
+def test_a_charge_goes_through_the_pipe() -> None:
+    charge = Charge("station.toml", '[station]\nname = "Prüfstand"\n', ("drive", "supply"), "/runs/1", 0.6, 60.0)
+    assert charge_of(decode(charge.line())) == charge
+    with pytest.raises(ValueError, match="no message"):
+        decode(b"[1]\n")
+
+
+@pytest.mark.parametrize(
+    ("address", "shared"),
+    [
+        ("TCPIP0::192.0.2.7::inst0::INSTR", True),
+        ("TCPIP0::192.0.2.7::5025::SOCKET", True),
+        ("tcp://192.0.2.7:502", True),
+        ("can://socketcan/can0?node=5", True),
+        ("can://udp_multicast/239.74.163.2?node=5", True),
+        ("can://slcan/socket://192.0.2.7:3333?node=5", True),
+        ("can://slcan//dev/ttyACM0?node=5", False),
+        ("can://pcan/PCAN_USBBUS1?node=5", False),
+        ("rtu:///dev/ttyUSB0?baudrate=9600", False),
+        ("USB0::0x2A8D::0x1202::MY61000000::0::INSTR", False),
+        ("GPIB0::5::INSTR", False),
+    ],
+)
+def test_what_a_second_process_may_hold(address: str, shared: bool) -> None:
+    assert is_shared(address) is shared
+
+
+STATION = """
+[station]
+name = "Bench 1"
+[guardian]
+heartbeat = 1.5
+[instruments.supply]
+driver = "keysight-e36300"
+address = "TCPIP0::192.0.2.7::inst0::INSTR"
+[instruments.dynamometer]
+driver = "manual"
+maximum_speed = 100.0
+maximum_torque = 1.0
+[instruments.voltmeter]
+driver = "keysight-34461a"
+address = "TCPIP0::192.0.2.8::inst0::INSTR"
+"""
+
+
+def test_who_needs_one(tmp_path: Path) -> None:
+    path = tmp_path / "station.toml"
+    path.write_text(STATION, encoding="utf-8")
+    station = load_station(path)
+    assert (station.guardian.heartbeat, station.guardian.stalled) == (1.5, 60.0)
+    assert needs_guardian(station, {Role.SUPPLY, Role.VOLTMETER})
+    # What a person sets, and what feeds nothing, needs nobody.
+    assert not needs_guardian(station, {Role.DYNAMOMETER, Role.VOLTMETER})
+    path.write_text(STATION.replace("1.5", "0.01"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"guardian\.heartbeat = 0\.01; allowed is a number of at least 0\.2"):
+        load_station(path)
+
+
+def test_what_a_guardian_did_is_shown_with_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    journal = RunJournal(tmp_path / "journal.jsonl", lambda: 0.0)
+    journal.event("run_started", run=str(tmp_path), motor={"name": "M"}, station={}, procedures=["tiny"], settings={})
+    journal.close()
+    assert results(str(tmp_path), language="en") == 0
+    assert "The guardian" not in capsys.readouterr().out
+    record = GuardianRecord(tmp_path)
+    record.event("took", cause="the run's process has died")
+    record.close()
+    assert results(str(tmp_path), language="en") == 0
+    assert "The guardian took the way down at 20" in (said := capsys.readouterr().out)
+    assert "the run's process has died" in said
+    assert results(str(tmp_path), json=True) == 0
+    assert '"cause": "the run\'s process has died"' in capsys.readouterr().out
+
+
+def test_two_guardians_of_one_run_do_not_write_into_each_others_lines(tmp_path: Path) -> None:
+    first = GuardianRecord(tmp_path)
+    first.event("took", cause="the run died")
+
+    def begin() -> None:
+        second = GuardianRecord(tmp_path)
+        second.event("ready")
+        second.close()
+
+    waiting = threading.Thread(target=begin)
+    waiting.start()
+    waiting.join(0.2)
+    assert waiting.is_alive()
+    first.event("left")
+    first.close()
+    waiting.join(10.0)
+    told = read_guardian(tmp_path)
+    assert [(event["n"], event["kind"]) for event in told] == [(1, "took"), (2, "left"), (3, "ready")]
+
+
+@pytest.mark.parametrize("off", [True, False])
+def test_a_shutdown_that_does_not_switch_everything_off_in_time_is_helped(watched: type[Watched], off: bool) -> None:
+    one = watched()
+    one.tell(down=True, on=True)
+    if off:
+        one.tell(off=True)
+    else:
+        while not one.hands.done:
+            one.thread.join(0.01)
+    one.tell(done=True, journal=True, unsafe=not off)
+    took = [] if off else ["the run's shutdown has not switched everything off within 0.4 s"]
+    assert one.ended() == [*took, *([] if off else ["the run could not switch everything off"])]
+    assert [message["walked"] for message in one.said if "walked" in message] == [[]] * (0 if off else 2)
