@@ -134,7 +134,7 @@ def test_a_report_has_the_worst_first_and_tells_what_was_missed() -> None:
     rows = table([right, lost, late, alone]).splitlines()
     assert [row.split("|")[1].strip() for row in rows[2:]] == ["late", "lost", "alone", "right", "all"]
     words = summary([right, late, lost, alone])
-    assert "Off later than promised: 1, of them 1 by no more than" in words
+    assert "Off later than promised: 1, in 1 of these cases by no more than" in words
     assert "Events told and not in the journal: 2." in words
     assert good([right, alone])
     assert not good([right, late])

@@ -4,6 +4,12 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+from bench.safety import guardian
+
+
+#: The module that is a guardian's process.
+GUARDIAN = guardian.__name__
+
 
 def process_of(port: int, to: int) -> int:
     """Return the process that holds the connection from a local port to another; 0 where none is found."""
@@ -24,7 +30,7 @@ def process_of(port: int, to: int) -> int:
 def is_guardian(pid: int) -> bool:
     """Tell whether a process is a guardian."""
     with suppress(OSError):
-        return b"bench.safety.guardian" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return GUARDIAN.encode() in Path(f"/proc/{pid}/cmdline").read_bytes()
     return False
 
 

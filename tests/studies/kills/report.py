@@ -32,7 +32,8 @@ def summary(found: Sequence[Trial]) -> str:
     resumed = [trial for trial in found if trial.resumed]
     lines = [
         f"{len(found)} trials, {len(on)} of them with something energised.",
-        f"Off later than promised: {len(late)}, of them {len(starved)} by no more than run, guardian or bench waited for a processor.",
+        f"Off later than promised: {len(late)}, in {len(starved)} of these cases by no more than a thread of run, guardian or bench "
+        "waited for a processor meanwhile, which of a run that computes says nothing.",
         f"All of the computer's processes died: {len(alone)}; what has no watchdog of its own was on until the resume: "
         f"{sum('output_on' in trial.without_computer for trial in alone)}.",
         f"Events told and not in the journal: {sum(trial.missing for trial in found)}.",
