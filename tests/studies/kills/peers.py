@@ -6,7 +6,6 @@ from pathlib import Path
 
 from bench.safety import guardian
 
-
 #: The module that is a guardian's process.
 GUARDIAN = guardian.__name__
 
