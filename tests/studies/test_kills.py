@@ -119,8 +119,8 @@ def test_the_proxy_disturbs_and_tells_how_long_a_call_was_left_without_an_answer
         assert asked(proxy, run, 0.3) == b"nothing"
         assert (proxy.longest_wait(monotonic()) or 0.0) >= 0.2
         proxy.disturb(Disturbance("reset", again=True))
-        with pytest.raises(ConnectionError):
-            run.recv(16)
+        # A pump that was just reading may end the connection in order, before the reset does.
+        assert refused(run)
         with socket.create_connection(("127.0.0.1", proxy.port)) as again:
             assert refused(again)
 
