@@ -145,7 +145,7 @@ def place_at(
                     "or a station file with [station] control, as motorbench sim serve writes it"
                 )
             )
-        with _served(read, seed, faults, fixture=operator == "fixture") as made:
+        with _served(read, seed, interrupts, faults, fixture=operator == "fixture") as made:
             yield made
         return
     if not (read.control and operator == "panel"):
@@ -202,7 +202,7 @@ def _at_panel(station: Station, seed: int, interrupts: Interrupts, faults: "Sequ
     from bench.operators.panel_operator import DistantOperator, DistantPrompt
 
     if station.control:
-        with _served(station, seed, faults) as made, _watched(made, "panel", interrupts) as watched:
+        with _served(station, seed, interrupts, faults) as made, _watched(made, "panel", interrupts) as watched:
             yield watched
         return
     with closing(DistantOperator(interrupts)) as person:
@@ -263,12 +263,14 @@ def _replayed(station: Station, answers: Path) -> Place:
 
 
 @contextmanager
-def _served(station: Station, seed: int, faults: "Sequence[GivenFault]", *, fixture: bool = False) -> Iterator[Place]:
+def _served(
+    station: Station, seed: int, interrupts: Interrupts, faults: "Sequence[GivenFault]", *, fixture: bool = False
+) -> Iterator[Place]:
     from bench.operators.virtual import VirtualOperator
     from bench.virtual.fault_file import inject
     from bench.virtual.served_world import ServedWorld
 
-    with ServedWorld(station.control) as world:
+    with ServedWorld(station.control, interrupts) as world:
         hands = VirtualOperator(world, seed)
         inject(faults, lambda described: world.inject(described.told()))
         made = Place(

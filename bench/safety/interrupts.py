@@ -85,7 +85,7 @@ class Interrupts:
 
     def request(self, by: Text | str) -> None:
         """Have the run stopped, from any thread; the first request counts. Before `raising` it is remembered."""
-        if not self._wish:
+        if not self.requested_by:
             self._seen = self._seen or monotonic()
             self._wish = by
         with self._closing, suppress(OSError):

@@ -2,11 +2,17 @@
 
 import time
 
+from bench.safety.interrupts import Interrupts
+
 
 class ServedClock:
-    """Runs `speedup` times as fast as the wall's clock, from bench time `now` (s) on, as the bench's own does."""
+    """Runs `speedup` times as fast as the wall's clock, from bench time `now` (s) on, as the bench's own does.
 
-    def __init__(self, now: float, speedup: float) -> None:
+    Whoever sleeps, hands among them, is woken where a stop is requested of `interrupts`.
+    """
+
+    def __init__(self, now: float, speedup: float, interrupts: Interrupts | None = None) -> None:
+        self._interrupts = interrupts or Interrupts()
         self._begin = now
         self._speedup = speedup
         self._start = time.monotonic()
@@ -18,4 +24,5 @@ class ServedClock:
     def sleep(self, seconds: float) -> None:
         """Let bench time (s) pass."""
         if seconds > 0.0:
-            time.sleep(seconds / self._speedup)  # noqa: TID251  a clock of its own, for a bench's own time
+            with self._interrupts.waiting():
+                time.sleep(seconds / self._speedup)  # noqa: TID251  a clock of its own, for a bench's own time

@@ -7,6 +7,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from bench.i18n.errors import InputError, said_by
+from bench.safety.interrupts import Interrupts
 from bench.virtual.served_clock import ServedClock
 from drivers.interfaces.text import text
 
@@ -20,13 +21,13 @@ class ServedWorld:
     Raises InputError where nobody answers at the address, and RuntimeError, as a World does, for what cannot be done.
     """
 
-    def __init__(self, control: str) -> None:
+    def __init__(self, control: str, interrupts: Interrupts | None = None) -> None:
         self._control = control
         parts = urlsplit(control)
         self._connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=_TIMEOUT)
         told = self._ask("GET", "/clock")
         #: The bench's time.
-        self.clock = ServedClock(float(told["time"]), float(told["speedup"]))
+        self.clock = ServedClock(float(told["time"]), float(told["speedup"]), interrupts)
 
     def __enter__(self) -> "ServedWorld":
         return self

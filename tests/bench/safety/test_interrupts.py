@@ -255,3 +255,11 @@ def _told(stream: Any, count: int) -> bytes:
         return os.read(stream.fileno(), count)
     finally:
         timer.cancel()
+
+
+def test_who_was_first_is_named_whoever_follows() -> None:
+    interrupts = Interrupts()
+    with interrupts.raising():
+        signal.raise_signal(signal.SIGINT)
+        interrupts.request("the guardian, which took the way down")
+        assert interrupts.requested_by == "Ctrl-C"
