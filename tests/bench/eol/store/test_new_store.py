@@ -1,5 +1,6 @@
 """Stations that start together on one new store, and one that is killed while it makes the tables."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -12,7 +13,8 @@ from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.store.schema import METADATA
 
-TIMES = 4
+#: How often stations start together on each database; MOTORBENCH_EXAMPLES=1000 does it longer.
+TIMES = max(1, int(os.environ.get("MOTORBENCH_EXAMPLES", "40")) // 40)
 
 STATION = """
 import sys
