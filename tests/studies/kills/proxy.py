@@ -112,7 +112,9 @@ class Proxy:
                 continue
             for end in (near, far):
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._pairs.append(_Pair(self, near, far, guardian=guardian))
+            pair = _Pair(self, near, far, guardian=guardian)
+            self._pairs.append(pair)
+            pair.start()
 
 
 class _Pair:
@@ -125,7 +127,10 @@ class _Pair:
         self.channel = ""
         self.asked = self.answered = 0.0
         self.over = False
+        self._cut = False
         self._pause = threading.Event()
+
+    def start(self) -> None:
         for work in (self._to, self._from):
             threading.Thread(target=work, daemon=True).start()
 
@@ -134,6 +139,8 @@ class _Pair:
             return
         with suppress(OSError):
             if disturbance.kind == "reset":
+                # Nobody is to say politely that this is the end.
+                self._cut = True
                 self._near.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _AT_ONCE)
                 self._near.shutdown(socket.SHUT_RD)
                 self.close()
@@ -165,43 +172,54 @@ class _Pair:
                 self._pass(content, self._far, "to")
         except OSError:
             self.over = True
-        with suppress(OSError):
-            self._far.shutdown(socket.SHUT_WR)
         self.over = True
+        self._end(self._far)
 
     def _from(self) -> None:
         try:
             while content := self._far.recv(1 << 16):
-                if self._pass(content, self._near, "from") and self._proxy.reply in content:
-                    self.answered = monotonic()
-                    if not self.guardian:
-                        self._proxy.answered()
+                self._pass(content, self._near, "from")
         except OSError:
             self.over = True
-        with suppress(OSError):
-            self._near.shutdown(socket.SHUT_WR)
+        self._end(self._near)
 
-    def _pass(self, content: bytes, on: socket.socket, direction: str) -> bool:
-        """Pass bytes on as the disturbance will have it; tell whether all have been passed."""
+    def _end(self, connection: socket.socket) -> None:
+        """Say that no more comes."""
+        with suppress(OSError):
+            if not self._cut:
+                connection.shutdown(socket.SHUT_WR)
+
+    def _send(self, content: bytes, on: socket.socket, direction: str, whole: bytes) -> None:
+        """Send the end of what came as `whole`; a reply counts from before it goes out, for the next request may come at once."""
+        if direction == "from" and self._proxy.reply in whole:
+            self.answered = monotonic()
+            if not self.guardian:
+                self._proxy.answered()
+        on.sendall(content)
+
+    def _pass(self, content: bytes, on: socket.socket, direction: str) -> None:
+        """Pass bytes on as the disturbance will have it."""
         disturbance = self._proxy.disturbance
         struck = not self.guardian and disturbance.kind != "none" and disturbance.channel in ("", self.channel)
         if struck and direction == "to" and disturbance.kind != "rewrite" and self._proxy.request in content:
             self._proxy.asked(self.asked)
         if not struck or disturbance.direction not in ("both", direction):
-            on.sendall(content)
-            return True
+            self._send(content, on, direction, content)
+            return
         match disturbance.kind:
             case "mute":
-                return False
+                return
             case "delay":
                 self._pause.wait(disturbance.seconds)
-                on.sendall(content)
+                self._send(content, on, direction, content)
             case "drip":
-                for byte in content:
+                for number, byte in enumerate(content, 1):
                     self._pause.wait(disturbance.seconds)
-                    on.sendall(bytes((byte,)))
+                    if number == len(content):
+                        self._send(bytes((byte,)), on, direction, content)
+                    else:
+                        on.sendall(bytes((byte,)))
             case "rewrite" if direction == "from":
-                on.sendall(disturbance.rewrite(content))
+                self._send(disturbance.rewrite(content), on, direction, content)
             case _:
-                on.sendall(content)
-        return True
+                self._send(content, on, direction, content)
