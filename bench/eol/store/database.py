@@ -115,11 +115,16 @@ def _durable(connection: sqlite3.Connection, _record: Any) -> None:
     The log begins anew after 1 MB: a sync of what is written over waits for the disk alone, one of a file that grows for the file
     system's own journal too.
     """
-    cursor = connection.cursor()
-    _write_ahead(cursor)
-    for pragma in ("synchronous = FULL", "foreign_keys = ON", "wal_autocheckpoint = 250"):
-        cursor.execute(f"PRAGMA {pragma}")
-    cursor.close()
+    try:
+        cursor = connection.cursor()
+        _write_ahead(cursor)
+        for pragma in ("synchronous = FULL", "foreign_keys = ON", "wal_autocheckpoint = 250"):
+            cursor.execute(f"PRAGMA {pragma}")
+        cursor.close()
+    except BaseException:
+        # The pool does not know of it yet, so nobody else would close it.
+        connection.close()
+        raise
 
 
 def _write_ahead(cursor: sqlite3.Cursor) -> None:

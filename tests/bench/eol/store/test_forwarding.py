@@ -222,11 +222,12 @@ def test_a_server_that_refuses_by_permission_is_waited_for(station: Station) -> 
     open_database(station.server).dispose()
     database = make_url(station.server).database
     with psycopg.connect(station.server, autocommit=True) as owner:
-        owner.execute(f'CREATE ROLE "{role}" LOGIN')
+        # A server may ask for a password, as the packaged one does.
+        owner.execute(f"CREATE ROLE \"{role}\" LOGIN PASSWORD '{role}'")
         try:
             owner.execute(f'GRANT SELECT ON ALL TABLES IN SCHEMA public TO "{role}"')
             as_owner = station.server
-            station.server = make_url(as_owner).set(username=role).render_as_string(hide_password=False)
+            station.server = make_url(as_owner).set(username=role, password=role).render_as_string(hide_password=False)
             for number in (1, 2, 3):
                 station.save(record(number))
             state = station.wait(lambda state: state.troubles and state.for_server == 3)
