@@ -1,4 +1,4 @@
-"""The way down from an energised state."""
+"""The shutdown of what is energised."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,7 +18,7 @@ def always(end: Callable[[], None], calls: Calls = UNWATCHED) -> Iterator[None]:
         try:
             _finish(end, calls)
         except InstrumentError as failure:
-            cause.add_note(f"On the way down: {failure}")
+            cause.add_note(f"During the shutdown: {failure}")
         raise
     _finish(end, calls)
 

@@ -3,6 +3,8 @@
 import re
 from collections.abc import Collection, Mapping
 
+from drivers.interfaces.text import Text, text
+
 #: A motor terminal on something that feeds it or measures it; the groups are the terminal and, one of them, the kind.
 _SOCKET = re.compile(
     r"([ABC]):(?:(supply)[+-]|(lcr)_(?:high|low)|(inverter)_[uvw]|(drive)_[123]|(insulation)_high)", re.ASCII
@@ -37,16 +39,23 @@ def check_channels(crosspoints: Mapping[str, int]) -> None:
     for name, channel in crosspoints.items():
         key = f'crosspoints."{name}" = {channel}'
         if not is_crosspoint(name):
-            raise ValueError(f"{key}: there is no such crosspoint; allowed are {_FORMS}")
+            raise ValueError(text("{key}: there is no such crosspoint; allowed are {forms}", key=key, forms=_FORMS))
         if not LOWEST_CHANNEL <= channel <= HIGHEST_CHANNEL:
-            raise ValueError(f"{key}: a channel is a number from {LOWEST_CHANNEL} to {HIGHEST_CHANNEL}, slot first")
+            raise ValueError(
+                text(
+                    "{key}: a channel is a number from {lowest} to {highest}, slot first",
+                    key=key,
+                    lowest=LOWEST_CHANNEL,
+                    highest=HIGHEST_CHANNEL,
+                )
+            )
         if channel in taken:
-            raise ValueError(f'{key}: the channel is "{taken[channel]}" already')
+            raise ValueError(text('{key}: the channel is "{taken}" already', key=key, taken=taken[channel]))
         taken[channel] = name
 
 
-def conflict(crosspoints: Collection[str]) -> str:
-    """Return why these crosspoints may not be closed together, or nothing.
+def conflict(crosspoints: Collection[str]) -> Text | None:
+    """Return why these crosspoints may not be closed together, None where they may.
 
     A terminal has one socket at most, all sockets are of one kind of source, a lead touches one point (it would join two),
     and beside an insulation test nothing is connected.
@@ -58,17 +67,26 @@ def conflict(crosspoints: Collection[str]) -> str:
         if (socket := _SOCKET.fullmatch(name)) is not None:
             terminal, *found = socket.groups()
             if terminal in sockets:
-                return f"{sockets[terminal]} and {name} would put terminal {terminal} on two sockets"
+                return text(
+                    "{one} and {other} would put terminal {terminal} on two sockets",
+                    one=sockets[terminal],
+                    other=name,
+                    terminal=terminal,
+                )
             sockets[terminal] = name
             kinds[next(kind for kind in found if kind)] = name
         elif (lead := _LEAD.fullmatch(name)) is not None:
             end = lead.group(1) or lead.group(2)
             if end in leads:
-                return f"{leads[end]} and {name} would join two points by one lead"
+                return text("{one} and {other} would join two points by one lead", one=leads[end], other=name)
             leads[end] = name
     if len(kinds) > 1:
-        return f"{' and '.join(kinds.values())} would join two sources"
+        return text("{crosspoints} would join two sources", crosspoints=list(kinds.values()))
     beside = sorted(set(crosspoints) - set(sockets.values()))
     if "insulation" in kinds and beside:
-        return f"{beside[0]} would be on the voltage of an insulation test beside {kinds['insulation']}"
-    return ""
+        return text(
+            "{one} would be on the voltage of an insulation test beside {other}",
+            one=beside[0],
+            other=kinds["insulation"],
+        )
+    return None

@@ -1,6 +1,7 @@
 """Whether the instrument that answers is the very one that the station file names."""
 
 from drivers.interfaces import Identity, IdentityError
+from drivers.interfaces.text import text
 
 
 def check_serial_number(name: str, answering: Identity, expected: str | None, command: str) -> None:
@@ -8,7 +9,11 @@ def check_serial_number(name: str, answering: Identity, expected: str | None, co
     if expected is not None and answering.serial_number != expected:
         raise IdentityError(
             name,
-            f"serial number {answering.serial_number} answers, expected {expected}",
+            text(
+                "serial number {serial_number} answers, expected {expected}",
+                serial_number=answering.serial_number,
+                expected=expected,
+            ),
             command=command,
-            remedy="Correct the serial number, and the calibration with it, in the station file",
+            remedy=text("Correct the serial number, and the calibration with it, in the station file"),
         )

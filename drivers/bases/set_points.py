@@ -4,13 +4,16 @@ import math
 from collections.abc import Mapping
 from typing import TypeVar
 
-from drivers.interfaces import SetpointError
+from drivers.interfaces import SetpointError, Slope
+from drivers.interfaces.text import Text, text
 
 T = TypeVar("T")
 
+SLOPES = {Slope.RISING: text("rising"), Slope.FALLING: text("falling"), Slope.EITHER: text("rising or falling")}
+
 
 def check_setpoint(
-    instrument: str, parameter: str, value: float, unit: str, low: float, high: float, whose: str
+    instrument: str, parameter: Text | str, value: float, unit: str, low: float, high: float, whose: Text | str
 ) -> float:
     """Return the value when it is finite and within `low` … `high` (in `unit`).
 
@@ -33,8 +36,8 @@ def probe_on(instrument: str, channel: int, probes: Mapping[int, T]) -> T:
         ) from None
 
 
-def lesser(own: float, station: float | None) -> tuple[float, str]:
+def lesser(own: float, station: float | None) -> tuple[float, Text]:
     """Return the smaller of the model's and the station's limit, and whose it is."""
     if station is not None and station < own:
-        return station, "the station"
-    return own, "the model"
+        return station, text("the station")
+    return own, text("the model")

@@ -9,6 +9,7 @@ from contextlib import suppress
 from drivers.bases.set_points import check_setpoint
 from drivers.delta.options import BeckhoffRelayOptions
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog
+from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, open_line
 
 STATUS, TIME, RESET, TYPE = 0x100C, 0x1120, 0x1121, 0x1122
@@ -66,13 +67,20 @@ class BeckhoffRelay:
             if (kept := self._read(address)) != value:
                 raise ReportedError(
                     self._name,
-                    f"register {address:04X}H is {kept} after {value} was written",
+                    text(
+                        "register {address:04X}H is {kept} after {value} was written",
+                        address=address,
+                        kept=kept,
+                        value=value,
+                    ),
                     command=f"{address:04X}H",
-                    remedy="Set it with the maker's configuration software, or restart the coupler",
+                    remedy=text("Set it with the maker's configuration software, or restart the coupler"),
                 )
         self._switch(True)
         if not self._output():
-            raise ReportedError(self._name, f"output {self._options.output} stays off", command=self._command)
+            raise ReportedError(
+                self._name, text("output {output} stays off", output=self._options.output), command=self._command
+            )
 
     def feed(self) -> None:
         """Write the output once more, so that it stays on for another `watchdog_time`.
@@ -82,13 +90,15 @@ class BeckhoffRelay:
         if self._elapsed():
             raise ReportedError(
                 self._name,
-                f"has dropped out: nobody fed it for {self._options.watchdog_time:g} s",
+                text(
+                    "has dropped out: nobody fed it for {watchdog_time:g} s", watchdog_time=self._options.watchdog_time
+                ),
                 command=f"{STATUS:04X}H",
-                remedy="See what held the run up, then begin again",
+                remedy=text("See what held the run up, then begin again"),
             )
         self._switch(True)
         if not self._output():
-            raise ReportedError(self._name, "has dropped out: its output is off", command=self._command)
+            raise ReportedError(self._name, text("has dropped out: its output is off"), command=self._command)
 
     def drop_out(self) -> None:
         """Switch the output off and make sure of it, over a renewed connection where the present one fails.
@@ -122,9 +132,9 @@ class BeckhoffRelay:
         if self.picked_up():
             raise ReportedError(
                 self._name,
-                f"output {self._options.output} stays on",
+                text("output {output} stays on", output=self._options.output),
                 command=self._command,
-                remedy="Press the emergency stop",
+                remedy=text("Press the emergency stop"),
             )
 
     def _elapsed(self) -> bool:

@@ -5,10 +5,12 @@ from contextlib import contextmanager
 
 from drivers.bases.always import always
 from drivers.bases.set_points import check_setpoint
+from drivers.catalogue import Surroundings
 from drivers.cia402.node import VELOCITY_COUNTS, Cia402Node
-from drivers.cia402.opening import Opener, opener
+from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402Options
-from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, ReportedError, Watchdog
+from drivers.interfaces import Accuracy, Clock, Identity, Inverter, MeasurementError, Reading, ReportedError, Watchdog
+from drivers.interfaces.text import Text, text
 
 #: Objects of CiA 402; the phase current of the open-loop mode is the maker's.
 PHASE_CURRENT = 0x2000
@@ -26,7 +28,7 @@ ASSUMED_CURRENT_ACCURACY = 0.05
 ASSUMED_SOURCE = "assumed, 5 % of rated: no drive profile states an accuracy; enter a calibration"
 
 
-class Cia402Inverter:
+class Cia402Inverter(Inverter):
     """A CiA 402 drive by its node. Raises ReportedError where it states no rated current."""
 
     def __init__(self, node: Cia402Node, clock: Clock, options: Cia402Options, *, name: str = "inverter") -> None:
@@ -40,9 +42,16 @@ class Cia402Inverter:
             return
         rated = objects.read(RATED_CURRENT, 0, 4) * CURRENT_STEP
         if rated <= 0:
-            raise ReportedError(name, "rated current (0x6075) is 0", remedy="Set up the drive for its motor first")
+            raise ReportedError(
+                name, text("rated current (0x6075) is 0"), remedy=text("Set up the drive for its motor first")
+            )
         self._rated_current = rated * options.current_scale
         node.watch()
+
+    @classmethod
+    def open(cls, address: str, options: Cia402Options, surroundings: Surroundings, name: str) -> "Cia402Inverter":
+        """Open the node at a CAN address; raises what `open_node` raises."""
+        return open_node(cls, address, options, surroundings, name)
 
     @property
     def identity(self) -> Identity:
@@ -53,11 +62,6 @@ class Cia402Inverter:
     def watchdog(self) -> Watchdog | None:
         """The drive's heartbeat consumer, as it was armed and read back."""
         return self._node.watchdog
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Never: it answers by itself."""
-        return False
 
     @property
     def maximum_current(self) -> float:
@@ -86,7 +90,7 @@ class Cia402Inverter:
             self._objects.write(PHASE_CURRENT, 0, amplitude, 4)
             self._power.enable()
             self._objects.write(TARGET_VELOCITY, 0, round(frequency * VELOCITY_COUNTS), 4, signed=True)
-            self._await("frequency", "Hz", frequency, self._node.frequency, self._options.frequency_tolerance)
+            self._await(text("frequency"), "Hz", frequency, self._node.frequency, self._options.frequency_tolerance)
             yield
 
     @contextmanager
@@ -156,22 +160,25 @@ class Cia402Inverter:
         counts = round(current / self._rated_current / TORQUE_STEP)
         self._objects.write(TARGET_TORQUE, 0, counts, 2, signed=True)
         tolerance = self._options.current_tolerance * self._rated_current
-        self._await("current", "A", current, self._current, tolerance)
+        self._await(text("current"), "A", current, self._current, tolerance)
 
     def _current(self) -> float:
         return self._objects.read(ACTUAL_TORQUE, 0, 2, signed=True) * TORQUE_STEP * self._rated_current
 
-    def _await(self, what: str, unit: str, target: float, read: Callable[[], float], tolerance: float) -> None:
+    def _await(self, what: Text, unit: str, target: float, read: Callable[[], float], tolerance: float) -> None:
         deadline = self._clock.now() + self._options.settle_timeout
         while abs((found := read()) - target) > tolerance:
             self._power.check_fault()
             if self._clock.now() >= deadline:
                 raise MeasurementError(
                     self._name,
-                    f"the {what} is {found:g} {unit} {self._options.settle_timeout:g} s after {target:g} {unit} "
-                    "was commanded",
+                    text(
+                        "the {what} is {found:g} {unit} {settle_timeout:g} s after {target:g} {unit} was commanded",
+                        what=what,
+                        found=found,
+                        unit=unit,
+                        settle_timeout=self._options.settle_timeout,
+                        target=target,
+                    ),
                 )
             self._clock.sleep(self._options.poll_interval)
-
-
-open_cia402_inverter: Opener[Cia402Options, Cia402Inverter] = opener(Cia402Inverter, "inverter")

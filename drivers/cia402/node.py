@@ -7,6 +7,7 @@ from drivers.cia402.options import NodeOptions
 from drivers.cia402.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.cia402.watchdog import HeartbeatWatchdog
 from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Identity, IdentityError, Traffic, Watchdog
+from drivers.interfaces.text import text
 from drivers.transport.can.objects import NodeObjects, SdoClient
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
@@ -34,7 +35,7 @@ class Connection(Protocol):
 
 
 class Cia402Node:
-    """A drive by its node's SDO client; the node is identified when this is made, unless it is held for the way down only
+    """A drive by its node's SDO client; the node is identified when this is made, unless it is held for the shutdown only
     (`guarding`).
 
     A drive has one SDO channel: a second client that asked beside the first would spoil its replies.
@@ -89,7 +90,9 @@ class Cia402Node:
         deadline = self._clock.now() + self._options.transition_timeout
         while (found := self.objects.read(MODE_DISPLAY, 0, 1, signed=True)) != mode:
             if self._clock.now() >= deadline:
-                raise UnreachedStateError(self._name, f"stays in mode {found} (0x6061)", command=f"0x6060 = {mode}")
+                raise UnreachedStateError(
+                    self._name, text("stays in mode {found} (0x6061)", found=found), command=f"0x6060 = {mode}"
+                )
             self._clock.sleep(self._options.poll_interval)
 
     def frequency(self) -> float:
@@ -122,9 +125,12 @@ class Cia402Node:
         if device_type & 0xFFFF != DRIVE_PROFILE:
             raise IdentityError(
                 self._name,
-                f"the node's device type is 0x{device_type:08X}, expected profile 402 (0x....0192)",
+                text(
+                    "the node's device type is 0x{device_type:08X}, expected profile 402 (0x....0192)",
+                    device_type=device_type,
+                ),
                 command="read 0x1000:00",
-                remedy="Correct the node id in the station file",
+                remedy=text("Correct the node id in the station file"),
             )
         vendor, product, revision, serial = (self.objects.read(IDENTITY, sub, 4) for sub in (1, 2, 3, 4))
         model = self.objects.read_text(DEVICE_NAME, 0)

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from drivers.interfaces import Accuracy, Watchdog, WhenSilent
+from drivers.catalogue import Driver
+from drivers.interfaces import Accuracy, Role, Watchdog, WhenSilent
 
 
 @dataclass(frozen=True)
@@ -86,3 +87,26 @@ class Cia402RotorActuatorOptions(NodeOptions):
     increments_per_turn: int | None = None
     timeout: float = 5.0
     angle_accuracy: Accuracy | None = None
+
+
+INVERTER = Driver(
+    "cia402-inverter",
+    Role.INVERTER,
+    Cia402Options,
+    "drivers.cia402.inverter:Cia402Inverter.open",
+    simulated="cia402-inverter",
+)
+SIX_STEP = Driver(
+    "cia402-six-step",
+    Role.DRIVE,
+    Cia402SixStepOptions,
+    "drivers.cia402.six_step:Cia402SixStep.open",
+    simulated="cia402-six-step",
+)
+ROTOR_ACTUATOR = Driver(
+    "cia402-rotor-actuator",
+    Role.ROTOR_ACTUATOR,
+    Cia402RotorActuatorOptions,
+    "drivers.cia402.rotor_actuator:Cia402RotorActuator.open",
+    simulated="cia402-rotor-actuator",
+)

@@ -3,6 +3,7 @@
 from enum import Enum
 
 from drivers.interfaces import Clock, CommunicationError, ReportedError
+from drivers.interfaces.text import text, text_of
 from drivers.transport.can.objects import NodeObjects
 
 CONTROLWORD, STATUSWORD, ERROR_CODE = 0x6040, 0x6041, 0x603F
@@ -65,7 +66,7 @@ def decode_state(statusword: int) -> PowerState:
         mask, value = state.value
         if statusword & mask == value:
             return state
-    raise ValueError(f"statusword 0x{statusword:04X} stands for no state")
+    raise ValueError(text("statusword 0x{statusword:04X} stands for no state", statusword=statusword))
 
 
 def error_name(code: int) -> str:
@@ -92,7 +93,7 @@ class PowerStateMachine:
         try:
             return decode_state(statusword)
         except ValueError as error:
-            raise CommunicationError(self._objects.name, str(error), command="read 0x6041:00") from error
+            raise CommunicationError(self._objects.name, text_of(error), command="read 0x6041:00") from error
 
     def check_fault(self) -> PowerState:
         """Return the present state; raises ReportedError with the error code where the drive is in fault."""
@@ -141,7 +142,9 @@ class PowerStateMachine:
                 if state is PowerState.FAULT:
                     raise self._fault(command)
                 raise UnreachedStateError(
-                    self._objects.name, f"stays in {state.words}, {wanted.words} was commanded", command=command
+                    self._objects.name,
+                    text("stays in {actual}, {wanted} was commanded", actual=state.words, wanted=wanted.words),
+                    command=command,
                 )
             self._clock.sleep(self._poll_interval)
 
@@ -149,7 +152,7 @@ class PowerStateMachine:
         code = self._objects.read(ERROR_CODE, 0, 2)
         return ReportedError(
             self._objects.name,
-            f"the drive is in fault {error_name(code)}",
+            text("the drive is in fault {fault}", fault=error_name(code)),
             command=command,
-            remedy="Remove the cause, then try again",
+            remedy=text("Remove the cause, then try again"),
         )

@@ -5,8 +5,9 @@ from collections.abc import Callable
 
 from drivers.bases.always import always
 from drivers.bases.set_points import check_setpoint
+from drivers.catalogue import Surroundings
 from drivers.cia402.node import ACTUAL_VELOCITY, Cia402Node
-from drivers.cia402.opening import Opener, opener
+from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402RotorActuatorOptions
 from drivers.cia402.power_state import CONTROLWORD, ENABLE_OPERATION, STATUSWORD
 from drivers.interfaces import (
@@ -17,8 +18,10 @@ from drivers.interfaces import (
     MeasurementError,
     Reading,
     ReportedError,
+    RotorActuator,
     Watchdog,
 )
+from drivers.interfaces.text import Text, text
 
 ACTUAL_POSITION, TARGET_POSITION, PROFILE_SPEED, TARGET_VELOCITY = 0x6064, 0x607A, 0x6081, 0x60FF
 ENCODER_RESOLUTION, INPUTS, OUTPUTS = 0x608F, 0x60FD, 0x60FE
@@ -39,10 +42,18 @@ _SPEED_TOLERANCE, _LEAST_TOLERANCE = 0.05, 0.01
 #: The drive says within its own window (0x6067) that it is there; farther off than this (rad) something has slipped.
 _POSITION_TOLERANCE = math.radians(2.0)
 _WRAP = 1 << 32
-_WORDS = {BRAKE: "brake", CLUTCH: "clutch", COUPLING: "coupling to the dynamometer"}
+#: What a part does not do, by its bit and whether it was to close.
+_STUCK = {
+    (BRAKE, True): text("the brake stays open"),
+    (BRAKE, False): text("the brake stays closed"),
+    (CLUTCH, True): text("the clutch stays open"),
+    (CLUTCH, False): text("the clutch stays closed"),
+    (COUPLING, True): text("the coupling to the dynamometer stays open"),
+    (COUPLING, False): text("the coupling to the dynamometer stays closed"),
+}
 
 
-class Cia402RotorActuator:
+class Cia402RotorActuator(RotorActuator):
     """A rotor actuator by its node. Raises ReportedError where it states no whole number of increments per turn."""
 
     def __init__(
@@ -65,6 +76,13 @@ class Cia402RotorActuator:
             self._objects.write(OUTPUTS, OUTPUT_MASK, mask | _ALL, 4)
         node.watch()
 
+    @classmethod
+    def open(
+        cls, address: str, options: Cia402RotorActuatorOptions, surroundings: Surroundings, name: str
+    ) -> "Cia402RotorActuator":
+        """Open the node at a CAN address; raises what `open_node` raises."""
+        return open_node(cls, address, options, surroundings, name)
+
     @property
     def identity(self) -> Identity:
         """Vendor and product of 0x1018, with the device's name."""
@@ -85,7 +103,7 @@ class Cia402RotorActuator:
 
         Raises ReportedError where it does not close, InstrumentError while the shaft turns.
         """
-        self._refuse_turning("the brake closes on a standing shaft only")
+        self._refuse_turning(text("the brake closes on a standing shaft only"))
         self._switch(BRAKE, BRAKE | CLUTCH)
 
     def release(self) -> None:
@@ -106,7 +124,7 @@ class Cia402RotorActuator:
             tolerance = max(_SPEED_TOLERANCE * abs(speed), _LEAST_TOLERANCE)
             self._await(
                 lambda: abs(self._speed() - speed) <= tolerance,
-                lambda: f"the speed is {self._speed():.3g} rad/s, {speed:.3g} rad/s was commanded",
+                lambda: self._missed(speed),
             )
         except BaseException as error:
             self._let_go_after(error)
@@ -118,7 +136,7 @@ class Cia402RotorActuator:
             self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
             self._await(
                 lambda: abs(self._speed()) <= STANDING,
-                lambda: f"the speed is {self._speed():.3g} rad/s, 0 was commanded",
+                lambda: self._missed(0.0),
             )
 
     def move_by(self, angle: float) -> None:
@@ -135,14 +153,14 @@ class Cia402RotorActuator:
             self._objects.write(PROFILE_SPEED, 0, self._as_counts(self._options.maximum_speed), 4)
             self._objects.write(TARGET_POSITION, 0, target, 4, signed=True)
             self._objects.write(CONTROLWORD, 0, ENABLE_OPERATION | NEW_SET_POINT, 2)
-            self._await(lambda: bool(self._status() & TAKEN), lambda: "a new target position was not taken")
+            self._await(lambda: bool(self._status() & TAKEN), lambda: text("a new target position was not taken"))
             self._objects.write(CONTROLWORD, 0, ENABLE_OPERATION, 2)
             # It cannot be there sooner.
             self._clock.sleep(abs(angle) / self._options.maximum_speed)
             tolerance = self._as_counts(_POSITION_TOLERANCE)
             self._await(
                 lambda: bool(self._status() & REACHED) and abs(_wrapped(self._position() - target)) <= tolerance,
-                lambda: f"the shaft is {math.degrees(self._remaining(target)):.3g}° from where it was to go",
+                lambda: text("the shaft is {angle:.3g}° from its target", angle=math.degrees(self._remaining(target))),
             )
 
     def angle(self) -> Reading:
@@ -158,12 +176,12 @@ class Cia402RotorActuator:
 
     def couple_dynamometer(self) -> None:
         """Close the coupling to the dynamometer; refused with InstrumentError while the shaft turns."""
-        self._refuse_turning("the coupling closes on a standing shaft only")
+        self._refuse_turning(text("the coupling closes on a standing shaft only"))
         self._switch(COUPLING, COUPLING)
 
     def uncouple_dynamometer(self) -> None:
         """Open the coupling to the dynamometer; refused with InstrumentError while the shaft turns."""
-        self._refuse_turning("the coupling opens on a standing shaft only")
+        self._refuse_turning(text("the coupling opens on a standing shaft only"))
         self._switch(0, COUPLING)
 
     def make_safe(self) -> None:
@@ -180,7 +198,7 @@ class Cia402RotorActuator:
     def _take_hold(self, mode: int, target: int | None) -> None:
         """Have the drive hold the standing shaft, by the clutch, in a mode in which it was told to stay where it is."""
         if self._objects.read(INPUTS, 0, 4) & BRAKE:
-            raise InstrumentError(self._name, "the brake is closed", remedy="Release the shaft first")
+            raise InstrumentError(self._name, text("the brake is closed"), remedy=text("Release the shaft first"))
         self._node.select(mode)
         if target is not None:
             self._objects.write(target, 0, 0, 4, signed=True)
@@ -201,7 +219,7 @@ class Cia402RotorActuator:
             with self._objects.calls.making_safe():
                 self._let_go()
         except InstrumentError as failure:
-            error.add_note(f"On the way down: {failure}")
+            error.add_note(f"During the shutdown: {failure}")
 
     def _switch(self, wanted: int, mask: int) -> None:
         """Set the outputs in `mask` and return once the mechanism has followed; raises ReportedError where it does not."""
@@ -211,36 +229,32 @@ class Cia402RotorActuator:
         deadline = self._clock.now() + self._options.timeout
         while (stuck := (self._objects.read(INPUTS, 0, 4) ^ wanted) & mask) != 0:
             if self._clock.now() >= deadline:
-                parts = ", ".join(
-                    f"the {word} stays {'open' if wanted & bit else 'closed'}"
-                    for bit, word in _WORDS.items()
-                    if stuck & bit
-                )
+                parts = [_STUCK[bit, bool(wanted & bit)] for bit in (BRAKE, CLUTCH, COUPLING) if stuck & bit]
                 raise ReportedError(
                     self._name,
-                    f"{parts} {self._options.timeout:g} s after it was told to move",
+                    text("{parts} {timeout:g} s after the command", parts=parts, timeout=self._options.timeout),
                     command="read 0x60FD:00",
-                    remedy="Check air, power and end switches of the mechanism",
+                    remedy=text("Check air, power and end switches of the mechanism"),
                 )
             self._clock.sleep(self._options.poll_interval)
 
-    def _refuse_turning(self, why: str) -> None:
+    def _refuse_turning(self, why: Text) -> None:
         speed = self._speed()
         if abs(speed) > STANDING:
             raise InstrumentError(
                 self._name,
-                f"the shaft turns at {speed:.3g} rad/s, and {why}",
+                text("the shaft turns at {speed:.3g} rad/s, and {why}", speed=speed, why=why),
                 command="read 0x606C:00",
-                remedy="Wait until it stands",
+                remedy=text("Wait until it stands"),
             )
 
-    def _await(self, reached: Callable[[], bool], finding: Callable[[], str]) -> None:
+    def _await(self, reached: Callable[[], bool], finding: Callable[[], Text]) -> None:
         deadline = self._clock.now() + self._options.timeout
         while not reached():
             self._power.check_fault()
             if self._clock.now() >= deadline:
                 raise MeasurementError(
-                    self._name, finding(), remedy="Check that the shaft turns freely, and clutch and brake"
+                    self._name, finding(), remedy=text("Check that the shaft turns freely, and clutch and brake")
                 )
             self._clock.sleep(self._options.poll_interval)
 
@@ -250,9 +264,13 @@ class Cia402RotorActuator:
         if not increments or not turns or increments % turns:
             raise ReportedError(
                 self._name,
-                f"the drive states no whole number of increments per turn ({increments} in {turns})",
+                text(
+                    "the drive states no whole number of increments per turn ({increments} in {turns})",
+                    increments=increments,
+                    turns=turns,
+                ),
                 command="read 0x608F",
-                remedy="Set increments_per_turn in the station file",
+                remedy=text("Set increments_per_turn in the station file"),
             )
         return increments // turns
 
@@ -264,6 +282,11 @@ class Cia402RotorActuator:
 
     def _remaining(self, target: int) -> float:
         return _wrapped(self._position() - target) / self._increments * 2.0 * math.pi
+
+    def _missed(self, wanted: float) -> Text:
+        return text(
+            "the speed is {speed:.3g} rad/s, {wanted:.3g} rad/s was commanded", speed=self._speed(), wanted=wanted
+        )
 
     def _speed(self) -> float:
         counts = self._objects.read(ACTUAL_VELOCITY, 0, 4, signed=True)
@@ -277,8 +300,3 @@ class Cia402RotorActuator:
 def _wrapped(counts: int) -> int:
     """Return counts as a signed number of 32 bits."""
     return (counts + _WRAP // 2) % _WRAP - _WRAP // 2
-
-
-open_cia402_rotor_actuator: Opener[Cia402RotorActuatorOptions, Cia402RotorActuator] = opener(
-    Cia402RotorActuator, "rotor_actuator"
-)

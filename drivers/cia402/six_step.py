@@ -4,11 +4,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.bases.always import always
+from drivers.catalogue import Surroundings
 from drivers.cia402.node import VELOCITY_COUNTS, Cia402Node
-from drivers.cia402.opening import Opener, opener
+from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402SixStepOptions
 from drivers.cia402.power_state import UnreachedStateError
-from drivers.interfaces import Accuracy, Clock, Identity, MeasurementError, Reading, Watchdog
+from drivers.interfaces import Accuracy, BldcDrive, Clock, Identity, MeasurementError, Reading, Watchdog
+from drivers.interfaces.text import text
 
 #: DC link voltage is the profile's (mV), the other two are the maker's (mA; bits 0 … 2 are H1 … H3).
 BUS_VOLTAGE, BUS_CURRENT, HALL_STATE = 0x6079, 0x2010, 0x2011
@@ -34,7 +36,7 @@ FREQUENCY_OF_HALL_EDGES = Accuracy(
 )
 
 
-class Cia402SixStep:
+class Cia402SixStep(BldcDrive):
     """A six-step drive by its node."""
 
     def __init__(self, node: Cia402Node, clock: Clock, options: Cia402SixStepOptions, *, name: str = "drive") -> None:
@@ -44,6 +46,13 @@ class Cia402SixStep:
         self._name = name
         if not node.guarding:
             node.watch()
+
+    @classmethod
+    def open(
+        cls, address: str, options: Cia402SixStepOptions, surroundings: Surroundings, name: str
+    ) -> "Cia402SixStep":
+        """Open the node at a CAN address; raises what `open_node` raises."""
+        return open_node(cls, address, options, surroundings, name)
 
     @property
     def identity(self) -> Identity:
@@ -69,9 +78,9 @@ class Cia402SixStep:
             except UnreachedStateError as error:
                 raise MeasurementError(
                     self._name,
-                    f"does not reach operation: {error.what}",
+                    text("does not reach operation: {what}", what=error.what),
                     command=error.command,
-                    remedy="Check the DC source, the drive's enable input and its Hall sensors",
+                    remedy=text("Check the DC source, the drive's enable input and its Hall sensors"),
                 ) from error
             yield
 
@@ -105,6 +114,3 @@ class Cia402SixStep:
     def close(self) -> None:
         """Leave the bus; may be called twice."""
         self._node.close()
-
-
-open_cia402_six_step: Opener[Cia402SixStepOptions, Cia402SixStep] = opener(Cia402SixStep, "drive")

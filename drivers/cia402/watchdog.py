@@ -7,6 +7,7 @@ from typing import Protocol
 
 from drivers.bases.set_points import check_setpoint
 from drivers.interfaces import InstrumentError, ReportedError, Watchdog, WhenSilent
+from drivers.interfaces.text import text
 from drivers.transport.can.objects import NodeObjects
 
 CONSUMER_HEARTBEAT, ABORT_CONNECTION = 0x1016, 0x6007
@@ -95,9 +96,15 @@ class HeartbeatWatchdog:
         if found != wanted:
             raise ReportedError(
                 self._objects.name,
-                f"0x{index:04X}:{subindex:02X} is {found} after {wanted} was written",
+                text(
+                    "0x{index:04X}:{subindex:02X} is {found} after {wanted} was written",
+                    index=index,
+                    subindex=subindex,
+                    found=found,
+                    wanted=wanted,
+                ),
                 command=f"read 0x{index:04X}:{subindex:02X}",
-                remedy="See whether the drive's objects are locked, or set heartbeat_time = 0",
+                remedy=text("See whether the drive's objects are locked, or set heartbeat_time = 0"),
             )
 
     def _free_entry(self, entries: int, producer: int) -> int:
@@ -108,8 +115,8 @@ class HeartbeatWatchdog:
         if not own + unused:
             raise ReportedError(
                 self._objects.name,
-                f"all {entries} entries of the drive's consumer heartbeat are taken",
+                text("all {entries} entries of the drive's consumer heartbeat are taken", entries=entries),
                 command="read 0x1016",
-                remedy="Free one in the drive's set-up, or set heartbeat_time = 0",
+                remedy=text("Free one in the drive's set-up, or set heartbeat_time = 0"),
             )
         return (own + unused)[0]

@@ -4,11 +4,12 @@ import math
 from enum import IntEnum
 
 from drivers.interfaces import Clock, CommunicationError, ReportedError
+from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, signed_16
 
 #: Command and status registers.
 COMMAND, FREQUENCY_COMMAND = 0x2000, 0x2001
-ERROR_AND_WARNING, OUTPUT_FREQUENCY, OUTPUT_CURRENT = 0x2100, 0x2103, 0x2104
+ERROR_AND_WARNING, OUTPUT_FREQUENCY = 0x2100, 0x2103
 #: Parameters: group and number are the bytes of the address.
 CONTROL_MODE, STOP_METHOD, TORQUE_COMMAND = 0x000A, 0x0016, 0x0B22
 
@@ -50,9 +51,9 @@ class DeltaC2000:
         if status & 0xFF:
             raise ReportedError(
                 self._line.name,
-                f"the drive is in fault {status & 0xFF} (C2000 User Manual, chapter 14)",
+                text("the drive is in fault {status} (C2000 User Manual, chapter 14)", status=status & 255),
                 command=f"{ERROR_AND_WARNING:04X}H",
-                remedy="Remove the cause and reset the drive",
+                remedy=text("Remove the cause and reset the drive"),
             )
 
     def set_mode(self, mode: ControlMode) -> None:
@@ -110,9 +111,9 @@ class DeltaC2000:
             if self._clock.now() >= deadline:
                 raise ReportedError(
                     self._line.name,
-                    f"the drive still puts out {still}",
+                    text("the drive still puts out {still}", still=still),
                     command="stop command",
-                    remedy="Press the emergency stop",
+                    remedy=text("Press the emergency stop"),
                 )
             self._clock.sleep(0.02)
 

@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from drivers.bases.set_points import check_setpoint
 from drivers.delta.options import communication_watchdog
 from drivers.interfaces import InstrumentError, ReportedError, Watchdog
+from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine
 
 TREATMENT, TIME_OUT, STATUS = 0x0902, 0x0903, 0x2101
@@ -17,7 +18,9 @@ TREATMENT, TIME_OUT, STATUS = 0x0902, 0x0903, 0x2101
 COAST = 2
 TIME_STEP = 0.1
 SHORTEST_TIME, LONGEST_TIME = 0.5, 100.0
-_WITHOUT = "See whether the drive has the parameter, unlocked; a drive without it has no watchdog: watchdog_time = 0"
+_WITHOUT = text(
+    "See whether the drive has the parameter, unlocked; a drive without it has no watchdog: watchdog_time = 0"
+)
 #: Questions within the time after which the drive stops: two may be lost.
 QUESTIONS = 3
 
@@ -88,7 +91,7 @@ class CommunicationWatchdog:
         if found != value:
             raise ReportedError(
                 self._line.name,
-                f"{what} is {found} after {value} was written",
+                text("{what} is {found} after {value} was written", what=what, found=found, value=value),
                 command=f"{address:04X}H",
                 remedy=_WITHOUT,
             )

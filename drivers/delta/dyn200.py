@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 from drivers.interfaces import CommunicationError
+from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, signed_32
 
 READINGS, TORQUE_DECIMALS, DIRECTION, SPEED_DECIMALS = 0x00, 0x08, 0x12, 0x20
@@ -67,8 +68,8 @@ class Dyn200:
         if not 0 <= value <= highest:
             raise CommunicationError(
                 self._line.name,
-                f"{what} = {value} is outside 0 … {highest}",
+                text("{what} = {value} is outside 0 … {highest}", what=what, value=value, highest=highest),
                 command=f"read {address:04X}H of unit {self._unit}",
-                remedy="Check that this unit is a DYN-200",
+                remedy=text("Check that this unit is a DYN-200"),
             )
         return value

@@ -7,23 +7,22 @@ from functools import cached_property
 
 from drivers.bases.always import always
 from drivers.bases.set_points import check_setpoint, lesser
+from drivers.catalogue import Surroundings
 from drivers.delta.c2000 import COAST_TO_STOP, ControlMode, DeltaC2000, maximum_speed
 from drivers.delta.c2000_watchdog import CommunicationWatchdog
 from drivers.delta.dyn200 import RPM, Dyn200
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import (
-    UNWATCHED,
     Accuracy,
-    Calls,
     Clock,
     CommunicationError,
+    Dynamometer,
     DynamometerReading,
     Identity,
     MeasurementError,
-    Traffic,
     Watchdog,
 )
-from drivers.transport.in_process import InProcess
+from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, open_line
 
 #: Share of full scale that is the limit of error of strain-gauge transducers of this class.
@@ -36,7 +35,7 @@ REST_SPEED = 0.5 * RPM
 SETTLED_READINGS = 3
 
 
-class DeltaDyn200:
+class DeltaDyn200(Dynamometer):
     """A dynamometer on one Modbus line; both units are asked for when this is made, with `guarding` when first needed.
 
     Raises CommunicationError where one of them does not answer, ReportedError where the drive is in fault.
@@ -86,6 +85,25 @@ class DeltaDyn200:
             source=SPEED_SOURCE,
         )
 
+    @classmethod
+    def open(cls, address: str, options: DeltaDyn200Options, surroundings: Surroundings, name: str) -> "DeltaDyn200":
+        """Open the dynamometer at `tcp://host:port` or `rtu:///dev/…?baudrate=…`, or in process at `in-process://…`.
+
+        Raises CommunicationError where a unit does not answer, ReportedError where the drive is in fault.
+        """
+        line = open_line(
+            address,
+            name,
+            traffic=surroundings.traffic,
+            calls=surroundings.calls,
+            in_process=surroundings.in_process,
+        )
+        try:
+            return cls(line, surroundings.clock, options, name=name, guarding=surroundings.guarding)
+        except BaseException:
+            line.close()
+            raise
+
     @property
     def identity(self) -> Identity:
         """The two makers and models; neither unit tells a serial number over Modbus."""
@@ -95,11 +113,6 @@ class DeltaDyn200:
     def watchdog(self) -> Watchdog | None:
         """The drive's communication time-out, as it was armed and read back."""
         return self._watchdog.armed
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Never: it answers by itself."""
-        return False
 
     @property
     def maximum_speed(self) -> float:
@@ -118,7 +131,9 @@ class DeltaDyn200:
         """
         speed = self._transducer.read().speed
         if speed > REST_SPEED:
-            raise MeasurementError(self._name, f"the shaft turns at {speed:.3g} rad/s, torque cannot be zeroed")
+            raise MeasurementError(
+                self._name, text("the shaft turns at {speed:.3g} rad/s, torque cannot be zeroed", speed=speed)
+            )
         self._transducer.zero()
 
     @contextmanager
@@ -205,7 +220,9 @@ class DeltaDyn200:
             while (speed := self._transducer.read().speed) > REST_SPEED:
                 if self._clock.now() >= deadline:
                     raise MeasurementError(
-                        self._name, f"the shaft still turns at {speed:.3g} rad/s", remedy="Press the emergency stop"
+                        self._name,
+                        text("the shaft still turns at {speed:.3g} rad/s", speed=speed),
+                        remedy=text("Press the emergency stop"),
                     )
                 self._clock.sleep(self._options.settle_interval)
 
@@ -265,31 +282,12 @@ class DeltaDyn200:
                 self._drive.check_fault()
                 raise MeasurementError(
                     self._name,
-                    f"the speed is {last[-1]:.4g} rad/s {self._options.settle_timeout:g} s after {speed:.4g} rad/s "
-                    "was commanded",
-                    remedy="Check the coupling, the drive's ramp times and the torque limit",
+                    text(
+                        "the speed is {last:.4g} rad/s {settle_timeout:g} s after {speed:.4g} rad/s was commanded",
+                        last=last[-1],
+                        settle_timeout=self._options.settle_timeout,
+                        speed=speed,
+                    ),
+                    remedy=text("Check the coupling, the drive's ramp times and the torque limit"),
                 )
             self._clock.sleep(self._options.settle_interval)
-
-
-def open_delta_dyn200(
-    address: str,
-    clock: Clock,
-    options: DeltaDyn200Options,
-    *,
-    name: str = "dynamometer",
-    traffic: Traffic | None = None,
-    calls: Calls = UNWATCHED,
-    in_process: InProcess | None = None,
-    guarding: bool = False,
-) -> DeltaDyn200:
-    """Open the dynamometer at `tcp://host:port` or `rtu:///dev/…?baudrate=…`, or through `in_process` at `in-process://…`.
-
-    Raises CommunicationError where a unit does not answer, ReportedError where the drive is in fault.
-    """
-    line = open_line(address, name, traffic=traffic, calls=calls, in_process=in_process)
-    try:
-        return DeltaDyn200(line, clock, options, name=name, guarding=guarding)
-    except BaseException:
-        line.close()
-        raise

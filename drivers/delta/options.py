@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from drivers.interfaces import Accuracy, Watchdog, WhenSilent
+from drivers.catalogue import Driver
+from drivers.interfaces import Accuracy, Role, Watchdog, WhenSilent
 
 
 @dataclass(frozen=True)
@@ -92,3 +93,12 @@ class DeltaDyn200Options:
     def watchdog(self) -> Watchdog | None:
         """What the drive is asked to watch."""
         return communication_watchdog(self.watchdog_time)
+
+
+DELTA_DYN200 = Driver(
+    "delta-dyn200",
+    Role.DYNAMOMETER,
+    DeltaDyn200Options,
+    "drivers.delta.dynamometer:DeltaDyn200.open",
+    simulated="delta-dyn200",
+)

@@ -3,32 +3,29 @@
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from drivers.bases.always import always
 from drivers.bases.identification import check_serial_number
+from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint, lesser
+from drivers.catalogue import Surroundings
 from drivers.gwinstek import gpt9800_data as data
+from drivers.gwinstek.options import Gpt9800Options
 from drivers.interfaces import (
-    UNWATCHED,
-    Calls,
     Clock,
     CommunicationError,
     Identity,
     IdentityError,
     InsulationReading,
+    InsulationTester,
     MeasurementError,
     Reading,
     ReportedError,
     SetpointError,
-    Traffic,
 )
-from drivers.keysight.options import Gpt9800Options
+from drivers.interfaces.text import text
 from drivers.transport.visa.opening import open_driver, open_session
 from drivers.transport.visa.session import IDENTITY_QUERY, WAY_DOWN_TIME, ScpiSession
-
-if TYPE_CHECKING:
-    from pyvisa import ResourceManager
 
 MAKER = "GW Instek"
 #: Models of the series with an insulation test.
@@ -79,11 +76,11 @@ class Report:
     ramping: bool
 
 
-def parse_report(text: str) -> Report:
+def parse_report(reply: str) -> Report:
     """Return what a reply to MEAS? tells of an insulation test; raises ValueError on another form."""
-    found = _REPLY.fullmatch(text)
+    found = _REPLY.fullmatch(reply)
     if found is None:
-        raise ValueError("no reading of an insulation test")
+        raise ValueError(text("no reading of an insulation test"))
     scale = {"M": 1.0, "G": 1e3}[found["unit"]] * data.MEGOHM
     resistance = float(found["resistance"]) * scale
     beyond = bool(found["beyond"]) or resistance >= data.LARGEST
@@ -91,16 +88,16 @@ def parse_report(text: str) -> Report:
     return Report(found["status"], float(found["voltage"]) * 1e3, resistance, beyond, time, found["phase"] == "R")
 
 
-def parse_output(text: str) -> Output:
+def parse_output(reply: str) -> Output:
     """Return status and voltage in a reply to MEAS?; raises ValueError on another form."""
-    if (found := _OUTPUT.fullmatch(text)) is not None:
+    if (found := _OUTPUT.fullmatch(reply)) is not None:
         return Output(found[1], float(found[2]) * 1e3)
-    if (bond := _EARTH_BOND.fullmatch(text)) is not None:
+    if (bond := _EARTH_BOND.fullmatch(reply)) is not None:
         return Output(bond[1], 0.0)
-    raise ValueError("no reading of a test")
+    raise ValueError(text("no reading of a test"))
 
 
-class GwInstekGpt9800:
+class GwInstekGpt9800(ScpiDriver, InsulationTester):
     """A GPT-9803 or GPT-9804; the tester is identified when this is made, and left as it is.
 
     Raises IdentityError where another instrument, or a model without an insulation test, answers.
@@ -115,20 +112,25 @@ class GwInstekGpt9800:
         name: str = "insulation_tester",
         guarding: bool = False,
     ) -> None:
-        self._session = session
-        self._clock = clock
+        super().__init__(session, clock, name)
         self._options = options
-        self._name = name
         self._identity = self._identify()
         self._maximum_voltage, self._owner = lesser(data.HIGHEST_VOLTAGE, options.maximum_voltage)
         check_setpoint(name, "ramp_time", options.ramp_time, "s", data.SHORTEST_RAMP, data.LONGEST_RAMP, "the model")
         if not guarding:
             session.check_errors()
 
-    @property
-    def identity(self) -> Identity:
-        """Who answered *IDN? when this was opened."""
-        return self._identity
+    @classmethod
+    def open(cls, address: str, options: Gpt9800Options, surroundings: Surroundings, name: str) -> "GwInstekGpt9800":
+        """Open a GPT-9803 or GPT-9804 at a VISA address.
+
+        Raises CommunicationError where nothing answers, IdentityError where something else does.
+        """
+        session = open_session(address, surroundings, name, baud_rate=options.baud_rate)
+        return open_driver(
+            session,
+            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
+        )
 
     @property
     def maximum_voltage(self) -> float:
@@ -157,10 +159,6 @@ class GwInstekGpt9800:
             self._session.insist(self._stop)
             self._await_discharge()
 
-    def close(self) -> None:
-        """Close the connection."""
-        self._session.close()
-
     def _identify(self) -> Identity:
         # Model, serial number, firmware: the maker does not name itself, and some firmware ends with a comma.
         line = self._session.identity_line()
@@ -168,9 +166,13 @@ class GwInstekGpt9800:
         if len(fields) != 3 or not fields[0].upper().startswith(MODELS):
             raise IdentityError(
                 self._name,
-                f"'{line}' answers, expected {' or '.join(MODELS)}, serial number, firmware",
+                text(
+                    "'{line}' answers, expected {models}, serial number, firmware",
+                    line=line,
+                    models=" or ".join(MODELS),
+                ),
                 command=IDENTITY_QUERY,
-                remedy="Correct the address or the driver in the station file",
+                remedy=text("Correct the address or the driver in the station file"),
             )
         identity = Identity(MAKER, *fields)
         check_serial_number(self._name, identity, self._options.serial_number, IDENTITY_QUERY)
@@ -182,7 +184,7 @@ class GwInstekGpt9800:
         steps = voltage / data.VOLTAGE_STEP
         if not math.isclose(steps, round(steps), abs_tol=1e-6):
             low = math.floor(steps) * data.VOLTAGE_STEP
-            whose = f"the model between its steps of {data.VOLTAGE_STEP:g} V"
+            whose = text("the model between its steps of {step:g} V", step=data.VOLTAGE_STEP)
             raise SetpointError(name, "voltage", voltage, "V", low, low, whose)
         check_setpoint(name, "duration", duration, "s", data.SHORTEST_TEST, data.LONGEST_TEST, "the model")
 
@@ -204,7 +206,9 @@ class GwInstekGpt9800:
         held = session.query("MANU:IR:VOLT?")
         if held.strip().removesuffix("kV").strip() != kilovolts:
             raise ReportedError(
-                self._name, f"the test voltage is '{held}' instead of {kilovolts} kV", command="MANU:IR:VOLT?"
+                self._name,
+                text("the test voltage is '{held}' instead of {kilovolts} kV", held=held, kilovolts=kilovolts),
+                command="MANU:IR:VOLT?",
             )
 
     def _await_end(self, duration: float) -> Report:
@@ -215,19 +219,23 @@ class GwInstekGpt9800:
                 self._session.check_errors(START)
                 raise MeasurementError(
                     self._name,
-                    f"the test has not ended {_MARGIN:g} s after its time (it says {report.status})",
+                    text(
+                        "the test has not ended {margin:g} s after its time (it says {status})",
+                        margin=_MARGIN,
+                        status=report.status,
+                    ),
                     command=START,
-                    remedy="Check the tester's interlock, its start enable and its menu",
+                    remedy=text("Check the tester's interlock, its start enable and its menu"),
                 )
             self._clock.sleep(_LOOK)
         return report
 
     def _report(self) -> Report:
-        text = self._session.query(READING_QUERY)
+        reply = self._session.query(READING_QUERY)
         try:
-            return parse_report(text)
+            return parse_report(reply)
         except ValueError as error:
-            raise self._unusable(text, error) from error
+            raise self._unusable(reply, error) from error
 
     def _judged(self, report: Report, voltage: float, duration: float) -> InsulationReading:
         least = voltage * (1.0 - data.VOLTAGE_GAIN) - data.VOLTAGE_OFFSET
@@ -236,16 +244,21 @@ class GwInstekGpt9800:
         if report.voltage < least or (report.ramping and not below):
             raise MeasurementError(
                 self._name,
-                f"the test reached {report.voltage:g} V of {voltage:g} V",
+                text("the test reached {voltage:g} V of {wanted:g} V", voltage=report.voltage, wanted=voltage),
                 command=READING_QUERY,
-                remedy="Check the winding for a short circuit to the frame, then the leads",
+                remedy=text("Check the winding for a short circuit to the frame, then the leads"),
             )
         if not (below or report.time >= duration - _TIME_STEP):
             raise MeasurementError(
                 self._name,
-                f"the test ended {report.status} after {report.time:g} s of {duration:g} s",
+                text(
+                    "the test ended {status} after {time:g} s of {duration:g} s",
+                    status=report.status,
+                    time=report.time,
+                    duration=duration,
+                ),
                 command=READING_QUERY,
-                remedy="Somebody may have stopped it at the front panel; check the leads",
+                remedy=text("Somebody may have stopped it at the front panel; check the leads"),
             )
         accuracy = self._options.accuracy or data.stated_accuracy(report.resistance, voltage)
         resistance = Reading(report.resistance, "Ω", accuracy, self._clock.now())
@@ -259,9 +272,9 @@ class GwInstekGpt9800:
             if self._clock.now() >= deadline:
                 raise ReportedError(
                     self._name,
-                    f"the output is still on ('{said}')",
+                    text("the output is still on ('{reply}')", reply=said),
                     command=STOP,
-                    remedy="Press STOP at the tester, and touch nothing",
+                    remedy=text("Press STOP at the tester, and touch nothing"),
                 )
             self._clock.sleep(_LOOK)
 
@@ -275,37 +288,24 @@ class GwInstekGpt9800:
             if waited >= self._options.discharge_timeout:
                 raise ReportedError(
                     self._name,
-                    f"{left.voltage:g} V are left {waited:.1f} s after the output went off",
+                    text(
+                        "{voltage:g} V are left {waited:.1f} s after the output went off",
+                        voltage=left.voltage,
+                        waited=waited,
+                    ),
                     command=READING_QUERY,
-                    remedy="Touch nothing; short the winding to the frame by an earthing stick",
+                    remedy=text("Touch nothing; short the winding to the frame by an earthing stick"),
                 )
             self._clock.sleep(_HELD if left.status in _JUDGED else _LOOK)
 
     def _left(self) -> Output:
-        text = self._session.query(READING_QUERY)
+        reply = self._session.query(READING_QUERY)
         try:
-            return parse_output(text)
+            return parse_output(reply)
         except ValueError as error:
-            raise self._unusable(text, error) from error
+            raise self._unusable(reply, error) from error
 
-    def _unusable(self, text: str, error: ValueError) -> CommunicationError:
-        return CommunicationError(self._name, f"unusable reply '{text}' ({error})", command=READING_QUERY)
-
-
-def open_gwinstek_gpt9800(
-    address: str,
-    manager: "ResourceManager",
-    clock: Clock,
-    options: Gpt9800Options,
-    *,
-    name: str = "insulation_tester",
-    traffic: Traffic | None = None,
-    calls: Calls = UNWATCHED,
-    guarding: bool = False,
-) -> GwInstekGpt9800:
-    """Open a GPT-9803 or GPT-9804 at a VISA address.
-
-    Raises CommunicationError where nothing answers, IdentityError where something else does.
-    """
-    session = open_session(address, manager, name, traffic=traffic, calls=calls, baud_rate=options.baud_rate)
-    return open_driver(session, lambda session: GwInstekGpt9800(session, clock, options, name=name, guarding=guarding))
+    def _unusable(self, reply: str, error: ValueError) -> CommunicationError:
+        return CommunicationError(
+            self._name, text("unusable reply '{reply}' ({error})", reply=reply, error=error), command=READING_QUERY
+        )

@@ -2,22 +2,26 @@
 
 import math
 
+from drivers.interfaces.text import Text, text, word
+
 
 class InstrumentError(Exception):
     """An instrument could not do what was asked.
 
     `instrument` is its role or model, `command` what was sent (may be empty), `what` the plain finding,
-    `remedy` what a person should do.
+    `remedy` what a person should do. As a string it is English; `text` says it in another language.
     """
 
-    def __init__(self, instrument: str, what: str, *, command: str = "", remedy: str = "") -> None:
+    def __init__(self, instrument: str, what: Text | str, *, command: str = "", remedy: Text | str = "") -> None:
         self.instrument = instrument
-        self.what = what
+        self.what = word(what)
         self.command = command
         self.remedy = remedy
-        sent = f" after '{command}'" if command else ""
-        advice = f". {remedy}" if remedy else ""
-        super().__init__(f"{instrument}{sent}: {what}{advice}")
+        values = {"instrument": word(instrument), "command": command, "what": self.what}
+        self.text = text("{instrument} after '{command}': {what}" if command else "{instrument}: {what}", **values)
+        if remedy:
+            self.text = text("{finding}. {remedy}", finding=self.text, remedy=remedy)
+        super().__init__(self.text)
 
 
 class CommunicationError(InstrumentError):
@@ -44,7 +48,14 @@ class SetpointError(InstrumentError):
     """A set point outside the allowed range; nothing was sent."""
 
     def __init__(
-        self, instrument: str, parameter: str, value: float, unit: str, low: float, high: float, whose: str
+        self,
+        instrument: str,
+        parameter: Text | str,
+        value: float,
+        unit: str,
+        low: float,
+        high: float,
+        whose: Text | str,
     ) -> None:
         self.parameter = parameter
         self.value = value
@@ -53,26 +64,46 @@ class SetpointError(InstrumentError):
         self.whose = whose
         super().__init__(
             instrument,
-            f"{parameter} = {value:g} {unit} is outside {low:g} … {high:g} {unit}, the limit of {whose}; nothing was sent",
+            text(
+                "{parameter} = {value:g} {unit} is outside {low:g} … {high:g} {unit}, the limit of {whose}; nothing was sent",
+                parameter=word(parameter),
+                value=value,
+                unit=unit,
+                low=low,
+                high=high,
+                whose=word(whose),
+            ),
         )
 
 
 class CrosspointError(SetpointError):
     """Crosspoints that there are not, or that may not be closed together; nothing was switched."""
 
-    def __init__(self, instrument: str, what: str, *, remedy: str = "") -> None:
-        self.parameter = "crosspoints"
+    def __init__(self, instrument: str, what: Text, *, remedy: Text | str = "") -> None:
+        self.parameter: Text | str = "crosspoints"
         self.value = self.low = self.high = math.nan
-        self.whose = "the interlocking"
-        InstrumentError.__init__(self, instrument, f"{what}; nothing was switched", remedy=remedy)
+        self.whose: Text | str = "the interlocking"
+        InstrumentError.__init__(self, instrument, text("{what}; nothing was switched", what=what), remedy=remedy)
 
 
 class LimitError(InstrumentError):
     """A reading beyond a limit: what is energised is to go off."""
 
-    def __init__(self, instrument: str, parameter: str, value: float, unit: str, limit: float, whose: str) -> None:
+    def __init__(
+        self, instrument: str, parameter: Text | str, value: float, unit: str, limit: float, whose: Text | str
+    ) -> None:
         self.parameter = parameter
         self.value = value
         self.limit = limit
         self.whose = whose
-        super().__init__(instrument, f"{parameter} = {value:g} {unit} is beyond {limit:g} {unit}, the limit of {whose}")
+        super().__init__(
+            instrument,
+            text(
+                "{parameter} = {value:g} {unit} is beyond {limit:g} {unit}, the limit of {whose}",
+                parameter=word(parameter),
+                value=value,
+                unit=unit,
+                limit=limit,
+                whose=word(whose),
+            ),
+        )

@@ -1,8 +1,12 @@
 """What every instrument has: an identity, readings with an accuracy, and an end."""
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
+
+from drivers.interfaces.declarations import check_class, disconnects, makes_safe, question, require_all
+from drivers.interfaces.watchdog import Watchdog
 
 #: Receives each exchange of a driver with its instrument: direction ("write", "read"), the text or a summary of the bytes.
 Traffic = Callable[[str, str], None]
@@ -44,14 +48,42 @@ class Reading:
 
 
 class Instrument(Protocol):
-    """Anything on the bench that has a name and can be let go of."""
+    """Anything on the bench that has a name and can be let go of.
+
+    Each role's interface is a class of this, and each driver one of its role's. Raises DeclarationError, when such a class is
+    made, for a public method that does not declare what it does.
+    """
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        check_class(cls)
+        if Protocol in cls.__bases__:
+            require_all(cls)
 
     @property
+    @question
+    @abstractmethod
     def identity(self) -> Identity:
         """Who this is."""
 
+    @property
+    @question
+    def watchdog(self) -> Watchdog | None:
+        """The watchdog that is armed; None where there is none."""
+        return None
+
+    @property
+    @question
+    def read_by_hand(self) -> bool:
+        """Whether a person sets and reads it, and is not asked for more than a step needs."""
+        return False
+
+    @disconnects
+    @abstractmethod
     def close(self) -> None:
         """Let go of the connection; safe to call twice. Outputs are made safe before this, by `make_safe`."""
 
+    @makes_safe()
+    @abstractmethod
     def make_safe(self) -> None:
         """Bring the instrument to its harmless state (output off, torque zero); does nothing for one that only listens."""

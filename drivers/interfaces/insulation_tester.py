@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+from drivers.interfaces.declarations import NO_QUANTITY, Amount, Lasting, Quantity, energises, question
 from drivers.interfaces.identity import Instrument, Reading
 
 
@@ -18,13 +19,18 @@ class InsulationReading:
     beyond_range: bool
 
 
+VOLTAGE = Amount(Quantity.INSULATION_VOLTAGE, "V", own="maximum_voltage")
+
+
 class InsulationTester(Instrument, Protocol):
     """A tester that applies its voltage for one measurement only and discharges the object afterwards."""
 
     @property
+    @question
     def maximum_voltage(self) -> float:
         """Largest test voltage (V): the lesser of the model's and the station's."""
 
+    @energises(Lasting.CALL, voltage=VOLTAGE, duration=NO_QUANTITY)
     def measure(self, voltage: float, duration: float) -> InsulationReading:
         """Apply `voltage` (V DC) for `duration` (s), read the resistance at its end, discharge, and return.
 

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from drivers.interfaces.declarations import question, reading, setting
 from drivers.interfaces.identity import Accuracy, Instrument, Reading
+
+if TYPE_CHECKING:
+    # Every command imports the interfaces; most of them need no arrays.
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class ProbeKind(Enum):
@@ -51,8 +54,8 @@ class Waveform:
     """
 
     channel: int
-    time: NDArray[np.float64]
-    values: NDArray[np.float64]
+    time: "NDArray[np.float64]"
+    values: "NDArray[np.float64]"
     unit: str
     resolution: float
     accuracy: Accuracy = field(default_factory=Accuracy)
@@ -63,40 +66,45 @@ class Oscilloscope(Instrument, Protocol):
     """A digital oscilloscope with voltage and current probes fixed to its channels by the station file."""
 
     @property
+    @question
     def gives_waveforms(self) -> bool:
-        """Whether `fetch` can give samples; where not (a person reads the screen), `ScreenReadings` is all there is."""
+        """Whether `fetch` can give samples; where not (a person reads the screen), there is what `measure_…` gives."""
 
+    @question
     def channels(self, kind: ProbeKind) -> Sequence[int]:
         """Return the numbers of the channels that have a probe of this kind, in order."""
 
+    @setting
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
         """Set the vertical range and offset of a channel and switch it on."""
 
+    @setting
     def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
         """Set the record's length (s), the least number of points, and the share of it (0…1) before the trigger."""
 
+    @setting
     def configure_trigger(self, trigger: Trigger) -> None:
         """Set the edge trigger."""
 
+    @setting
     def initiate(self) -> None:
         """Arm for one record; returns as soon as the instrument waits for its trigger."""
 
+    @reading()
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
         """Wait for the record (at most `timeout` s of bench time) and return it.
 
         Raises MeasurementError where no trigger came, naming the channel and level waited for.
         """
 
-
-class ScreenReadings(Protocol):
-    """What can be read off an oscilloscope's screen, by its own measurements or by a person."""
-
+    @reading("Hz")
     def measure_frequency(self, channel: int) -> Reading:
         """Return the frequency (Hz) of the trace of a channel.
 
         Raises MeasurementError where the screen shows none.
         """
 
+    @reading()
     def measure_amplitude(self, channel: int) -> Reading:
         """Return half the peak-to-peak value (V or A) of the trace of a channel.
 

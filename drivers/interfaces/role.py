@@ -1,6 +1,22 @@
-"""The places that instruments take on a bench."""
+"""The places that instruments take on a bench, one row each."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
+
+from drivers.interfaces.bldc_drive import BldcDrive
+from drivers.interfaces.declarations import Effect, declarations
+from drivers.interfaces.dynamometer import Dynamometer
+from drivers.interfaces.insulation_tester import InsulationTester
+from drivers.interfaces.inverter import Inverter
+from drivers.interfaces.lcr_meter import LcrMeter
+from drivers.interfaces.oscilloscope import Oscilloscope
+from drivers.interfaces.rotor_actuator import RotorActuator
+from drivers.interfaces.supply import Supply
+from drivers.interfaces.switch_matrix import SwitchMatrix
+from drivers.interfaces.tachometer import Tachometer
+from drivers.interfaces.text import Text, text
+from drivers.interfaces.voltmeter import Voltmeter
 
 
 class Role(Enum):
@@ -17,3 +33,43 @@ class Role(Enum):
     SWITCH_MATRIX = "switch_matrix"
     ROTOR_ACTUATOR = "rotor_actuator"
     INSULATION_TESTER = "insulation_tester"
+
+    @property
+    def interface(self) -> type:
+        """The interface of its instruments."""
+        return ROLES[self].interface
+
+    @property
+    def feeds(self) -> bool:
+        """Whether its instruments feed energy or move the shaft."""
+        return any(one.effect is Effect.ENERGISES for one in declarations(self.interface).values())
+
+
+@dataclass(frozen=True)
+class RoleSpec:
+    """What a role is: its interface, its name for people, what brings it to its harmless state in a shutdown sequence.
+
+    `feeds_winding` is for those that feed the motor's terminals, `in_fixture` for those that do what hands do otherwise.
+    """
+
+    interface: type
+    label: Text
+    off_by: str
+    feeds_winding: bool = False
+    in_fixture: bool = False
+
+
+#: In the order in which a shutdown sequence switches them off. Contacts that part under current burn: relays are the last.
+ROLES: Mapping[Role, RoleSpec] = {
+    Role.INSULATION_TESTER: RoleSpec(InsulationTester, text("Insulation tester"), "output_off"),
+    Role.INVERTER: RoleSpec(Inverter, text("Inverter"), "disable", feeds_winding=True),
+    Role.DRIVE: RoleSpec(BldcDrive, text("Six-step drive"), "disable", feeds_winding=True),
+    Role.DYNAMOMETER: RoleSpec(Dynamometer, text("Dynamometer"), "disable"),
+    Role.ROTOR_ACTUATOR: RoleSpec(RotorActuator, text("Rotor actuator"), "disable", in_fixture=True),
+    Role.SUPPLY: RoleSpec(Supply, text("DC supply"), "output_off", feeds_winding=True),
+    Role.LCR_METER: RoleSpec(LcrMeter, text("LCR meter"), "silence"),
+    Role.OSCILLOSCOPE: RoleSpec(Oscilloscope, text("Oscilloscope"), "silence"),
+    Role.TACHOMETER: RoleSpec(Tachometer, text("Tachometer"), "silence"),
+    Role.VOLTMETER: RoleSpec(Voltmeter, text("Voltmeter"), "silence"),
+    Role.SWITCH_MATRIX: RoleSpec(SwitchMatrix, text("Switch matrix"), "open", in_fixture=True),
+}

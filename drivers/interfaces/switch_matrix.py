@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from typing import Protocol
 
+from drivers.interfaces.declarations import question, reading, setting
 from drivers.interfaces.identity import Instrument
 
 
@@ -14,13 +15,16 @@ class SwitchMatrix(Instrument, Protocol):
     """
 
     @property
+    @question
     def crosspoints(self) -> frozenset[str]:
         """Names of the crosspoints that there are."""
 
     @property
+    @question
     def fixed(self) -> frozenset[str]:
         """Names of what is connected for good: leads of probes, current probes (`A:channel4~`)."""
 
+    @setting
     def connect(self, crosspoints: Collection[str]) -> None:
         """Have exactly these crosspoints closed; every other one is opened first, and what is closed is read back.
 
@@ -28,5 +32,6 @@ class SwitchMatrix(Instrument, Protocol):
         there is not and for some that may not be closed together; ReportedError, with all opened, where a relay did not follow.
         """
 
+    @reading()
     def closed(self) -> frozenset[str]:
         """Return the crosspoints that are closed now, read from the instrument."""

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from drivers.interfaces.system_errors import meaning
+
 #: Gives a template in the reader's language; the English template is the key.
 Translate = Callable[[str], str]
 
@@ -28,8 +30,32 @@ class Text:
 
 
 def text(template: str, **values: object) -> Text:
-    """Make a Text; the extraction of translatable sentences looks for this name."""
-    return Text(template, values)
+    """Make a Text; an error among the values stands for its own message. The extraction of sentences looks for this name."""
+    return Text(template, {n: text_of(v) if isinstance(v, BaseException) else v for n, v in values.items()})
+
+
+def text_of(error: BaseException) -> Text:
+    """Return an error's message: the Text that it holds, what the operating system's number means, else its own words."""
+    for held in (getattr(error, "text", None), *error.args[:1]):
+        if isinstance(held, Text):
+            return held
+    if isinstance(error, OSError) and (known := meaning(error)):
+        reason = Text(known)
+        return text("{reason}: '{file}'", reason=reason, file=error.filename) if error.filename else reason
+    return Text("{message}", {"message": str(error) or type(error).__name__})
+
+
+def reason_of(error: OSError) -> Text:
+    """Return what the operating system's error means, without the file's name."""
+    known = meaning(error)
+    return Text(known) if known else Text("{message}", {"message": error.strerror or str(error)})
+
+
+def word(term: Text | str) -> Text:
+    """Return a term by itself, such as a quantity's name, as a Text that a catalogue may translate."""
+    if isinstance(term, Text):
+        return term
+    return Text("{term}", {"term": term}) if "{" in term or "}" in term else Text(term)
 
 
 def lines(sentences: Iterable[Text | str], between: str = "\n") -> Text:

@@ -3,6 +3,7 @@
 from drivers.bases.set_points import check_setpoint
 from drivers.cia402.options import CanInterlockOptions
 from drivers.interfaces import CommunicationError
+from drivers.interfaces.text import text
 from drivers.transport.can.addresses import parse_bus
 from drivers.transport.can.buses import LISTENING_TIME
 from drivers.transport.can.sockets import keep_to_own_group, leaving
@@ -32,7 +33,9 @@ class CanInterlock:
             )
         except (can.CanError, OSError, ValueError, ImportError) as error:
             raise CommunicationError(
-                name, f"cannot be opened at {address} ({error})", remedy="Check interface, channel and bit rate"
+                name,
+                text("cannot be opened at {address} ({error})", address=address, error=error),
+                remedy=text("Check interface, channel and bit rate"),
             ) from error
         if wanted.interface == "udp_multicast":
             keep_to_own_group(self._bus)
@@ -49,7 +52,13 @@ class CanInterlock:
         data = self._latest()
         if len(data) <= self._options.byte:
             raise CommunicationError(
-                self._name, f"frame 0x{self._options.frame:X} has {len(data)} bytes, no byte {self._options.byte}"
+                self._name,
+                text(
+                    "frame 0x{frame:X} has {count} bytes, no byte {byte}",
+                    frame=self._options.frame,
+                    count=len(data),
+                    byte=self._options.byte,
+                ),
             )
         return bool(data[self._options.byte] >> self._options.bit & 1) is self._options.closed
 
@@ -66,15 +75,19 @@ class CanInterlock:
         import can
 
         if self._bus is None:
-            raise CommunicationError(self._name, "the bus is closed")
+            raise CommunicationError(self._name, text("the bus is closed"))
         try:
             found = self._frames.take(self._options.timeout)
         except (can.CanError, OSError) as error:
-            raise CommunicationError(self._name, f"the bus fails ({error})", remedy="Check the cable") from error
+            raise CommunicationError(
+                self._name, text("the bus fails ({error})", error=error), remedy=text("Check the cable")
+            ) from error
         if found is None:
             raise CommunicationError(
                 self._name,
-                f"no frame 0x{self._options.frame:X} for {self._options.timeout:g} s",
-                remedy="Check the sender's power and the bus",
+                text(
+                    "no frame 0x{frame:X} for {timeout:g} s", frame=self._options.frame, timeout=self._options.timeout
+                ),
+                remedy=text("Check the sender's power and the bus"),
             )
         return found

@@ -3,6 +3,7 @@
 from drivers.cia402.options import CanInterlockOptions
 from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import Interlock
+from drivers.interfaces.text import text
 from drivers.transport.canonical_address import canonical_addresses
 
 InterlockOptions = ModbusInterlockOptions | CanInterlockOptions
@@ -15,7 +16,7 @@ def options_for(address: str) -> type[InterlockOptions]:
         return ModbusInterlockOptions
     if scheme == "can":
         return CanInterlockOptions
-    raise ValueError("write tcp://host:port, rtu:///dev/…?baudrate=… or can://interface/channel?bitrate=…")
+    raise ValueError(text("write tcp://host:port, rtu:///dev/…?baudrate=… or can://interface/channel?bitrate=…"))
 
 
 def contact_names(address: str, options: InterlockOptions) -> tuple[str, ...]:

@@ -7,7 +7,8 @@ from pymodbus.pdu import ModbusPDU
 from drivers.bases.set_points import check_setpoint
 from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import CommunicationError, ReportedError
-from drivers.transport.modbus.line import EXCEPTION_NAMES, LINE_ERRORS, client_for
+from drivers.interfaces.text import Text, text
+from drivers.transport.modbus.line import LINE_ERRORS, client_for, exception_text
 
 _HIGHEST_NUMBER, _HIGHEST_UNIT = 0xFFFF, 247
 
@@ -40,7 +41,9 @@ class ModbusInterlock:
         try:
             self._client: BitClient = client_for(address, options.timeout)
         except ValueError as error:
-            raise CommunicationError(name, f"'{address}' is no Modbus address ({error})") from error
+            raise CommunicationError(
+                name, text("'{address}' is no Modbus address ({error})", address=address, error=error)
+            ) from error
         self._address = address
         self._options = options
         self._name = name
@@ -53,19 +56,20 @@ class ModbusInterlock:
         """
         try:
             if not self._client.connect():
-                raise self._silence(f"cannot be reached at {self._address}")
+                raise self._silence(text("cannot be reached at {address}", address=self._address))
             reply = self._read()
         except LINE_ERRORS as error:
             self._client.close()
-            raise self._silence(f"no usable reply ({error})") from error
+            raise self._silence(text("no usable reply ({error})", error=error)) from error
         if reply.isError():
-            code = getattr(reply, "exception_code", 0)
             raise ReportedError(
-                self._name, f"Modbus exception {code} ({EXCEPTION_NAMES.get(code, 'not of the standard')})",
-                command=self._command, remedy="Correct unit and number in the station file",
-            )  # fmt: skip
+                self._name,
+                exception_text(getattr(reply, "exception_code", 0)),
+                command=self._command,
+                remedy=text("Correct unit and number in the station file"),
+            )
         if not reply.bits:
-            raise self._silence("a reply without a bit")
+            raise self._silence(text("a reply without a bit"))
         return bool(reply.bits[0]) is self._options.closed
 
     def close(self) -> None:
@@ -76,7 +80,7 @@ class ModbusInterlock:
         read = self._client.read_coils if self._options.input == "coil" else self._client.read_discrete_inputs
         return read(self._options.number, count=1, device_id=self._options.unit)
 
-    def _silence(self, what: str) -> CommunicationError:
+    def _silence(self, what: Text) -> CommunicationError:
         return CommunicationError(
-            self._name, what, command=self._command, remedy="Check the module's power, address and cable"
+            self._name, what, command=self._command, remedy=text("Check the module's power, address and cable")
         )

@@ -1,6 +1,7 @@
 """DC voltage ranges and accuracy of the Keysight 34461A (data sheet 5991-1983EN, specifications 34461A)."""
 
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import text
 
 #: Where the figures below stand: one year, calibration temperature ± 5 °C, 60 minutes of warm-up, auto zero on.
 SOURCE = "Keysight 34461A data sheet 5991-1983EN, DC voltage, 1 year, calibration temperature ± 5 °C"
@@ -29,7 +30,13 @@ def range_for(voltage: float) -> float:
     for full_scale in RANGES:
         if abs(voltage) <= full_scale:
             return full_scale
-    raise ValueError(f"{voltage:g} V is beyond the highest range, {HIGHEST_RANGE:g} V")
+    raise ValueError(
+        text(
+            "{voltage:g} V is beyond the highest range, {highest:g} V",
+            voltage=voltage,
+            highest=HIGHEST_RANGE,
+        )
+    )
 
 
 def cycles_for(power_line_cycles: float) -> float:

@@ -1,7 +1,6 @@
 """Ranges and accuracies of the Keysight E36300 series; a station's calibration entry goes before the accuracies."""
 
-from dataclasses import dataclass
-
+from drivers.bases.scpi_supply import SupplyData
 from drivers.interfaces import Accuracy
 
 #: The ratings are those of data sheet 5992-2124. The readback accuracies have not been compared with it: they are what
@@ -12,37 +11,21 @@ SOURCE = "readback accuracy typical of its class, not compared with the data she
 OVER_VOLTAGE_SHARE = 1.1
 
 
-@dataclass(frozen=True)
-class OutputData:
-    """One output: rated and highest programmable voltage (V) and current (A), accuracies of its meters."""
-
-    rated_voltage: float
-    maximum_voltage: float
-    maximum_current: float
-    voltage: Accuracy
-    current: Accuracy
-
-    @property
-    def maximum_over_voltage(self) -> float:
-        """Highest over-voltage protection level (V)."""
-        return OVER_VOLTAGE_SHARE * self.rated_voltage
-
-
 def _output(
     rated_voltage: float, rated_current: float, voltage: tuple[float, float], current: tuple[float, float]
-) -> OutputData:
+) -> SupplyData:
     # Supplies of this series can be programmed to 103 % of the rating; the instrument refuses what is beyond its own.
-    return OutputData(
-        rated_voltage,
+    return SupplyData(
         round(1.03 * rated_voltage, 6),
         round(1.03 * rated_current, 6),
+        OVER_VOLTAGE_SHARE * rated_voltage,
         Accuracy(gain=voltage[0], offset=voltage[1], source=SOURCE),
         Accuracy(gain=current[0], offset=current[1], source=SOURCE),
     )
 
 
 #: Outputs by model and number. The pairs are gain (relative) and offset (V, A) of the readback.
-OUTPUTS: dict[str, dict[int, OutputData]] = {
+OUTPUTS: dict[str, dict[int, SupplyData]] = {
     "E36311A": {
         1: _output(6.0, 5.0, (1.0e-3, 5e-3), (2.0e-3, 10e-3)),
         2: _output(25.0, 1.0, (0.5e-3, 10e-3), (1.5e-3, 4e-3)),

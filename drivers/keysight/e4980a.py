@@ -1,39 +1,35 @@
 """Keysight E4980A and E4980AL LCR meters (User's Guide E4980-90230), series R and L."""
 
 import math
-from typing import TYPE_CHECKING
 
+from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint, lesser
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
-    UNWATCHED,
     Accuracy,
     Aperture,
-    Calls,
     Clock,
-    Identity,
     ImpedanceReading,
+    LcrMeter,
     MeasurementError,
     OverloadError,
     ReportedError,
-    Traffic,
     Wanted,
 )
+from drivers.interfaces.text import text
 from drivers.keysight import e4980a_data as data
 from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 
-if TYPE_CHECKING:
-    from pyvisa import ResourceManager
-
 #: Status of a reading (User's Guide, "Data format"): no data and overload carry 9.9E37, the others real data.
 NO_DATA, GOOD, OVERLOAD, SOURCE_OVERLOAD, LEVEL_LOST = -1, 0, 1, 3, 4
 STATUS_TEXT = {
-    NO_DATA: "no data in the buffer",
-    OVERLOAD: "overload: beyond the range, or the terminals are open",
-    SOURCE_OVERLOAD: "the signal source was overloaded",
-    LEVEL_LOST: "the level control could not hold the level",
+    NO_DATA: text("no data in the buffer"),
+    OVERLOAD: text("overload: beyond the range, or the terminals are open"),
+    SOURCE_OVERLOAD: text("the signal source was overloaded"),
+    LEVEL_LOST: text("the level control could not hold the level"),
 }
 
 #: A short correction measures every correction frequency; that takes up to two minutes.
@@ -44,17 +40,15 @@ REPLY_DIGITS = 5
 CALIBRATION_WINDOW = 1e-3
 
 
-class KeysightE4980A:
+class KeysightE4980A(ScpiDriver, LcrMeter):
     """A Keysight E4980A or E4980AL; the instrument is identified when this is made, and its options are read.
 
     Raises IdentityError where another instrument answers.
     """
 
     def __init__(self, session: ScpiSession, clock: Clock, options: E4980AOptions, *, name: str = "lcr_meter") -> None:
-        self._session = session
-        self._clock = clock
+        super().__init__(session, clock, name)
         self._options = options
-        self._name = name
         self._identity = identify(session, KEYSIGHT, ("E4980A",), options.serial_number)
         self._maximum_frequency, self._frequency_owner = lesser(self._model_frequency(), options.maximum_frequency)
         self._maximum_level, self._level_owner = lesser(data.MAXIMUM_LEVEL, options.maximum_level)
@@ -64,10 +58,14 @@ class KeysightE4980A:
         self._without_bias = () if self._is_al() else ("BIAS:STAT OFF",)
         session.check_errors()
 
-    @property
-    def identity(self) -> Identity:
-        """Who answered *IDN? when this was opened."""
-        return self._identity
+    @classmethod
+    def open(cls, address: str, options: E4980AOptions, surroundings: Surroundings, name: str) -> "KeysightE4980A":
+        """Open an E4980A or E4980AL at a VISA address.
+
+        Raises CommunicationError where nothing answers, IdentityError where something else does.
+        """
+        session = open_session(address, surroundings, name)
+        return open_driver(session, lambda session: cls(session, surroundings.clock, options, name=name))
 
     @property
     def maximum_frequency(self) -> float:
@@ -112,17 +110,12 @@ class KeysightE4980A:
         self._session.check_errors("CORR:SHOR:EXEC")
         self._session.write("CORR:SHOR:STAT ON")
         if self._session.query_number("CORR:SHOR:STAT?") != 1:
-            raise ReportedError(self._name, "short correction is still off", command="CORR:SHOR:STAT ON")
+            raise ReportedError(self._name, text("short correction is still off"), command="CORR:SHOR:STAT ON")
 
     @property
     def source_impedance(self) -> float:
         """Impedance (Ω) of the signal source."""
         return data.SOURCE_IMPEDANCE
-
-    @property
-    def read_by_hand(self) -> bool:
-        """Never: it answers by itself."""
-        return False
 
     def measure(self, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:
         """Trigger one measurement and return series resistance (Ω) and inductance (H) at the frequency set.
@@ -131,7 +124,9 @@ class KeysightE4980A:
         or nothing was configured yet.
         """
         if not self._configured:
-            raise MeasurementError(self._name, "no function and frequency set", remedy="Call configure() first")
+            raise MeasurementError(
+                self._name, text("no function and frequency set"), remedy=text("Call configure() first")
+            )
         # Complete before fetching: a fetch in between gets the previous values, or none.
         self._session.complete("TRIG:IMM")
         inductance, resistance, status, *_ = self._session.query_numbers("FETC?", 3, 4)
@@ -168,9 +163,13 @@ class KeysightE4980A:
         if not data.MINIMUM_FREQUENCY <= frequency <= data.MAXIMUM_STATED_FREQUENCY:
             raise MeasurementError(
                 self._name,
-                f"no accuracy is stated at {frequency:g} Hz, only from {data.MINIMUM_FREQUENCY:g} Hz to "
-                f"{data.MAXIMUM_STATED_FREQUENCY:g} Hz",
-                remedy="Stay within, or enter a calibration point",
+                text(
+                    "no accuracy is stated at {frequency:g} Hz, only from {lowest:g} Hz to {highest:g} Hz",
+                    frequency=frequency,
+                    lowest=data.MINIMUM_FREQUENCY,
+                    highest=data.MAXIMUM_STATED_FREQUENCY,
+                ),
+                remedy=text("Stay within, or enter a calibration point"),
             )
         setting = (frequency, level or self._level, aperture or self._aperture)
         stated = self._stated_accuracy(resistance, inductance, setting)
@@ -180,10 +179,6 @@ class KeysightE4980A:
 
     def make_safe(self) -> None:
         """Do nothing: 10 mA of test signal harm nobody."""
-
-    def close(self) -> None:
-        """Close the connection."""
-        self._session.close()
 
     def _is_al(self) -> bool:
         return self._identity.model.upper().startswith("E4980AL")
@@ -198,11 +193,13 @@ class KeysightE4980A:
 
     def _check_status(self, status: int, inductance: float, resistance: float) -> None:
         if status in (NO_DATA, OVERLOAD) or is_overrange(inductance) or is_overrange(resistance):
-            what = STATUS_TEXT.get(status, "no value (9.9E37)")
-            raise OverloadError(self._name, what, command="FETC?", remedy="Check the leads at the motor's terminals")
+            what = STATUS_TEXT.get(status, text("no value (9.9E37)"))
+            raise OverloadError(
+                self._name, what, command="FETC?", remedy=text("Check the leads at the motor's terminals")
+            )
         if status != GOOD:
-            what = STATUS_TEXT.get(status, f"unknown status {status}")
-            raise MeasurementError(self._name, what, command="FETC?", remedy="Lower the level")
+            what = STATUS_TEXT.get(status, text("unknown status {status}", status=status))
+            raise MeasurementError(self._name, what, command="FETC?", remedy=text("Lower the level"))
 
     def _calibration_at(self, frequency: float) -> ImpedanceCalibration | None:
         for point in self._options.calibration:
@@ -246,21 +243,3 @@ def _with_resolution(accuracy: Accuracy, value: float) -> Accuracy:
         return accuracy
     digit = 10.0 ** (math.floor(math.log10(abs(value))) - REPLY_DIGITS)
     return Accuracy(accuracy.gain, accuracy.offset, digit, accuracy.noise, accuracy.source)
-
-
-def open_keysight_e4980a(
-    address: str,
-    manager: "ResourceManager",
-    clock: Clock,
-    options: E4980AOptions,
-    *,
-    name: str = "lcr_meter",
-    traffic: Traffic | None = None,
-    calls: Calls = UNWATCHED,
-) -> KeysightE4980A:
-    """Open an E4980A or E4980AL at a VISA address.
-
-    Raises CommunicationError where nothing answers, IdentityError where something else does.
-    """
-    session = open_session(address, manager, name, traffic=traffic, calls=calls)
-    return open_driver(session, lambda session: KeysightE4980A(session, clock, options, name=name))

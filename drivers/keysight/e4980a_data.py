@@ -15,7 +15,7 @@ MINIMUM_FREQUENCY = 20.0
 E4980A_MAXIMUM_FREQUENCY = 2e6
 E4980AL_MAXIMUM_FREQUENCY = {"032": 300e3, "052": 500e3, "102": 1e6}
 #: Test level (V rms) without the power and bias option (data sheet, "Test signal level").
-MINIMUM_LEVEL, MAXIMUM_LEVEL = 0.0, 2.0
+MAXIMUM_LEVEL = 2.0
 #: Output impedance (Ω) of the test signal (data sheet, "Test signal").
 SOURCE_IMPEDANCE = 100.0
 

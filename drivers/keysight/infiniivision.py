@@ -2,34 +2,30 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from drivers.bases.set_points import check_setpoint, probe_on
+from drivers.bases.scpi_driver import ScpiDriver
+from drivers.bases.set_points import SLOPES, check_setpoint, probe_on
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
-    UNWATCHED,
     Accuracy,
-    Calls,
     ChannelSettings,
     Clock,
     CommunicationError,
-    Identity,
     MeasurementError,
+    Oscilloscope,
     OverloadError,
     ProbeKind,
     Reading,
-    Traffic,
     Trigger,
     Waveform,
 )
+from drivers.interfaces.text import Text, text
 from drivers.keysight import infiniivision_data as data
 from drivers.keysight.options import InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
-
-if TYPE_CHECKING:
-    from pyvisa import ResourceManager
 
 #: Bits of the operation status condition register: running, and armed for the trigger.
 RUNNING, ARMED = 1 << 3, 1 << 5
@@ -40,7 +36,7 @@ CODES_ON_SCREEN = 256
 UNIT = {ProbeKind.VOLTAGE: "VOLT", ProbeKind.CURRENT: "AMP"}
 
 
-class KeysightInfiniiVision:
+class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
     """A Keysight InfiniiVision; the instrument is identified when this is made.
 
     Raises IdentityError where another instrument answers, SetpointError for a probe that cannot be.
@@ -49,13 +45,13 @@ class KeysightInfiniiVision:
     def __init__(
         self, session: ScpiSession, clock: Clock, options: InfiniiVisionOptions, *, name: str = "oscilloscope"
     ) -> None:
-        self._session = session
-        self._clock = clock
+        super().__init__(session, clock, name)
         self._options = options
-        self._name = name
         for channel, probe in options.probes.items():
             whose = "the model"
-            check_setpoint(name, f"attenuation of channel {channel}", probe.attenuation, "", 1e-3, 1e4, whose)
+            check_setpoint(
+                name, text("attenuation of channel {channel}", channel=channel), probe.attenuation, "", 1e-3, 1e4, whose
+            )
         self._identity = identify(session, KEYSIGHT, data.MODELS, options.serial_number)
         self._ranges: dict[int, ChannelSettings] = {}
         self._record_time, self._points, self._pre_trigger = 1e-3, 1000, 0.0
@@ -64,10 +60,16 @@ class KeysightInfiniiVision:
         self._earliest = -math.inf
         session.check_errors()
 
-    @property
-    def identity(self) -> Identity:
-        """Who answered *IDN? when this was opened."""
-        return self._identity
+    @classmethod
+    def open(
+        cls, address: str, options: InfiniiVisionOptions, surroundings: Surroundings, name: str
+    ) -> "KeysightInfiniiVision":
+        """Open an InfiniiVision at a VISA address.
+
+        Raises CommunicationError where nothing answers, IdentityError where something else does.
+        """
+        session = open_session(address, surroundings, name)
+        return open_driver(session, lambda session: cls(session, surroundings.clock, options, name=name))
 
     @property
     def gives_waveforms(self) -> bool:
@@ -86,10 +88,22 @@ class KeysightInfiniiVision:
         probe = self._probe(channel)
         low, high = data.MINIMUM_RANGE * probe.attenuation, data.MAXIMUM_RANGE * probe.attenuation
         check_setpoint(
-            self._name, f"range of channel {channel}", settings.range, probe.kind.value, low, high, "the probe"
+            self._name,
+            text("range of channel {channel}", channel=channel),
+            settings.range,
+            probe.kind.value,
+            low,
+            high,
+            "the probe",
         )
         check_setpoint(
-            self._name, f"offset of channel {channel}", settings.offset, probe.kind.value, -high, high, "the probe"
+            self._name,
+            text("offset of channel {channel}", channel=channel),
+            settings.offset,
+            probe.kind.value,
+            -high,
+            high,
+            "the probe",
         )
         for command in (
             f":CHAN{channel}:DISP ON",
@@ -101,7 +115,7 @@ class KeysightInfiniiVision:
         ):
             self._session.write(command)
         # The instrument rounds to its own steps; accuracy follows from what it has set.
-        actual = self._session.query_number(f":CHAN{channel}:RANG?")
+        actual = self._scale(f":CHAN{channel}:RANG?")
         self._ranges[channel] = ChannelSettings(actual, settings.offset)
 
     def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
@@ -162,7 +176,7 @@ class KeysightInfiniiVision:
             if state & ARMED or not state & RUNNING:
                 return
             if self._clock.now() >= deadline:
-                raise MeasurementError(self._name, "does not arm for its trigger", command=":SING")
+                raise MeasurementError(self._name, text("does not arm for its trigger"), command=":SING")
             self._pause()
 
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
@@ -180,7 +194,9 @@ class KeysightInfiniiVision:
         while self._state() & RUNNING:
             if self._clock.now() >= deadline:
                 self._session.write(":STOP")
-                raise MeasurementError(self._name, f"{self._awaited()} within {timeout:g} s")
+                raise MeasurementError(
+                    self._name, text("{awaited} within {timeout:g} s", awaited=self._awaited(), timeout=timeout)
+                )
             self._pause()
         for command in (":WAV:FORM WORD", ":WAV:UNS ON", ":WAV:BYT LSBF", ":WAV:POIN:MODE RAW"):
             self._session.write(command)
@@ -191,7 +207,8 @@ class KeysightInfiniiVision:
 
         Raises MeasurementError where the screen shows no full period.
         """
-        value = self._screen(channel, "FREQ", "no full period of")
+        missing = text("the screen shows no full period of channel {channel}", channel=channel)
+        value = self._screen(channel, "FREQ", missing)
         return Reading(value, "Hz", Accuracy(gain=data.TIME_BASE, source=data.TIME_BASE_SOURCE), self._clock.now())
 
     def measure_amplitude(self, channel: int) -> Reading:
@@ -199,22 +216,23 @@ class KeysightInfiniiVision:
 
         Raises OverloadError where the trace leaves the screen, MeasurementError where there is none.
         """
-        value = self._screen(channel, "VPP", "no trace, or a clipped one, of") / 2
+        missing = text("the screen shows no trace, or a clipped one, of channel {channel}", channel=channel)
+        value = self._screen(channel, "VPP", missing) / 2
         accuracy = self._accuracy(channel)
         # A difference of two points: the offset falls out, the converter's step stays.
         step = self._range(channel).range / CODES_ON_SCREEN
         accuracy = Accuracy(gain=accuracy.gain, resolution=step, source=accuracy.source)
         if value >= self._range(channel).range / 2:
-            raise OverloadError(self._name, f"the trace of channel {channel} leaves the screen", remedy="Widen it")
+            raise OverloadError(
+                self._name,
+                text("the trace of channel {channel} leaves the screen", channel=channel),
+                remedy=text("Widen it"),
+            )
         return Reading(value, self._probe(channel).kind.value, accuracy, self._clock.now())
 
     def make_safe(self) -> None:
         """Stop a pending acquisition."""
         self._session.write(":STOP")
-
-    def close(self) -> None:
-        """Close the connection."""
-        self._session.close()
 
     def _probe(self, channel: int) -> Probe:
         return probe_on(self._name, channel, self._options.probes)
@@ -222,10 +240,16 @@ class KeysightInfiniiVision:
     def _range(self, channel: int) -> ChannelSettings:
         self._probe(channel)
         if channel not in self._ranges:
-            actual = self._session.query_number(f":CHAN{channel}:RANG?")
-            offset = self._session.query_number(f":CHAN{channel}:OFFS?")
+            actual = self._scale(f":CHAN{channel}:RANG?")
+            offset = self._scale(f":CHAN{channel}:OFFS?")
             self._ranges[channel] = ChannelSettings(actual, offset)
         return self._ranges[channel]
+
+    def _scale(self, query: str) -> float:
+        value = self._session.query_number(query)
+        if is_overrange(value):
+            raise CommunicationError(self._name, text("no value (9.9E37)"), command=query)
+        return value
 
     def _state(self) -> int:
         return int(self._session.query_number(":OPER:COND?"))
@@ -233,33 +257,45 @@ class KeysightInfiniiVision:
     def _pause(self) -> None:
         self._clock.sleep(min(self._options.poll_interval, max(self._record_time / 20, 1e-3)))
 
-    def _awaited(self) -> str:
+    def _awaited(self) -> Text:
         if self._trigger.channel is None:
-            return "no record"
+            return text("no record")
         probe = self._probe(self._trigger.channel)
-        return (
-            f"no trigger: channel {self._trigger.channel} did not cross {self._trigger.level:g} {probe.kind.value} "
-            f"({self._trigger.slope.name.lower()})"
+        return text(
+            "no trigger: channel {channel} did not cross {level:g} {unit} ({slope})",
+            channel=self._trigger.channel,
+            level=self._trigger.level,
+            unit=probe.kind.value,
+            slope=SLOPES[self._trigger.slope],
         )
 
     def _waveform(self, channel: int) -> Waveform:
         for command in (f":WAV:SOUR CHAN{channel}", f":WAV:POIN {_offered_points(self._points)}"):
             self._session.write(command)
-        text = self._session.query(":WAV:PRE?")
+        reply = self._session.query(":WAV:PRE?")
         try:
-            preamble = parse_preamble(text)
+            preamble = parse_preamble(reply)
             codes = codes_from_block(self._session.query_block(":WAV:DATA?"))
         except ValueError as error:
-            raise CommunicationError(self._name, f"unusable record ({error})", command=":WAV:PRE?") from error
+            raise CommunicationError(
+                self._name, text("unusable record ({error})", error=error), command=":WAV:PRE?"
+            ) from error
         if codes.size != preamble.points:
             raise CommunicationError(
-                self._name, f"{codes.size} samples instead of {preamble.points} announced", command=":WAV:DATA?"
+                self._name,
+                text("{size} samples instead of {points} announced", size=codes.size, points=preamble.points),
+                command=":WAV:DATA?",
             )
         if codes.size < self._points:
             raise MeasurementError(
                 self._name,
-                f"the record of channel {channel} has {codes.size} points, {self._points} are needed",
-                remedy="Lengthen the record or ask for fewer points",
+                text(
+                    "the record of channel {channel} has {size} points, {points} are needed",
+                    channel=channel,
+                    size=codes.size,
+                    points=self._points,
+                ),
+                remedy=text("Lengthen the record or ask for fewer points"),
             )
         return Waveform(
             channel,
@@ -288,12 +324,16 @@ class KeysightInfiniiVision:
             source=source,
         )
 
-    def _screen(self, channel: int, what: str, missing: str) -> float:
+    def _screen(self, channel: int, what: str, missing: Text) -> float:
         self._probe(channel)
         query = f":MEAS:{what}? CHAN{channel}"
         value = self._session.query_number(query)
         if is_overrange(value):
-            raise MeasurementError(self._name, f"the screen shows {missing} channel {channel}", command=query)
+            raise MeasurementError(
+                self._name,
+                missing,
+                command=query,
+            )
         return value
 
 
@@ -308,21 +348,3 @@ def _offered_points(points: int) -> int:
             if factor * decade >= points:
                 return factor * decade
         decade *= 10
-
-
-def open_keysight_infiniivision(
-    address: str,
-    manager: "ResourceManager",
-    clock: Clock,
-    options: InfiniiVisionOptions,
-    *,
-    name: str = "oscilloscope",
-    traffic: Traffic | None = None,
-    calls: Calls = UNWATCHED,
-) -> KeysightInfiniiVision:
-    """Open an InfiniiVision at a VISA address.
-
-    Raises CommunicationError where nothing answers, IdentityError where something else does.
-    """
-    session = open_session(address, manager, name, traffic=traffic, calls=calls)
-    return open_driver(session, lambda session: KeysightInfiniiVision(session, clock, options, name=name))

@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from drivers.bases.crosspoints import check_channels, is_fixed_point
-from drivers.interfaces import Accuracy, ProbeKind
+from drivers.catalogue import Driver
+from drivers.interfaces import Accuracy, ProbeKind, Role
+from drivers.interfaces.text import text
 
 
 @dataclass(frozen=True)
@@ -113,23 +115,45 @@ class Keysight34970AOptions:
         check_channels(self.crosspoints)
         for name in self.fixed:
             if not is_fixed_point(name):
-                raise ValueError(f'fixed = "{name}": allowed are leads of probes and meters, like "A:channel4~"')
+                raise ValueError(
+                    text('fixed = "{name}": allowed are leads of probes and meters, like "A:channel4~"', name=name)
+                )
         if not 0.0 <= self.settling <= 10.0:
-            raise ValueError(f"settling = {self.settling:g}: allowed is 0 s to 10 s")
+            raise ValueError(text("settling = {settling:g}: allowed is 0 s to 10 s", settling=self.settling))
 
 
-@dataclass(frozen=True)
-class Gpt9800Options:
-    """Settings of a GW Instek GPT-9803 or GPT-9804 as an insulation tester.
-
-    `maximum_voltage` (V) is the station's limit. The voltage has risen after `ramp_time` (s); the object counts as
-    discharged below 30 V at most `discharge_timeout` (s) after the end. `accuracy` (Ω) replaces the specification's.
-    `baud_rate` (bit/s) is for a serial line.
-    """
-
-    maximum_voltage: float | None = None
-    ramp_time: float = 0.1
-    discharge_timeout: float = 5.0
-    accuracy: Accuracy | None = None
-    serial_number: str | None = None
-    baud_rate: int = 115_200
+E36300 = Driver(
+    "keysight-e36300",
+    Role.SUPPLY,
+    E36300Options,
+    "drivers.keysight.e36300:KeysightE36300.open",
+    simulated="keysight-e36313a",
+)
+E4980A = Driver(
+    "keysight-e4980a",
+    Role.LCR_METER,
+    E4980AOptions,
+    "drivers.keysight.e4980a:KeysightE4980A.open",
+    simulated="keysight-e4980a",
+)
+INFINIIVISION = Driver(
+    "keysight-infiniivision",
+    Role.OSCILLOSCOPE,
+    InfiniiVisionOptions,
+    "drivers.keysight.infiniivision:KeysightInfiniiVision.open",
+    simulated="keysight-infiniivision",
+)
+DMM_34461A = Driver(
+    "keysight-34461a",
+    Role.VOLTMETER,
+    Keysight34461AOptions,
+    "drivers.keysight.dmm_34461a:Keysight34461A.open",
+    simulated="keysight-34461a",
+)
+SWITCH_UNIT_34970A = Driver(
+    "keysight-34970a",
+    Role.SWITCH_MATRIX,
+    Keysight34970AOptions,
+    "drivers.keysight.switch_unit_34970a:Keysight34970A.open",
+    simulated="keysight-34970a",
+)

@@ -1,25 +1,21 @@
 """Keysight 34970A, 34972A and 34980A as a switch matrix (34970A/34972A Command Reference, ROUTe subsystem)."""
 
 from collections.abc import Collection, Iterable
-from typing import TYPE_CHECKING
 
 from drivers.bases.crosspoints import conflict
+from drivers.bases.scpi_driver import ScpiDriver
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
-    UNWATCHED,
-    Calls,
     Clock,
     CrosspointError,
-    Identity,
     IdentityError,
     ReportedError,
-    Traffic,
+    SwitchMatrix,
 )
+from drivers.interfaces.text import Text, text
 from drivers.keysight.options import Keysight34970AOptions
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
-
-if TYPE_CHECKING:
-    from pyvisa import ResourceManager
 
 MAKERS = (*KEYSIGHT, "hewlett-packard")
 MODELS = ("34970A", "34972A", "34980A")
@@ -27,7 +23,7 @@ MODELS = ("34970A", "34972A", "34980A")
 _LARGE = "34980A"
 
 
-class Keysight34970A:
+class Keysight34970A(ScpiDriver, SwitchMatrix):
     """A 34970A, 34972A or 34980A; unit and modules are identified when this is made, the latter not for `guarding`.
 
     Raises IdentityError where another instrument answers or a slot that the station uses is empty.
@@ -42,10 +38,8 @@ class Keysight34970A:
         name: str = "switch_matrix",
         guarding: bool = False,
     ) -> None:
-        self._session = session
-        self._clock = clock
+        super().__init__(session, clock, name)
         self._options = options
-        self._name = name
         self._channels = dict(options.crosspoints)
         self._names = {channel: crosspoint for crosspoint, channel in self._channels.items()}
         self._all = sorted(self._names)
@@ -59,10 +53,19 @@ class Keysight34970A:
             self._check_module(slot)
         session.check_errors()
 
-    @property
-    def identity(self) -> Identity:
-        """Who answered *IDN? when this was opened."""
-        return self._identity
+    @classmethod
+    def open(
+        cls, address: str, options: Keysight34970AOptions, surroundings: Surroundings, name: str
+    ) -> "Keysight34970A":
+        """Open a 34970A, 34972A or 34980A at a VISA address.
+
+        Raises CommunicationError where nothing answers, IdentityError where something else does.
+        """
+        session = open_session(address, surroundings, name)
+        return open_driver(
+            session,
+            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
+        )
 
     @property
     def crosspoints(self) -> frozenset[str]:
@@ -85,11 +88,11 @@ class Keysight34970A:
         if unknown:
             raise CrosspointError(
                 self._name,
-                f"there is no crosspoint {', '.join(unknown)}",
-                remedy="Give it a channel in the station file's crosspoints",
+                text("there is no crosspoint {unknown}", unknown=unknown),
+                remedy=text("Give it a channel in the station file's crosspoints"),
             )
         reason = conflict(wanted)
-        if reason:
+        if reason is not None:
             raise CrosspointError(self._name, reason)
         self._bring(frozenset(self._channels[name] for name in wanted))
 
@@ -104,10 +107,6 @@ class Keysight34970A:
         """
         with self._session.within(WAY_DOWN_TIME):
             self._session.insist(self._open_all)
-
-    def close(self) -> None:
-        """Close the connection; the crosspoints stay as they are."""
-        self._session.close()
 
     def _bring(self, wanted: frozenset[int]) -> None:
         held, self._held = self._held, None
@@ -155,15 +154,17 @@ class Keysight34970A:
         return frozenset(channel for channel, state in zip(self._all, states, strict=True) if state)
 
     def _not_followed(self, found: frozenset[int], wanted: frozenset[int]) -> ReportedError:
-        said = [
-            f"{self._names[channel]} (channel {channel}) {'stays closed' if channel in found else 'does not close'}"
+        findings = [
+            text("{name} (channel {channel}) stays closed", name=self._names[channel], channel=channel)
+            if channel in found
+            else text("{name} (channel {channel}) does not close", name=self._names[channel], channel=channel)
             for channel in sorted(found ^ wanted)
         ]
         return ReportedError(
             self._name,
-            ", ".join(said),
+            Text("{findings}", {"findings": findings}),
             command=self._read_back,
-            remedy="Check the module in that slot, its relays and the channels in the station file",
+            remedy=text("Check the module in that slot, its relays and the channels in the station file"),
         )
 
     def _slots(self) -> list[int]:
@@ -173,9 +174,14 @@ class Keysight34970A:
             if (channel >= 1000) is not large:
                 raise IdentityError(
                     self._name,
-                    f"{self._identity.model} has channels of {'four' if large else 'three'} digits, not {channel} "
-                    f"({self._names[channel]})",
-                    remedy="Correct the channels in the station file",
+                    text(
+                        "{model} has channels of {digits} digits, not {channel} ({name})",
+                        model=self._identity.model,
+                        digits=4 if large else 3,
+                        channel=channel,
+                        name=self._names[channel],
+                    ),
+                    remedy=text("Correct the channels in the station file"),
                 )
         return sorted({channel // 1000 if large else channel // 100 * 100 for channel in self._all})
 
@@ -186,30 +192,13 @@ class Keysight34970A:
             channels = ", ".join(str(channel) for channel in self._all if str(channel)[0] == str(slot)[0])
             raise IdentityError(
                 self._name,
-                f"slot {slot} is empty ('{said}')",
+                text("slot {slot} is empty ('{reply}')", slot=slot, reply=said),
                 command=f"SYST:CTYP? {slot}",
-                remedy=f"Correct the channels {channels} in the station file, or fit the module",
+                remedy=text(
+                    "Correct the channels {channels} in the station file, or fit the module", channels=channels
+                ),
             )
 
 
 def _listed(channels: Iterable[int]) -> str:
     return f"(@{','.join(map(str, channels))})"
-
-
-def open_keysight_34970a(
-    address: str,
-    manager: "ResourceManager",
-    clock: Clock,
-    options: Keysight34970AOptions,
-    *,
-    name: str = "switch_matrix",
-    traffic: Traffic | None = None,
-    calls: Calls = UNWATCHED,
-    guarding: bool = False,
-) -> Keysight34970A:
-    """Open a 34970A, 34972A or 34980A at a VISA address.
-
-    Raises CommunicationError where nothing answers, IdentityError where something else does.
-    """
-    session = open_session(address, manager, name, traffic=traffic, calls=calls)
-    return open_driver(session, lambda session: Keysight34970A(session, clock, options, name=name, guarding=guarding))

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.transport.visa.replies import parse_numbers
+from drivers.interfaces.text import text
+from drivers.transport.visa.replies import is_overrange, parse_numbers
 
 #: Samples converted at a time: small enough that a block stays in the processor's cache between the two steps.
 BLOCK = 32768
@@ -24,17 +25,21 @@ class Preamble:
     y_reference: float
 
 
-def parse_preamble(text: str) -> Preamble:
+def parse_preamble(reply: str) -> Preamble:
     """Return the scaling in a reply of :WAVeform:PREamble?.
 
     Raises ValueError where there are not ten numbers, the format is not WORD or an increment is not positive.
     Source: InfiniiVision Programmer's Guide, :WAVeform:PREamble.
     """
-    form, _, points, _, x_increment, x_origin, x_reference, y_increment, y_origin, y_reference = parse_numbers(text, 10)
+    form, _, points, _, x_increment, x_origin, x_reference, y_increment, y_origin, y_reference = parse_numbers(
+        reply, 10
+    )
+    if any(is_overrange(scale) for scale in (x_increment, x_origin, y_increment, y_origin)):
+        raise ValueError(text("no value (9.9E37)"))
     if form != 1:
-        raise ValueError(f"format {form:g} instead of 1 (WORD)")
+        raise ValueError(text("format {form:g} instead of 1 (WORD)", form=form))
     if x_increment <= 0 or y_increment <= 0 or points < 1:
-        raise ValueError("points and increments must be positive")
+        raise ValueError(text("points and increments must be positive"))
     return Preamble(int(points), x_increment, x_origin, x_reference, y_increment, y_origin, y_reference)
 
 

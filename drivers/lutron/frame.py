@@ -6,6 +6,8 @@
 
 from dataclasses import dataclass
 
+from drivers.interfaces.text import text
+
 START, END = b"\x02", b"\r"
 LENGTH = 16
 
@@ -22,20 +24,20 @@ class Frame:
 def parse_frame(raw: bytes) -> Frame:
     """Return what a frame says; raises ValueError naming the field that is wrong."""
     if len(raw) != LENGTH:
-        raise ValueError(f"{len(raw)} characters instead of {LENGTH}")
+        raise ValueError(text("{count} characters instead of {length}", count=len(raw), length=LENGTH))
     if raw[:1] != START or raw[-1:] != END:
-        raise ValueError("no frame between 0x02 and 0x0D")
+        raise ValueError(text("no frame between 0x02 and 0x0D"))
     if raw[1:3] != b"41":
-        raise ValueError(f"display {raw[1:3]!r} instead of b'41'")
+        raise ValueError(text("display {raw} instead of b'41'", raw=repr(raw[1:3])))
     annunciator, polarity, point, digits = raw[3:5], raw[5:6], raw[6:7], raw[7:15]
     if not annunciator.isalnum():
-        raise ValueError(f"annunciator {annunciator!r}")
+        raise ValueError(text("annunciator {annunciator}", annunciator=repr(annunciator)))
     if polarity not in (b"0", b"1"):
-        raise ValueError(f"polarity {polarity!r}")
+        raise ValueError(text("polarity {polarity}", polarity=repr(polarity)))
     if point not in (b"0", b"1", b"2", b"3"):
-        raise ValueError(f"decimal point {point!r}")
+        raise ValueError(text("decimal point {point}", point=repr(point)))
     if not digits.isdigit():
-        raise ValueError(f"digits {digits!r}")
+        raise ValueError(text("digits {digits}", digits=repr(digits)))
     scale = 10 ** int(point)
     sign = -1 if polarity == b"1" else 1
     return Frame(annunciator.decode("ascii"), sign * int(digits) / scale, 1 / scale)

@@ -3,7 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from drivers.interfaces import Accuracy
+from drivers.catalogue import Driver
+from drivers.interfaces import Accuracy, Role
 
 
 @dataclass(frozen=True)
@@ -19,3 +20,12 @@ class LutronTachometerOptions:
     update_period: float = 1.0
     speed_limit: float = 2 * math.pi / 60 * 99_999
     accuracy: Accuracy | None = None
+
+
+TACHOMETER = Driver(
+    "lutron-tachometer",
+    Role.TACHOMETER,
+    LutronTachometerOptions,
+    "drivers.lutron.tachometer:LutronTachometer.open",
+    simulated="lutron-tachometer",
+)

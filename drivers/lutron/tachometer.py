@@ -6,6 +6,7 @@ from typing import Protocol
 
 import serial
 
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     UNWATCHED,
     Accuracy,
@@ -15,11 +16,13 @@ from drivers.interfaces import (
     Identity,
     MeasurementError,
     Reading,
+    Tachometer,
     Traffic,
 )
+from drivers.interfaces.text import text
 from drivers.lutron.frame import END, LENGTH, START, Frame, parse_frame
 from drivers.lutron.options import LutronTachometerOptions
-from drivers.transport.in_process import InProcess, is_in_process, open_stream
+from drivers.transport.in_process import is_in_process, open_stream
 from drivers.transport.serial.stream_port import StreamPort
 
 RPM = 2 * math.pi / 60
@@ -45,7 +48,7 @@ class SerialPort(Protocol):
         """Close the port."""
 
 
-class LutronTachometer:
+class LutronTachometer(Tachometer):
     """A tachometer that sends its display once per update period over an open serial port."""
 
     def __init__(
@@ -65,6 +68,29 @@ class LutronTachometer:
         self._traffic = traffic
         self._calls = calls
 
+    @classmethod
+    def open(
+        cls, address: str, options: LutronTachometerOptions, surroundings: Surroundings, name: str
+    ) -> "LutronTachometer":
+        """Open the tachometer on a serial device or pyserial URL (`/dev/ttyUSB0`, `socket://host:port`), or in process.
+
+        Raises CommunicationError where the port cannot be opened.
+        """
+        timeout = 2 * options.update_period
+        port: SerialPort
+        try:
+            if is_in_process(address):
+                port = StreamPort(open_stream(address, surroundings.in_process, name), timeout)
+            else:
+                port = serial.serial_for_url(address, baudrate=9600, timeout=timeout)
+        except (OSError, ValueError) as error:
+            raise CommunicationError(
+                name,
+                text("cannot be opened at {address} ({error})", address=address, error=error),
+                remedy=text("Check the address and the cable"),
+            ) from error
+        return cls(port, surroundings.clock, options, name=name, traffic=surroundings.traffic, calls=surroundings.calls)
+
     @property
     def identity(self) -> Identity:
         """The maker and the model of the station file; the instrument itself does not tell."""
@@ -80,12 +106,18 @@ class LutronTachometer:
         if frame.annunciator != self._options.annunciator:
             raise MeasurementError(
                 self._name,
-                f"the display is not in rpm (annunciator {frame.annunciator} instead of {self._options.annunciator})",
-                remedy="Select rpm on the instrument; where it shows rpm, enter its code as annunciator in the station file",
+                text(
+                    "the display is not in rpm (annunciator {annunciator} instead of {wanted})",
+                    annunciator=frame.annunciator,
+                    wanted=self._options.annunciator,
+                ),
+                remedy=text(
+                    "Select rpm on the instrument; where it shows rpm, enter its code as annunciator in the station file"
+                ),
             )
         speed = abs(frame.value) * RPM
         if speed > self._options.speed_limit:
-            raise MeasurementError(self._name, f"{abs(frame.value):g} rpm is beyond its range")
+            raise MeasurementError(self._name, text("{value:g} rpm is beyond its range", value=abs(frame.value)))
         return Reading(speed, "rad/s", self._accuracy(frame), self._clock.now())
 
     def make_safe(self) -> None:
@@ -105,15 +137,19 @@ class LutronTachometer:
                 self._clock.sleep(self._options.update_period * (1 + PERIOD_MARGIN))
                 raw = self._read()
         except OSError as error:
-            raise CommunicationError(self._name, f"the port fails ({error})", remedy="Check the cable") from error
+            raise CommunicationError(
+                self._name, text("the port fails ({error})", error=error), remedy=text("Check the cable")
+            ) from error
         if self._traffic is not None:
             self._traffic("read", repr(raw))
         if not raw:
-            raise CommunicationError(self._name, "sends nothing", remedy="Switch it on and check the cable")
+            raise CommunicationError(self._name, text("sends nothing"), remedy=text("Switch it on and check the cable"))
         try:
             return parse_frame(raw)
         except ValueError as error:
-            raise CommunicationError(self._name, f"a frame that is none: {error} in {raw!r}") from error
+            raise CommunicationError(
+                self._name, text("no frame: {error} in {raw}", error=error, raw=repr(raw))
+            ) from error
 
     def _read(self) -> bytes:
         with self._calls.exchange():
@@ -123,31 +159,3 @@ class LutronTachometer:
         stated = self._options.accuracy or Accuracy(offset=ACCURACY_RPM * RPM, source=SOURCE)
         # The last digit's place changes with the speed, so it is the frame that tells it.
         return stated if stated.resolution else replace(stated, resolution=frame.step * RPM)
-
-
-def open_lutron_tachometer(
-    address: str,
-    clock: Clock,
-    options: LutronTachometerOptions,
-    *,
-    name: str = "tachometer",
-    traffic: Traffic | None = None,
-    calls: Calls = UNWATCHED,
-    in_process: InProcess | None = None,
-) -> LutronTachometer:
-    """Open the tachometer on a serial device or pyserial URL (`/dev/ttyUSB0`, `socket://host:port`).
-
-    `in-process://…` is opened through `in_process`. Raises CommunicationError where the port cannot be opened.
-    """
-    timeout = 2 * options.update_period
-    port: SerialPort
-    try:
-        if is_in_process(address):
-            port = StreamPort(open_stream(address, in_process, name), timeout)
-        else:
-            port = serial.serial_for_url(address, baudrate=9600, timeout=timeout)
-    except (OSError, ValueError) as error:
-        raise CommunicationError(
-            name, f"cannot be opened at {address} ({error})", remedy="Check the address and the cable"
-        ) from error
-    return LutronTachometer(port, clock, options, name=name, traffic=traffic, calls=calls)

@@ -2,7 +2,10 @@
 
 from typing import Generic, Protocol, TypeVar
 
+from drivers.bases.set_points import check_setpoint
 from drivers.interfaces import Accuracy, Clock, Identity, Reading
+from drivers.interfaces.declarations import declarations
+from drivers.interfaces.text import Text
 from drivers.manual.prompt import Prompt, Questions
 
 
@@ -39,16 +42,24 @@ class InstrumentByHand(Generic[OptionsT]):
     def close(self) -> None:
         """Do nothing: there is no connection."""
 
+    def _check(self, method: str, *values: float) -> None:
+        """Raise SetpointError, before anything is asked, for a value beyond the station's limit, as the interface declares."""
+        kind: type = type(self)
+        for amount, value in zip(declarations(kind)[method].amounts.values(), values, strict=True):
+            highest = getattr(self, amount.own)
+            lowest = -highest if amount.signed else 0.0
+            check_setpoint(self._name, amount.label, value, amount.unit, lowest, highest, "the station")
+
     def _reading(
         self,
-        quantity: str,
+        quantity: Text,
         unit: str,
         minimum: float,
         maximum: float,
         accuracy: Accuracy | None,
         *,
-        stated_of: str = "",
-        context: str = "",
+        stated_of: Text | None = None,
+        context: Text | None = None,
     ) -> Reading:
         """Ask for a quantity (in `unit`, within `minimum` … `maximum`) and return the answer with the accuracy the station file states.
 

@@ -4,13 +4,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.bases.always import always
-from drivers.interfaces import Clock, MeasurementError, Reading
+from drivers.interfaces import BldcDrive, Clock, MeasurementError, Reading
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDriveOptions
 from drivers.manual.prompt import ATTEMPTS, Prompt
 
 
-class ManualDrive(InstrumentByHand[ManualDriveOptions]):
+class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
     """A six-step drive switched and read by hand."""
 
     def __init__(self, prompt: Prompt, clock: Clock, options: ManualDriveOptions, *, name: str = "drive") -> None:
@@ -20,37 +21,44 @@ class ManualDrive(InstrumentByHand[ManualDriveOptions]):
     def running(self) -> Iterator[None]:
         """Have the drive switched on at full voltage for the length of the block, then off, however it ends."""
         with always(self.make_safe):
-            self._questions.confirm("Switch the six-step drive on, at full voltage.")
+            self._questions.confirm(text("Switch the six-step drive on, at full voltage."))
             yield
 
     def measure_bus_voltage(self) -> Reading:
         """Ask for the DC link's voltage (V); raises MeasurementError where no accuracy is stated."""
         highest = self._options.maximum_voltage
-        return self._reading("DC link voltage", "V", 0.0, highest, self._options.voltage_accuracy)
+        return self._reading(text("DC link voltage"), "V", 0.0, highest, self._options.voltage_accuracy)
 
     def measure_bus_current(self) -> Reading:
         """Ask for the current (A) out of the DC source; raises MeasurementError where no accuracy is stated."""
         highest, accuracy = self._options.maximum_current, self._options.current_accuracy
         return self._reading(
-            "current out of the DC source", "A", -highest, highest, accuracy, stated_of="DC source's current"
+            text("current out of the DC source"),
+            "A",
+            -highest,
+            highest,
+            accuracy,
+            stated_of=text("DC source's current"),
         )
 
     def measure_frequency(self) -> Reading:
         """Ask for the frequency (Hz) of a Hall signal; raises MeasurementError where no accuracy is stated."""
         highest, accuracy = self._options.maximum_frequency, self._options.frequency_accuracy
-        return self._reading("frequency of a Hall signal", "Hz", 0.0, highest, accuracy, stated_of="frequency")
+        return self._reading(
+            text("frequency of a Hall signal"), "Hz", 0.0, highest, accuracy, stated_of=text("frequency")
+        )
 
     def hall_state(self) -> tuple[bool, bool, bool]:
         """Ask for the three Hall signals, typed as three digits; raises MeasurementError after unusable answers."""
-        quantity = "Hall signals H1 H2 H3 as three digits, each 0 or 1"
+        quantity = text("Hall signals H1 H2 H3 as three digits, each 0 or 1")
         for _ in range(ATTEMPTS):
             typed = self._questions.ask(quantity, "", 0, 111)
             digits = f"{typed:03g}"
             if len(digits) == 3 and set(digits) <= {"0", "1"}:
                 first, second, third = (digit == "1" for digit in digits)
                 return first, second, third
-        raise MeasurementError(self._name, f"Hall signals: {typed:g} is not three digits of 0 and 1")
+        raise MeasurementError(self._name, text("Hall signals: {typed:g} is not three digits of 0 and 1", typed=typed))
 
     def make_safe(self) -> None:
         """Have the drive switched off."""
-        self._questions.confirm("Switch the six-step drive off and make sure that it is.")
+        self._questions.confirm(text("Switch the six-step drive off and make sure that it is."))

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.bases.always import always
-from drivers.bases.set_points import check_setpoint
-from drivers.interfaces import Clock, DynamometerReading
+from drivers.interfaces import Clock, Dynamometer, DynamometerReading
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDynamometerOptions
 from drivers.manual.prompt import Prompt
@@ -14,7 +14,7 @@ from drivers.manual.prompt import Prompt
 RPM = 2 * math.pi / 60
 
 
-class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions]):
+class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions], Dynamometer):
     """A dynamometer, or a drive motor, run and read by hand; speeds are shown and typed in rpm."""
 
     def __init__(
@@ -34,64 +34,66 @@ class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions]):
 
     def zero_torque(self) -> None:
         """Have the torque display zeroed."""
-        self._questions.confirm("With the shaft at rest, zero the torque display.")
+        self._questions.confirm(text("With the shaft at rest, zero the torque display."))
 
     @contextmanager
     def driving_speed(self, speed: float) -> Iterator[None]:
         """Have the shaft brought to a speed (rad/s) for the length of the block, then let coast."""
-        self._check_speed(speed)
+        self._check("driving_speed", speed)
         with always(self._let_coast):
             self._ask_speed(speed)
             yield
 
     def set_speed(self, speed: float) -> None:
         """Have the speed (rad/s) changed; raises SetpointError before anything is asked."""
-        self._check_speed(speed)
+        self._check("set_speed", speed)
         self._ask_speed(speed)
 
     @contextmanager
     def driving_torque(self, torque: float, speed_limit: float | None = None) -> Iterator[None]:
         """Have a constant torque (N·m) put on the shaft below a speed (rad/s) for the length of the block, then taken off."""
         highest = self.maximum_speed if speed_limit is None else speed_limit
-        check_setpoint(self._name, "speed limit", highest, "rad/s", 0.0, self.maximum_speed, "the station")
-        check_setpoint(self._name, "torque", torque, "N·m", -self.maximum_torque, self.maximum_torque, "the station")
+        self._check("driving_torque", torque, highest)
         with always(self._let_coast):
             self._questions.confirm(
-                f"Set the dynamometer's speed limit to {highest / RPM:g} rpm. Put a constant torque of {torque:g} N·m on the shaft."
+                text(
+                    "Set the dynamometer's speed limit to {highest:g} rpm. Put a constant torque of {torque:g} N·m on the shaft.",
+                    highest=highest / RPM,
+                    torque=torque,
+                )
             )
             yield
 
     def command_zero(self) -> None:
         """Have speed and torque commanded to zero."""
-        self._questions.confirm("Command a speed and a torque of zero.")
+        self._questions.confirm(text("Command a speed and a torque of zero."))
 
     def measure(self) -> DynamometerReading:
         """Ask for speed and torque; the power (W) is their product.
 
         Raises MeasurementError where no accuracy is stated or after three unusable answers.
         """
-        speed_accuracy = self._questions.stated(self._options.speed_accuracy, "speed")
-        torque_accuracy = self._questions.stated(self._options.torque_accuracy, "torque")
+        speed_accuracy = self._questions.stated(self._options.speed_accuracy, text("speed"))
+        torque_accuracy = self._questions.stated(self._options.torque_accuracy, text("torque"))
         fastest = self.maximum_speed / RPM
-        speed = self._questions.ask("speed", "rpm", -fastest, fastest, "forwards positive") * RPM
+        speed = self._questions.ask(text("speed"), "rpm", -fastest, fastest, text("forwards positive")) * RPM
         torque = self._questions.ask(
-            "torque", "N·m", -self.maximum_torque, self.maximum_torque, "positive when it drives forwards"
+            text("torque"), "N·m", -self.maximum_torque, self.maximum_torque, text("positive when it drives forwards")
         )
         return DynamometerReading(self._clock.now(), speed, torque, speed * torque, speed_accuracy, torque_accuracy)
 
     def stop(self) -> None:
         """Have the shaft braked to rest and the drive switched off."""
-        self._questions.confirm("Brake the shaft to a standstill and switch the dynamometer off.")
+        self._questions.confirm(text("Brake the shaft to a standstill and switch the dynamometer off."))
 
     def make_safe(self) -> None:
         """Have the dynamometer switched off."""
         self._let_coast()
 
-    def _check_speed(self, speed: float) -> None:
-        check_setpoint(self._name, "speed", speed, "rad/s", -self.maximum_speed, self.maximum_speed, "the station")
-
     def _ask_speed(self, speed: float) -> None:
-        self._questions.confirm(f"Drive the shaft at {speed / RPM:g} rpm and wait until the speed is steady.")
+        self._questions.confirm(
+            text("Drive the shaft at {speed:g} rpm and wait until the speed is steady.", speed=speed / RPM)
+        )
 
     def _let_coast(self) -> None:
-        self._questions.confirm("Switch the dynamometer off and let the shaft coast.")
+        self._questions.confirm(text("Switch the dynamometer off and let the shaft coast."))

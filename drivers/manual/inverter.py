@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.bases.always import always
-from drivers.bases.set_points import check_setpoint
-from drivers.interfaces import Clock, Reading
+from drivers.interfaces import Clock, Inverter, Reading
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualInverterOptions
 from drivers.manual.prompt import Prompt
 
 
-class ManualInverter(InstrumentByHand[ManualInverterOptions]):
+class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
     """An inverter run and read by hand."""
 
     def __init__(self, prompt: Prompt, clock: Clock, options: ManualInverterOptions, *, name: str = "inverter") -> None:
@@ -30,54 +30,63 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions]):
     @contextmanager
     def driving_frequency(self, frequency: float, current: float) -> Iterator[None]:
         """Have the field turned at a frequency (Hz) with a phase current (A, peak), then the inverter switched off."""
-        check_setpoint(
-            self._name, "frequency", frequency, "Hz", -self.maximum_frequency, self.maximum_frequency, "the station"
-        )
-        check_setpoint(self._name, "current", current, "A", 0.0, self.maximum_current, "the station")
+        self._check("driving_frequency", frequency, current)
         with always(self.make_safe):
             self._questions.confirm(
-                f"Start the inverter at {frequency:g} Hz with {current:g} A peak and wait until the ramp has ended."
+                text(
+                    "Start the inverter at {frequency:g} Hz with {current:g} A peak and wait until the ramp has ended.",
+                    frequency=frequency,
+                    current=current,
+                )
             )
             yield
 
     @contextmanager
     def driving_current(self, current: float) -> Iterator[None]:
         """Have a q-axis current (A, peak) regulated for the length of the block, then the inverter switched off."""
-        self._check_current(current)
+        self._check("driving_current", current)
         with always(self.make_safe):
             self._ask_current(current)
             yield
 
     def set_current(self, current: float) -> None:
         """Have the q-axis current (A, peak) changed; raises SetpointError before anything is asked."""
-        self._check_current(current)
+        self._check("set_current", current)
         self._ask_current(current)
 
     def command_zero(self) -> None:
         """Have current and frequency commanded to zero."""
-        self._questions.confirm("Command a current and a frequency of zero.")
+        self._questions.confirm(text("Command a current and a frequency of zero."))
 
     def measure_frequency(self) -> Reading:
         """Ask for the frequency (Hz) the inverter shows; raises MeasurementError where no accuracy is stated."""
         highest = self.maximum_frequency
         return self._reading(
-            "electrical frequency", "Hz", -highest, highest, self._options.frequency_accuracy, stated_of="frequency"
+            text("electrical frequency"),
+            "Hz",
+            -highest,
+            highest,
+            self._options.frequency_accuracy,
+            stated_of=text("frequency"),
         )
 
     def measure_current(self) -> Reading:
         """Ask for the q-axis current (A, peak) the inverter shows; raises MeasurementError without an accuracy."""
         highest = self.maximum_current
         return self._reading(
-            "q-axis current, peak", "A", -highest, highest, self._options.current_accuracy, stated_of="current"
+            text("q-axis current, peak"),
+            "A",
+            -highest,
+            highest,
+            self._options.current_accuracy,
+            stated_of=text("current"),
         )
 
     def make_safe(self) -> None:
         """Have the inverter switched off."""
-        self._questions.confirm("Switch the inverter off.")
-
-    def _check_current(self, current: float) -> None:
-        highest = self.maximum_current
-        check_setpoint(self._name, "current", current, "A", -highest, highest, "the station")
+        self._questions.confirm(text("Switch the inverter off."))
 
     def _ask_current(self, current: float) -> None:
-        self._questions.confirm(f"Set the inverter to regulate a torque-producing current of {current:g} A peak.")
+        self._questions.confirm(
+            text("Set the inverter to regulate a torque-producing current of {current:g} A peak.", current=current)
+        )

@@ -8,16 +8,18 @@ from drivers.interfaces import (
     Aperture,
     Clock,
     ImpedanceReading,
+    LcrMeter,
     MeasurementError,
     SetpointError,
     Wanted,
 )
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualLcrMeterOptions
 from drivers.manual.prompt import Prompt
 
 
-class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions]):
+class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions], LcrMeter):
     """An LCR meter read by hand."""
 
     def __init__(
@@ -25,6 +27,11 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions]):
     ) -> None:
         super().__init__(prompt, clock, options, name)
         self._frequency = 0.0
+
+    @property
+    def maximum_frequency(self) -> float:
+        """Largest test frequency (Hz) that the station file names; infinite where it names none."""
+        return max(self._options.frequencies, default=math.inf)
 
     @property
     def source_impedance(self) -> float:
@@ -38,18 +45,20 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions]):
         """
         check_setpoint(self._name, "level", level, "V rms", 0.0, self._options.maximum_level, "the meter")
         if self._options.direct_current:
-            self._questions.confirm("Set the meter to resistance.")
+            self._questions.confirm(text("Set the meter to resistance."))
             return
         offered = self._options.frequencies
         check_setpoint(self._name, "frequency", frequency, "Hz", 0.0, max(offered, default=1e9), "the meter")
         if offered and not any(math.isclose(frequency, one, rel_tol=1e-6) for one in offered):
             raise SetpointError(self._name, "frequency", frequency, "Hz", min(offered), max(offered), "the meter")
         self._frequency = frequency
-        self._questions.confirm(f"Set the meter to series R and L (Ls, Rs) at {frequency:g} Hz.")
+        self._questions.confirm(
+            text("Set the meter to series R and L (Ls, Rs) at {frequency:g} Hz.", frequency=frequency)
+        )
 
     def correct_short(self) -> None:
         """Have the leads shorted and the meter zeroed."""
-        self._questions.confirm("Clip the meter's leads together and zero it (short correction).")
+        self._questions.confirm(text("Clip the meter's leads together and zero it (short correction)."))
 
     def measure(self, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:
         """Ask for what is wanted; the other is NaN. A meter of direct current is asked for the resistance only.
@@ -57,16 +66,16 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions]):
         Raises MeasurementError where no accuracy is stated, the frequency was not set, or after three unusable answers.
         """
         if not self._options.direct_current and self._frequency == 0:
-            raise MeasurementError(self._name, "no frequency set", remedy="Call configure() first")
+            raise MeasurementError(self._name, text("no frequency set"), remedy=text("Call configure() first"))
         resistance = inductance = math.nan
         r_accuracy = l_accuracy = Accuracy()
-        context = "" if self._options.direct_current else f"at {self._frequency:g} Hz"
+        context = None if self._options.direct_current else text("at {frequency:g} Hz", frequency=self._frequency)
         if wanted is not Wanted.INDUCTANCE:
-            r_accuracy = self._questions.stated(self._options.resistance_accuracy, "resistance")
-            resistance = self._questions.ask("resistance Rs", "Ω", 0.0, self._options.maximum_resistance, context)
+            r_accuracy = self._questions.stated(self._options.resistance_accuracy, text("resistance"))
+            resistance = self._questions.ask(text("resistance Rs"), "Ω", 0.0, self._options.maximum_resistance, context)
         if wanted is not Wanted.RESISTANCE and not self._options.direct_current:
-            l_accuracy = self._questions.stated(self._options.inductance_accuracy, "inductance")
-            inductance = self._questions.ask("inductance Ls", "H", 0.0, self._options.maximum_inductance, context)
+            l_accuracy = self._questions.stated(self._options.inductance_accuracy, text("inductance"))
+            inductance = self._questions.ask(text("inductance Ls"), "H", 0.0, self._options.maximum_inductance, context)
         return ImpedanceReading(resistance, inductance, self._frequency, r_accuracy, l_accuracy, self._clock.now())
 
     def accuracy_at(
@@ -84,11 +93,17 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions]):
         options = self._options
         if abs(resistance) > options.maximum_resistance or abs(inductance) > options.maximum_inductance:
             raise MeasurementError(
-                self._name, f"{resistance:g} Ω and {inductance:g} H at {frequency:g} Hz are beyond its range"
+                self._name,
+                text(
+                    "{resistance:g} Ω and {inductance:g} H at {frequency:g} Hz are beyond its range",
+                    resistance=resistance,
+                    inductance=inductance,
+                    frequency=frequency,
+                ),
             )
         unknown = Accuracy()
         if options.resistance_accuracy is None and options.inductance_accuracy is None:
-            self._questions.stated(None, "resistance")
+            self._questions.stated(None, text("resistance"))
         return options.resistance_accuracy or unknown, options.inductance_accuracy or unknown
 
     def make_safe(self) -> None:

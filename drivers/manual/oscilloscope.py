@@ -2,22 +2,24 @@
 
 from collections.abc import Sequence
 
-from drivers.bases.set_points import check_setpoint, probe_on
+from drivers.bases.set_points import SLOPES, check_setpoint, probe_on
 from drivers.interfaces import (
     ChannelSettings,
     Clock,
     MeasurementError,
+    Oscilloscope,
     ProbeKind,
     Reading,
     Trigger,
     Waveform,
 )
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualOscilloscopeOptions
 from drivers.manual.prompt import Prompt
 
 
-class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions]):
+class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscilloscope):
     """An oscilloscope read by hand: frequency and amplitude off the screen."""
 
     def __init__(
@@ -38,9 +40,23 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions]):
         """Have the range and offset (V or A) of a channel set; raises SetpointError for one without a probe."""
         unit = self._unit(channel)
         low, high = 0.0, 2 * self._options.maximum_amplitude
-        check_setpoint(self._name, f"range of channel {channel}", settings.range, unit, low, high, "the station")
+        check_setpoint(
+            self._name,
+            text("range of channel {channel}", channel=channel),
+            settings.range,
+            unit,
+            low,
+            high,
+            "the station",
+        )
         self._questions.confirm(
-            f"Switch channel {channel} on: full screen {settings.range:g} {unit}, mid-screen {settings.offset:g} {unit}."
+            text(
+                "Switch channel {channel} on: full screen {range:g} {unit}, mid-screen {offset:g} {unit}.",
+                channel=channel,
+                range=settings.range,
+                unit=unit,
+                offset=settings.offset,
+            )
         )
 
     def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
@@ -52,37 +68,50 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions]):
         check_setpoint(self._name, "points", points, "", 1, 1e9, "any oscilloscope")
         check_setpoint(self._name, "pre-trigger", pre_trigger, "", 0.0, 1.0, "a record")
         self._questions.confirm(
-            f"Set the screen's width to {record_time:g} s, the trigger at {100 * pre_trigger:.0f} % from the left."
+            text(
+                "Set the screen's width to {record_time:g} s, the trigger at {pre_trigger:.0f} % from the left.",
+                record_time=record_time,
+                pre_trigger=100 * pre_trigger,
+            )
         )
 
     def configure_trigger(self, trigger: Trigger) -> None:
         """Have the trigger set; raises SetpointError for a channel without a probe."""
         if trigger.channel is None:
-            self._questions.confirm("Set the trigger to automatic.")
+            self._questions.confirm(text("Set the trigger to automatic."))
             return
         unit = self._unit(trigger.channel)
         self._questions.confirm(
-            f"Set the edge trigger to channel {trigger.channel}, {trigger.level:g} {unit}, {trigger.slope.name.lower()}."
+            text(
+                "Set the edge trigger to channel {channel}, {level:g} {unit}, {slope}.",
+                channel=trigger.channel,
+                level=trigger.level,
+                unit=unit,
+                slope=SLOPES[trigger.slope],
+            )
         )
 
     def initiate(self) -> None:
         """Have the instrument armed for one record."""
-        self._questions.confirm("Press Single.")
+        self._questions.confirm(text("Press Single."))
 
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
         """Raise MeasurementError: a waveform cannot be typed in."""
         raise MeasurementError(
             self._name,
-            f"an oscilloscope read by hand gives no waveform of channels {', '.join(map(str, channels))} "
-            f"within {timeout:g} s",
-            remedy="Use measure_frequency() and measure_amplitude(), or analyse a stored capture",
+            text(
+                "an oscilloscope read by hand gives no waveform of channels {channels} within {timeout:g} s",
+                channels=list(channels),
+                timeout=timeout,
+            ),
+            remedy=text("Use measure_frequency() and measure_amplitude(), or analyse a stored capture"),
         )
 
     def measure_frequency(self, channel: int) -> Reading:
         """Ask for the frequency (Hz) the screen shows; raises MeasurementError where no accuracy is stated."""
         self._unit(channel)
-        highest, context = self._options.maximum_frequency, f"of the trace of channel {channel}"
-        return self._reading("frequency", "Hz", 0.0, highest, self._options.frequency_accuracy, context=context)
+        highest, context = self._options.maximum_frequency, text("of the trace of channel {channel}", channel=channel)
+        return self._reading(text("frequency"), "Hz", 0.0, highest, self._options.frequency_accuracy, context=context)
 
     def measure_amplitude(self, channel: int) -> Reading:
         """Ask for the peak-to-peak value (V or A) the screen shows and return half of it.
@@ -91,10 +120,12 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions]):
         """
         unit = self._unit(channel)
         accuracy = self._questions.stated(
-            self._options.amplitude_accuracy.get(channel), f"amplitude on channel {channel}"
+            self._options.amplitude_accuracy.get(channel), text("amplitude on channel {channel}", channel=channel)
         )
         highest = 2 * self._options.maximum_amplitude
-        value = self._questions.ask("peak-to-peak value", unit, 0.0, highest, f"of the trace of channel {channel}")
+        value = self._questions.ask(
+            text("peak-to-peak value"), unit, 0.0, highest, text("of the trace of channel {channel}", channel=channel)
+        )
         return Reading(value / 2, unit, accuracy, self._clock.now())
 
     def make_safe(self) -> None:

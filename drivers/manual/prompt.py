@@ -4,6 +4,7 @@ import math
 from typing import Protocol
 
 from drivers.interfaces import Accuracy, MeasurementError
+from drivers.interfaces.text import Text, lines, text
 
 #: How often an unusable answer is asked again.
 ATTEMPTS = 3
@@ -12,11 +13,11 @@ ATTEMPTS = 3
 class Prompt(Protocol):
     """A way to reach the person at the bench. A person who gives up makes either method raise."""
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the number typed for a quantity in `unit`, which should be within `minimum` … `maximum`."""
 
-    def confirm(self, text: str) -> None:
-        """Return once the person says that what the text asks for is done."""
+    def confirm(self, task: Text) -> None:
+        """Return once the person says that what the task asks for is done."""
 
 
 class Questions:
@@ -26,7 +27,7 @@ class Questions:
         self.instrument = instrument
         self._prompt = prompt
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str = "") -> float:
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None = None) -> float:
         """Return the answer, finite and within its range.
 
         Raises MeasurementError naming the range after three unusable answers.
@@ -36,21 +37,35 @@ class Questions:
             value = self._prompt.ask(quantity, unit, minimum, maximum, hint)
             if math.isfinite(value) and minimum <= value <= maximum:
                 return value
-            hint = f"{context} ({value:g} {unit} is outside {minimum:g} … {maximum:g} {unit})".strip()
+            outside = text(
+                "({value:g} {unit} is outside {minimum:g} … {maximum:g} {unit})",
+                value=value,
+                unit=unit,
+                minimum=minimum,
+                maximum=maximum,
+            )
+            hint = outside if context is None else lines((context, outside), " ")
         raise MeasurementError(
-            self.instrument, f"{quantity}: the value typed is outside {minimum:g} … {maximum:g} {unit}"
+            self.instrument,
+            text(
+                "{quantity}: the value typed is outside {minimum:g} … {maximum:g} {unit}",
+                quantity=quantity,
+                minimum=minimum,
+                maximum=maximum,
+                unit=unit,
+            ),
         )
 
-    def confirm(self, text: str) -> None:
-        """Have the person do what the text says."""
-        self._prompt.confirm(text)
+    def confirm(self, task: Text) -> None:
+        """Have the person do a task."""
+        self._prompt.confirm(task)
 
-    def stated(self, accuracy: Accuracy | None, quantity: str) -> Accuracy:
+    def stated(self, accuracy: Accuracy | None, quantity: Text) -> Accuracy:
         """Return the accuracy the station file states; raises MeasurementError where it states none."""
         if accuracy is None:
             raise MeasurementError(
                 self.instrument,
-                f"no accuracy is stated for its {quantity}",
-                remedy="Enter it in the station file, from the instrument's manual",
+                text("no accuracy is stated for its {quantity}", quantity=quantity),
+                remedy=text("Enter it in the station file, from the instrument's manual"),
             )
         return accuracy

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.bases.always import always
-from drivers.bases.set_points import check_setpoint
-from drivers.interfaces import Clock, OutputMode, Reading, Regulated
+from drivers.interfaces import Clock, OutputMode, Reading, Regulated, Supply
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualSupplyOptions
 from drivers.manual.prompt import Prompt
@@ -19,7 +19,7 @@ MODES = {
 }
 
 
-class ManualSupply(InstrumentByHand[ManualSupplyOptions]):
+class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
     """A supply set and read by hand."""
 
     def __init__(self, prompt: Prompt, clock: Clock, options: ManualSupplyOptions, *, name: str = "supply") -> None:
@@ -37,16 +37,23 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions]):
 
     def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
         """Have voltage (V), current limit (A) and protections set; raises SetpointError before anything is asked."""
-        check_setpoint(self._name, "voltage", voltage, "V", 0.0, self.maximum_voltage, "the station")
-        check_setpoint(self._name, "current limit", current_limit, "A", 0.0, self.maximum_current, "the station")
+        self._check("configure", voltage, current_limit)
         if regulated is Regulated.VOLTAGE:
             self._questions.confirm(
-                f"Set the supply to {voltage:g} V, current limit {current_limit:g} A; over-current protection on where it has one."
+                text(
+                    "Set the supply to {voltage:g} V, current limit {current_limit:g} A; over-current protection on where it has one.",
+                    voltage=voltage,
+                    current_limit=current_limit,
+                )
             )
         else:
             self._questions.confirm(
-                f"Set the supply to {voltage:g} V, current limit {current_limit:g} A; over-current protection off: "
-                "the supply regulates the current."
+                text(
+                    "Set the supply to {voltage:g} V, current limit {current_limit:g} A; over-current protection off: "
+                    "the supply regulates the current.",
+                    voltage=voltage,
+                    current_limit=current_limit,
+                )
             )
 
     @contextmanager
@@ -56,25 +63,25 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions]):
         """Have the supply set (V, A) and switched on for the length of the block, then off, however it ends."""
         self.configure(voltage, current_limit, regulated)
         with always(self.output_off):
-            self._questions.confirm("Switch the supply's output on.")
+            self._questions.confirm(text("Switch the supply's output on."))
             yield
 
     def output_off(self) -> None:
         """Have the output switched off."""
-        self._questions.confirm("Switch the supply's output off and make sure that it is.")
+        self._questions.confirm(text("Switch the supply's output off and make sure that it is."))
 
     def output_mode(self) -> OutputMode:
         """Ask what regulates the output; raises MeasurementError after three unusable answers."""
-        quantity = "regulation: 0 off, 1 constant current (CC), 2 constant voltage (CV), 3 tripped"
+        quantity = text("regulation: 0 off, 1 constant current (CC), 2 constant voltage (CV), 3 tripped")
         return MODES[round(self._questions.ask(quantity, "", 0, 3))]
 
     def measure_voltage(self) -> Reading:
         """Ask for the voltage (V) the supply shows; raises MeasurementError where no accuracy is stated."""
-        return self._reading("voltage", "V", 0.0, self.maximum_voltage, self._options.voltage_accuracy)
+        return self._reading(text("voltage"), "V", 0.0, self.maximum_voltage, self._options.voltage_accuracy)
 
     def measure_current(self) -> Reading:
         """Ask for the current (A) the supply shows; raises MeasurementError where no accuracy is stated."""
-        return self._reading("current", "A", 0.0, self.maximum_current, self._options.current_accuracy)
+        return self._reading(text("current"), "A", 0.0, self.maximum_current, self._options.current_accuracy)
 
     def make_safe(self) -> None:
         """Have the output switched off."""

@@ -2,7 +2,8 @@
 
 import math
 
-from drivers.interfaces import Clock, Reading
+from drivers.interfaces import Clock, Reading, Tachometer
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualTachometerOptions
 from drivers.manual.prompt import Prompt
@@ -10,7 +11,7 @@ from drivers.manual.prompt import Prompt
 RPM = 2 * math.pi / 60
 
 
-class ManualTachometer(InstrumentByHand[ManualTachometerOptions]):
+class ManualTachometer(InstrumentByHand[ManualTachometerOptions], Tachometer):
     """A tachometer read by hand, in rpm."""
 
     def __init__(
@@ -23,8 +24,8 @@ class ManualTachometer(InstrumentByHand[ManualTachometerOptions]):
 
         Raises MeasurementError where no accuracy is stated or after three unusable answers.
         """
-        accuracy = self._questions.stated(self._options.accuracy, "speed")
-        value = self._questions.ask("speed", "rpm", 0.0, self._options.maximum_speed / RPM)
+        accuracy = self._questions.stated(self._options.accuracy, text("speed"))
+        value = self._questions.ask(text("speed"), "rpm", 0.0, self._options.maximum_speed / RPM)
         return Reading(value * RPM, "rad/s", accuracy, self._clock.now())
 
     def make_safe(self) -> None:

@@ -1,13 +1,14 @@
 """A DC voltmeter that a person reads."""
 
 from drivers.bases.set_points import check_setpoint
-from drivers.interfaces import Accuracy, Clock, MeasurementError, Reading
+from drivers.interfaces import Accuracy, Clock, MeasurementError, Reading, Voltmeter
+from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualVoltmeterOptions
 from drivers.manual.prompt import Prompt
 
 
-class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions]):
+class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions], Voltmeter):
     """A multimeter on DC volts, read by hand."""
 
     def __init__(
@@ -24,8 +25,12 @@ class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions]):
         check_setpoint(self._name, "full scale", full_scale, "V", 0.0, self._options.maximum_voltage, "the station")
         check_setpoint(self._name, "integration time", power_line_cycles, "power-line cycles", 0.0, 1e3, "any meter")
         self._questions.confirm(
-            f"Set the voltmeter to DC volts, the smallest range that holds {full_scale:g} V, "
-            f"integrating over {power_line_cycles:g} power-line cycles or its slowest rate."
+            text(
+                "Set the voltmeter to DC volts, the smallest range that holds {full_scale:g} V, "
+                "integrating over {power_line_cycles:g} power-line cycles or its slowest rate.",
+                full_scale=full_scale,
+                power_line_cycles=power_line_cycles,
+            )
         )
         self._full_scale = full_scale
 
@@ -35,16 +40,16 @@ class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions]):
         Raises MeasurementError where no accuracy is stated, no range was set, or after three unusable answers.
         """
         if self._full_scale is None:
-            raise MeasurementError(self._name, "no range set", remedy="Call configure() first")
+            raise MeasurementError(self._name, text("no range set"), remedy=text("Call configure() first"))
         highest = self._full_scale
         return self._reading(
-            "DC voltage",
+            text("DC voltage"),
             "V",
             -highest,
             highest,
             self._options.accuracy,
-            stated_of="voltage",
-            context="with its sign, in volts",
+            stated_of=text("voltage"),
+            context=text("with its sign, in volts"),
         )
 
     def accuracy_at(self, voltage: float) -> Accuracy:
@@ -54,9 +59,14 @@ class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions]):
         """
         if abs(voltage) > self._options.maximum_voltage:
             raise MeasurementError(
-                self._name, f"{voltage:g} V is beyond its range, {self._options.maximum_voltage:g} V"
+                self._name,
+                text(
+                    "{voltage:g} V is beyond its range, {maximum_voltage:g} V",
+                    voltage=voltage,
+                    maximum_voltage=self._options.maximum_voltage,
+                ),
             )
-        return self._questions.stated(self._options.accuracy, "voltage")
+        return self._questions.stated(self._options.accuracy, text("voltage"))
 
     def make_safe(self) -> None:
         """Do nothing: a voltmeter only listens."""

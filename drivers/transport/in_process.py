@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from drivers.interfaces import CommunicationError
+from drivers.interfaces.text import text
 
 if TYPE_CHECKING:
     from can import BusABC, Message
@@ -76,6 +77,6 @@ def open_can_bus(channel: str, opener: InProcess | None, name: str) -> "BusABC":
 def _nothing_there(address: str, name: str) -> CommunicationError:
     return CommunicationError(
         name,
-        f"nothing in this process answers at {address}",
-        remedy="Give the instrument's own address; only the virtual bench has these, while it runs",
+        text("nothing in this process answers at {address}", address=address),
+        remedy=text("Give the instrument's own address; only the virtual bench has these, while it runs"),
     )

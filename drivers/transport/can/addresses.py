@@ -5,6 +5,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from drivers.interfaces import CommunicationError
+from drivers.interfaces.text import text
 
 DEFAULT_BITRATE = 500_000
 
@@ -35,8 +36,8 @@ def parse_address(address: str, name: str) -> tuple[BusAddress, int]:
     if bus is None or not 1 <= node_id <= 127:
         raise CommunicationError(
             name,
-            f"'{address}' is no CAN address",
-            remedy=f"Write can://interface/channel?node=1…127&bitrate={DEFAULT_BITRATE}",
+            text("'{address}' is no CAN address", address=address),
+            remedy=text("Write can://interface/channel?node=1…127&bitrate={bitrate}", bitrate=DEFAULT_BITRATE),
         )
     return bus, node_id
 
@@ -47,8 +48,8 @@ def parse_bus(address: str, name: str) -> BusAddress:
     if bus is None:
         raise CommunicationError(
             name,
-            f"'{address}' is no address of a CAN bus",
-            remedy=f"Write can://interface/channel?bitrate={DEFAULT_BITRATE}",
+            text("'{address}' is no address of a CAN bus", address=address),
+            remedy=text("Write can://interface/channel?bitrate={bitrate}", bitrate=DEFAULT_BITRATE),
         )
     return bus
 

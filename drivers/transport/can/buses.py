@@ -4,6 +4,7 @@ import threading
 from typing import TYPE_CHECKING, cast
 
 from drivers.interfaces import CommunicationError
+from drivers.interfaces.text import text
 from drivers.transport.can.addresses import BusAddress, parse_address
 from drivers.transport.can.sockets import keep_to_own_group, leaving
 from drivers.transport.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
@@ -42,12 +43,18 @@ class CanBuses:
         if bus.address.bitrate != wanted.bitrate:
             raise CommunicationError(
                 name,
-                f"the bus of {address} is open with {bus.address.bitrate} bit/s already",
-                remedy="Give all nodes of one bus the same bit rate",
+                text(
+                    "the bus of {address} is open with {bitrate} bit/s already",
+                    address=address,
+                    bitrate=bus.address.bitrate,
+                ),
+                remedy=text("Give all nodes of one bus the same bit rate"),
             )
         if node_id in bus.nodes:
             raise CommunicationError(
-                name, f"node {node_id} at {address} is in use", remedy="Give each instrument its own node id"
+                name,
+                text("node {node_id} at {address} is in use", node_id=node_id, address=address),
+                remedy=text("Give each instrument its own node id"),
             )
         return BusNode(self, bus, node_id, name)
 
@@ -92,8 +99,13 @@ class SharedBus:
             self.disconnect()
             raise CommunicationError(
                 name,
-                f"cannot be opened at can://{address.interface}/{address.channel} ({error})",
-                remedy="Check interface, channel and bit rate",
+                text(
+                    "cannot be opened at can://{interface}/{channel} ({error})",
+                    interface=address.interface,
+                    channel=address.channel,
+                    error=error,
+                ),
+                remedy=text("Check interface, channel and bit rate"),
             ) from error
         if address.interface == "udp_multicast":
             keep_to_own_group(self.network.bus)

@@ -7,6 +7,7 @@ from can import CanError
 from canopen.sdo.exceptions import SdoAbortedError, SdoError
 
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
+from drivers.interfaces.text import text
 
 #: SDO aborts by which a node says that it has no such object or subindex.
 ABSENT = (0x06020000, 0x06090011)
@@ -44,7 +45,9 @@ class NodeObjects:
         raw = self.read_bytes(index, subindex)
         if len(raw) != size:
             raise CommunicationError(
-                self.name, f"{len(raw)} bytes instead of {size}", command=f"read {_pretty(index, subindex)}"
+                self.name,
+                text("{count} bytes instead of {size}", count=len(raw), size=size),
+                command=f"read {_pretty(index, subindex)}",
             )
         return int.from_bytes(raw, "little", signed=signed)
 
@@ -81,7 +84,14 @@ class NodeObjects:
         try:
             data = value.to_bytes(size, "little", signed=signed)
         except OverflowError as error:
-            raise ValueError(f"{value} does not fit {size} bytes of {_pretty(index, subindex)}") from error
+            raise ValueError(
+                text(
+                    "{value} does not fit {size} bytes of {object}",
+                    value=value,
+                    size=size,
+                    object=_pretty(index, subindex),
+                )
+            ) from error
         command = f"write {value} to {_pretty(index, subindex)}"
         self.trace("write", command)
         try:
@@ -91,16 +101,19 @@ class NodeObjects:
             raise self._failure(error, command) from error
         self.trace("read", "done")
 
-    def trace(self, direction: str, text: str) -> None:
+    def trace(self, direction: str, message: str) -> None:
         """Tell whoever listens to the traffic."""
         if self._traffic is not None:
-            self._traffic(direction, text)
+            self._traffic(direction, message)
 
     def _failure(self, error: Exception, command: str) -> CommunicationError | ReportedError:
         if isinstance(error, SdoAbortedError):
-            return ReportedError(self.name, f"SDO abort: {error}", command=command)
+            return ReportedError(self.name, text("SDO abort: {error}", error=error), command=command)
         return CommunicationError(
-            self.name, f"no usable reply ({error})", command=command, remedy="Check node id, bit rate and cable"
+            self.name,
+            text("no usable reply ({error})", error=error),
+            command=command,
+            remedy=text("Check node id, bit rate and cable"),
         )
 
 

@@ -14,21 +14,23 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.transport import CommParams
 
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
+from drivers.interfaces.text import Text, text
 from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.transport.modbus.stream_client import ModbusStreamClient
 
 #: Modbus Application Protocol V1.1b3, section 7.
 EXCEPTION_NAMES = {
-    1: "illegal function",
-    2: "illegal data address",
-    3: "illegal data value",
-    4: "server device failure",
-    5: "acknowledge",
-    6: "server device busy",
-    8: "memory parity error",
-    10: "gateway path unavailable",
-    11: "gateway target device failed to respond",
+    1: text("illegal function"),
+    2: text("illegal data address"),
+    3: text("illegal data value"),
+    4: text("server device failure"),
+    5: text("acknowledge"),
+    6: text("server device busy"),
+    8: text("memory parity error"),
+    10: text("gateway path unavailable"),
+    11: text("gateway target device failed to respond"),
 }
+_NO_EXCEPTION = text("not of the standard")
 #: Exceptions by which a gateway says that the unit itself does not answer.
 NO_SUCH_UNIT = (10, 11)
 
@@ -99,7 +101,11 @@ class ModbusLine:
         if self._traffic is not None:
             self._traffic("read", " ".join(f"{register:04X}" for register in registers))
         if len(registers) != count:
-            raise CommunicationError(self.name, f"{len(registers)} registers instead of {count}", command=command)
+            raise CommunicationError(
+                self.name,
+                text("{registers} registers instead of {count}", registers=len(registers), count=count),
+                command=command,
+            )
         return registers
 
     def write(self, unit: int, address: int, value: int, what: str) -> None:
@@ -138,7 +144,7 @@ class ModbusLine:
             raise self._silence(command, error) from error
         self._check(reply, command, unit, number)
         if not reply.bits:
-            raise CommunicationError(self.name, "a reply without a bit", command=command)
+            raise CommunicationError(self.name, text("a reply without a bit"), command=command)
         self._trace("read", str(int(reply.bits[0])))
         return bool(reply.bits[0])
 
@@ -160,7 +166,9 @@ class ModbusLine:
             self._client.close()
             connected = self._client.connect()
         if not connected:
-            raise CommunicationError(self.name, "cannot be opened again", remedy="Check address, power and cable")
+            raise CommunicationError(
+                self.name, text("cannot be opened again"), remedy=text("Check address, power and cable")
+            )
 
     def close(self) -> None:
         """Close the connection; may be called twice."""
@@ -190,21 +198,31 @@ class ModbusLine:
 
     def _silence(self, command: str, error: Exception) -> CommunicationError:
         return CommunicationError(
-            self.name, f"no usable reply ({error})", command=command, remedy="Check unit number, power and cable"
+            self.name,
+            text("no usable reply ({error})", error=error),
+            command=command,
+            remedy=text("Check unit number, power and cable"),
         )
 
     def _check(self, reply: ModbusPDU, command: str, unit: int, address: int) -> None:
         if not reply.isError():
             return
         code = getattr(reply, "exception_code", 0)
-        what = f"Modbus exception {code} ({EXCEPTION_NAMES.get(code, 'not of the standard')}) at {address:04X}H"
+        what = text("{exception} at {address:04X}H", exception=exception_text(code), address=address)
         if code in NO_SUCH_UNIT:
-            raise CommunicationError(self.name, f"unit {unit} does not answer: {what}", command=command)
+            raise CommunicationError(
+                self.name, text("unit {unit} does not answer: {what}", unit=unit, what=what), command=command
+            )
         raise ReportedError(self.name, what, command=command)
 
-    def _trace(self, direction: str, text: str) -> None:
+    def _trace(self, direction: str, message: str) -> None:
         if self._traffic is not None:
-            self._traffic(direction, text)
+            self._traffic(direction, message)
+
+
+def exception_text(code: int) -> Text:
+    """Return a Modbus exception by its number and name (Application Protocol V1.1b3, section 7)."""
+    return text("Modbus exception {code} ({name})", code=code, name=EXCEPTION_NAMES.get(code, _NO_EXCEPTION))
 
 
 def signed_32(high: int, low: int) -> int:
@@ -216,7 +234,7 @@ def signed_32(high: int, low: int) -> int:
 def signed_16(value: int) -> int:
     """Return the register that holds a signed number (two's complement); raises ValueError beyond 16 bits."""
     if not -(1 << 15) <= value < 1 << 15:
-        raise ValueError(f"{value} does not fit a register")
+        raise ValueError(text("{value} does not fit a register", value=value))
     return value & 0xFFFF
 
 
@@ -241,12 +259,14 @@ def open_line(
             client = client_for(address, timeout)
         connected = client.connect()
     except ValueError as error:
-        raise CommunicationError(name, f"'{address}' is no Modbus address ({error})") from error
+        raise CommunicationError(
+            name, text("'{address}' is no Modbus address ({error})", address=address, error=error)
+        ) from error
     if not connected:
-        remedy = "Check address, power and cable"
+        remedy = text("Check address, power and cable")
         if is_in_process(address):
-            remedy = "Nothing in this process answers there; only the virtual bench has such addresses, while it runs"
-        raise CommunicationError(name, f"cannot be opened at {address}", remedy=remedy)
+            remedy = text("Give the instrument's own address; only the virtual bench has these, while it runs")
+        raise CommunicationError(name, text("cannot be opened at {address}", address=address), remedy=remedy)
     return ModbusLine(client, name, traffic=traffic, calls=calls)
 
 
@@ -260,7 +280,7 @@ def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialCl
         settings = {key: values[-1] for key, values in parse_qs(parts.query).items()}
         baudrate = int(settings.get("baudrate", "9600"))
         if baudrate < 1:
-            raise ValueError(f"{baudrate} baud")
+            raise ValueError(text("a rate of {baudrate} baud", baudrate=baudrate))
         return ModbusSerialClient(
             parts.path,
             baudrate=baudrate,
@@ -269,4 +289,4 @@ def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialCl
             timeout=timeout,
             retries=0,
         )
-    raise ValueError("neither tcp://host:port nor rtu:///path?baudrate=…")
+    raise ValueError(text("neither tcp://host:port nor rtu:///path?baudrate=…"))

@@ -4,11 +4,12 @@ from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from drivers.bases.identification import check_serial_number
-from drivers.interfaces import UNWATCHED, Calls, CommunicationError, Identity, IdentityError, Traffic
+from drivers.catalogue import Surroundings
+from drivers.interfaces import CommunicationError, Identity, IdentityError
+from drivers.interfaces.text import text
 from drivers.transport.visa.session import RESOURCE_ERRORS, ScpiSession, VisaResource
 
 if TYPE_CHECKING:
-    from pyvisa import ResourceManager
     from pyvisa.resources import SerialInstrument
 
 T = TypeVar("T")
@@ -19,23 +20,24 @@ KEYSIGHT = ("keysight technologies", "agilent technologies", "keysight", "agilen
 
 def open_session(
     address: str,
-    manager: "ResourceManager",
+    surroundings: Surroundings,
     name: str,
     *,
     timeout: float = 10.0,
-    traffic: Traffic | None = None,
-    calls: Calls = UNWATCHED,
     baud_rate: int | None = None,
 ) -> ScpiSession:
-    """Open a VISA address with a resource manager; raises CommunicationError where nothing is there.
+    """Open a VISA address with the surroundings' resource manager; raises CommunicationError where nothing is there.
 
     A serial line gets `baud_rate` (bit/s) where that is given.
     """
+    manager = surroundings.manager()
     try:
         resource = cast("VisaResource", manager.open_resource(address))
     except (*RESOURCE_ERRORS, ValueError) as error:
         raise CommunicationError(
-            name, f"cannot be opened at {address} ({error})", remedy="Check address, power and cable"
+            name,
+            text("cannot be opened at {address} ({error})", address=address, error=error),
+            remedy=text("Check address, power and cable"),
         ) from error
     resource.write_termination = "\n"
     # A socket and a serial line have no end-of-message signal; elsewhere END ends a reply.
@@ -44,7 +46,9 @@ def open_session(
         cast("SerialInstrument", resource).baud_rate = baud_rate
     resource.read_termination = "\n" if socket or serial else None
     # PyVISA-py reads a raw socket until nothing comes, which never ends on one that the instrument has closed.
-    return ScpiSession(resource, name, timeout=timeout, traffic=traffic, calls=calls, clearable=not socket)
+    return ScpiSession(
+        resource, name, timeout=timeout, traffic=surroundings.traffic, calls=surroundings.calls, clearable=not socket
+    )
 
 
 def open_driver(session: ScpiSession, make: Callable[[ScpiSession], T]) -> T:
@@ -64,14 +68,21 @@ def identify(session: ScpiSession, makers: Collection[str], models: Collection[s
     line = session.identity_line()
     fields = [field.strip() for field in line.split(",")]
     if len(fields) != 4:
-        raise IdentityError(session.name, f"'{line}' is not an identity of four fields", command="*IDN?")
+        raise IdentityError(
+            session.name, text("'{line}' is not an identity of four fields", line=line), command="*IDN?"
+        )
     identity = Identity(*fields)
     if identity.manufacturer.lower() not in makers or not identity.model.upper().startswith(tuple(models)):
         raise IdentityError(
             session.name,
-            f"{identity.manufacturer} {identity.model} answers, expected {' or '.join(models)}",
+            text(
+                "{manufacturer} {model} answers, expected {models}",
+                manufacturer=identity.manufacturer,
+                model=identity.model,
+                models=" or ".join(models),
+            ),
             command="*IDN?",
-            remedy="Correct the address or the driver in the station file",
+            remedy=text("Correct the address or the driver in the station file"),
         )
     check_serial_number(session.name, identity, serial, "*IDN?")
     return identity

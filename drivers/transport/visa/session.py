@@ -13,6 +13,7 @@ from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
+from drivers.interfaces.text import Text, text, text_of
 from drivers.transport.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
 
 T = TypeVar("T")
@@ -31,7 +32,7 @@ STALE_REPLIES = 8
 RESOURCE_ERRORS = (VisaIOError, OSError, RuntimeError)
 #: How long (s) to wait for what may still come from an instrument that had fallen silent.
 DRAIN_TIME = 1.0
-#: How long (s) the way down waits for a reply: other instruments are still energised meanwhile.
+#: How long (s) the shutdown waits for a reply: other instruments are still energised meanwhile.
 WAY_DOWN_TIME = 2.0
 
 
@@ -131,7 +132,7 @@ class ScpiSession:
         message = f"{command};*OPC?"
         done = self.query(message, repeatable=False, timeout=timeout)
         if done.strip() not in ("1", "+1"):
-            raise CommunicationError(self.name, f"'{done}' instead of 1", command=message)
+            raise CommunicationError(self.name, text("'{done}' instead of 1", done=done), command=message)
 
     def check_errors(self, command: str = "") -> None:
         """Read the error queue until it is empty; raises ReportedError with all that stood in it."""
@@ -143,7 +144,7 @@ class ScpiSession:
             found.append(entry)
         if found:
             said = "; ".join(f"{entry.number} {entry.text}" for entry in found)
-            raise ReportedError(self.name, f"the instrument reports {said}", command=command)
+            raise ReportedError(self.name, text("the instrument reports {errors}", errors=said), command=command)
 
     # queries ----------------------------------------------------------------------------------------------------
 
@@ -166,7 +167,7 @@ class ScpiSession:
 
     def query_numbers(self, command: str, least: int, most: int | None = None) -> list[float]:
         """Return the `least` … `most` numbers a query is answered with; raises CommunicationError otherwise."""
-        return self._parsed(command, self.query(command), lambda text: parse_numbers(text, least, most))
+        return self._parsed(command, self.query(command), lambda reply: parse_numbers(reply, least, most))
 
     def query_block(self, command: str, *, timeout: float | None = None) -> bytes | bytearray:
         """Return the bytes of an IEEE 488.2 definite length block, exactly as many as it announces.
@@ -215,7 +216,9 @@ class ScpiSession:
             self._resource.open()
         except (*RESOURCE_ERRORS, ValueError) as error:
             raise CommunicationError(
-                self.name, f"cannot be opened again ({_finding(error)})", remedy="Check power and cable"
+                self.name,
+                text("cannot be opened again ({finding})", finding=_finding(error)),
+                remedy=text("Check power and cable"),
             ) from error
         self._lost = False
         self._apply_timeout()
@@ -224,7 +227,9 @@ class ScpiSession:
         found = self._ask(IDENTITY_QUERY)
         if self._identity_line not in (None, found):
             raise CommunicationError(
-                self.name, f"'{found}' answers instead of '{self._identity_line}'", command=IDENTITY_QUERY
+                self.name,
+                text("'{found}' answers instead of '{identity_line}'", found=found, identity_line=self._identity_line),
+                command=IDENTITY_QUERY,
             )
 
     def close(self) -> None:
@@ -242,11 +247,13 @@ class ScpiSession:
 
     # inside -----------------------------------------------------------------------------------------------------
 
-    def _parsed(self, command: str, text: str, parse: Callable[[str], T]) -> T:
+    def _parsed(self, command: str, reply: str, parse: Callable[[str], T]) -> T:
         try:
-            return parse(text)
+            return parse(reply)
         except ValueError as error:
-            raise CommunicationError(self.name, f"unusable reply '{text}' ({error})", command=command) from error
+            raise CommunicationError(
+                self.name, text("unusable reply '{reply}' ({error})", reply=reply, error=error), command=command
+            ) from error
 
     def _limited(self) -> AbstractContextManager[None]:
         """Wait no longer within the block than an energised source may be silent."""
@@ -262,7 +269,10 @@ class ScpiSession:
         except RESOURCE_ERRORS as error:
             self._in_step = False
             raise CommunicationError(
-                self.name, f"could not be sent ({_finding(error)})", command=command, remedy="Check power and cable"
+                self.name,
+                text("could not be sent ({finding})", finding=_finding(error)),
+                command=command,
+                remedy=text("Check power and cable"),
             ) from error
 
     def _receive(self, command: str) -> str:
@@ -270,24 +280,28 @@ class ScpiSession:
             with self._limited():
                 raw = self._resource.read_raw()
         except RESOURCE_ERRORS as error:
-            raise _NoReplyError(self.name, f"no reply ({_finding(error)})", command=command) from error
+            raise _NoReplyError(
+                self.name, text("no reply ({finding})", finding=_finding(error)), command=command
+            ) from error
         if not raw.endswith(b"\n"):
-            raise CommunicationError(self.name, f"half a reply: {raw[:80]!r}", command=command)
+            raise CommunicationError(self.name, text("half a reply: {raw}", raw=repr(raw[:80])), command=command)
         try:
-            text = raw.decode("ascii").rstrip("\r\n")
+            reply = raw.decode("ascii").rstrip("\r\n")
         except UnicodeDecodeError as error:
-            raise CommunicationError(self.name, f"a reply that is no text: {raw[:80]!r}", command=command) from error
+            raise CommunicationError(
+                self.name, text("a reply that is no text: {raw}", raw=repr(raw[:80])), command=command
+            ) from error
         if self._traffic is not None:
-            self._traffic("read", text)
-        return text
+            self._traffic("read", reply)
+        return reply
 
     def _ask(self, command: str) -> str:
         # Out of step until the reply is here: an interrupt, too, may leave one behind.
         self._in_step = False
         self._transmit(command)
-        text = self._receive(command)
+        reply = self._receive(command)
         self._in_step = True
-        return text
+        return reply
 
     def _exchange(self, command: str, *, repeatable: bool) -> str:
         try:
@@ -305,13 +319,16 @@ class ScpiSession:
                 return self._ask(command)
             except CommunicationError as again:
                 raise CommunicationError(
-                    self.name, f"{silence.what}, twice", command=command, remedy="Check that it is not in a local menu"
+                    self.name,
+                    text("{what}, twice", what=silence.what),
+                    command=command,
+                    remedy=text("Check that it is not in a local menu"),
                 ) from again
 
     def _catch_up(self) -> None:
         """Make sure that the next reply read is the one to the next query."""
         if self._lost:
-            raise CommunicationError(self.name, "the connection is lost", remedy="Check power and cable")
+            raise CommunicationError(self.name, text("the connection is lost"), remedy=text("Check power and cable"))
         if self._in_step or self._identity_line is None:
             return
         if self._clearable:
@@ -327,16 +344,16 @@ class ScpiSession:
                 self._silent = True
                 raise CommunicationError(
                     self.name,
-                    "does not answer any more",
+                    text("does not answer any more"),
                     command=IDENTITY_QUERY,
-                    remedy="Check power and cable, then open it anew",
+                    remedy=text("Check power and cable, then open it anew"),
                 ) from silence
             except CommunicationError:
                 continue  # the rest of an older reply
             if reply == self._identity_line:
                 self._in_step, self._silent = True, False
                 return
-        raise CommunicationError(self.name, "answers other than asked", command=IDENTITY_QUERY)
+        raise CommunicationError(self.name, text("answers other than asked"), command=IDENTITY_QUERY)
 
     def _clear(self) -> None:
         try:
@@ -379,14 +396,24 @@ class ScpiSession:
     def _block_length(self, command: str) -> int:
         start = bytes(self._read_exactly(2, command))
         if start[:1] != b"#" or not start[1:].isdigit() or start[1:] == b"0":
-            raise CommunicationError(self.name, f"a block must start with #<n>, not {start!r}", command=command)
+            raise CommunicationError(
+                self.name, text("a block must start with #<n>, not {start}", start=repr(start)), command=command
+            )
         digits = bytes(self._read_exactly(int(start[1:]), command))
         if not digits.isdigit():
-            raise CommunicationError(self.name, f"a block's length must be digits, not {digits!r}", command=command)
+            raise CommunicationError(
+                self.name, text("a block's length must be digits, not {digits}", digits=repr(digits)), command=command
+            )
         length = int(digits)
         if length > LONGEST_BLOCK:
             raise CommunicationError(
-                self.name, f"a block of {length} bytes is announced, more than {LONGEST_BLOCK}", command=command
+                self.name,
+                text(
+                    "a block of {length} bytes is announced, more than {longest_block}",
+                    length=length,
+                    longest_block=LONGEST_BLOCK,
+                ),
+                command=command,
             )
         return length
 
@@ -399,14 +426,21 @@ class ScpiSession:
             except RESOURCE_ERRORS as error:
                 raise CommunicationError(
                     self.name,
-                    f"only {len(collected)} of {count} announced bytes came ({_finding(error)})",
+                    text(
+                        "only {collected} of {count} announced bytes came ({finding})",
+                        collected=len(collected),
+                        count=count,
+                        finding=_finding(error),
+                    ),
                     command=command,
                 ) from error
             if len(chunk) == count:
                 return chunk  # whole at once: no copy
             if not chunk:
                 raise CommunicationError(
-                    self.name, f"only {len(collected)} of {count} announced bytes came", command=command
+                    self.name,
+                    text("only {collected} of {count} announced bytes came", collected=len(collected), count=count),
+                    command=command,
                 )
             collected += chunk
         return collected
@@ -436,5 +470,5 @@ class _Timeout:
             self._resource.timeout = self._before
 
 
-def _finding(error: Exception) -> str:
-    return error.description if isinstance(error, VisaIOError) else str(error) or type(error).__name__
+def _finding(error: Exception) -> Text:
+    return Text("{reason}", {"reason": error.description}) if isinstance(error, VisaIOError) else text_of(error)

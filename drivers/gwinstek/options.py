@@ -1,0 +1,32 @@
+"""What a station file may say about a GW Instek safety tester."""
+
+from dataclasses import dataclass
+
+from drivers.catalogue import Driver
+from drivers.interfaces import Accuracy, Role
+
+
+@dataclass(frozen=True)
+class Gpt9800Options:
+    """Settings of a GW Instek GPT-9803 or GPT-9804 as an insulation tester.
+
+    `maximum_voltage` (V) is the station's limit. The voltage has risen after `ramp_time` (s); the object counts as
+    discharged below 30 V at most `discharge_timeout` (s) after the end. `accuracy` (Ω) replaces the specification's.
+    `baud_rate` (bit/s) is for a serial line.
+    """
+
+    maximum_voltage: float | None = None
+    ramp_time: float = 0.1
+    discharge_timeout: float = 5.0
+    accuracy: Accuracy | None = None
+    serial_number: str | None = None
+    baud_rate: int = 115_200
+
+
+GPT9800 = Driver(
+    "gwinstek-gpt9800",
+    Role.INSULATION_TESTER,
+    Gpt9800Options,
+    "drivers.gwinstek.gpt9800:GwInstekGpt9800.open",
+    simulated="gwinstek-gpt9800",
+)

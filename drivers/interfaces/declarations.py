@@ -1,0 +1,279 @@
+"""What each method of an instrument does, declared where it stands: limits, journal, rehearsal and prompts derive from it."""
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from functools import cache
+from inspect import Parameter
+from typing import Any, Final, TypeVar
+
+from drivers.interfaces.errors import InstrumentError
+from drivers.interfaces.text import text
+
+MethodT = TypeVar("MethodT", bound=Callable[..., Any])
+
+#: Name of the attribute of a method that holds its Declaration.
+_DECLARED = "__declaration__"
+
+
+class Quantity(Enum):
+    """What a limit bounds."""
+
+    VOLTAGE = "voltage"
+    CURRENT = "current"
+    FREQUENCY = "frequency"
+    SPEED = "speed"
+    TORQUE = "torque"
+    LEVEL = "level"
+    INSULATION_VOLTAGE = "voltage between winding and frame"
+
+    @property
+    def limit_key(self) -> str:
+        """The key of its limit among those of an instrument in a station file."""
+        return f"maximum_{'voltage' if self is Quantity.INSULATION_VOLTAGE else self.value}"
+
+
+#: Stands for a property of an instrument where the number of pole pairs of the motor is meant.
+POLE_PAIRS: Final = "pole pairs"
+
+
+@dataclass(frozen=True)
+class Converted:
+    """The limit of another quantity, multiplied by `factor` and by the property `times` of the instrument (or POLE_PAIRS)."""
+
+    quantity: Quantity
+    factor: float
+    times: str = ""
+
+
+#: An electrical frequency turns the motor: what the limit of the speed (rad/s) leaves of it (Hz).
+ELECTRICAL = (Converted(Quantity.SPEED, 1.0 / (2.0 * math.pi), times=POLE_PAIRS),)
+
+
+@dataclass(frozen=True)
+class Amount:
+    """What an argument sets, or a reading shows: quantity and unit.
+
+    It is held against the limit of its quantity and those in `also`. `own` is the property of the instrument that says how
+    much it takes itself. A `signed` one may be as large in either direction. A `ceiling` is kept by the instrument itself:
+    the limits of readings bound it, and where it is left out the least of them and `own` is set. `label` stands for it in messages.
+    """
+
+    quantity: Quantity
+    unit: str
+    own: str = ""
+    signed: bool = False
+    ceiling: bool = False
+    also: tuple[Converted, ...] = ()
+    label: str = ""
+
+
+#: Declares an argument that sets no quantity: a choice, a duration, an angle.
+NO_QUANTITY: Final = None
+
+
+class Effect(Enum):
+    """What a call does."""
+
+    READING = "measures"
+    QUESTION = "answers from what the driver knows"
+    SETTING = "changes what feeds nothing"
+    SET_POINT = "sets what the output is to hold"
+    ENERGISES = "feeds energy or moves"
+    MAKES_SAFE = "takes energy away"
+    DISCONNECTS = "lets go of the connection"
+
+
+class Lasting(Enum):
+    """How long a call that energises does so."""
+
+    BLOCK = "for the length of a `with` block"
+    CALL = "until it returns"
+    UNTIL_STOPPED = "until the instrument is stopped"
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What one method or property does.
+
+    `amounts` are its bounded arguments, by name; `readings` what it returns, by field ("" for the value itself), `unit` that of
+    a single value. `lasting` is for a call that energises; `source` then names the method that measures what it switches on.
+    `item` is what the call does in a shutdown sequence. `arguments` are those of the method, with their defaults
+    (`Parameter.empty` without one).
+    """
+
+    effect: Effect
+    amounts: Mapping[str, Amount] = field(default_factory=dict)
+    readings: Mapping[str, Amount] = field(default_factory=dict)
+    lasting: Lasting | None = None
+    source: str = ""
+    item: str = ""
+    unit: str = ""
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    is_property: bool = False
+
+    @property
+    def is_command(self) -> bool:
+        """Whether it is written to the journal before it is sent."""
+        return self.effect in (Effect.SET_POINT, Effect.ENERGISES)
+
+
+class DeclarationError(TypeError):
+    """A method of an interface or a driver that is not declared, or not as it is."""
+
+
+class UndeclaredError(InstrumentError, AttributeError):
+    """A call that the interface of the instrument's role does not declare; nothing was sent."""
+
+    def __init__(self, instrument: str, interface: type, method: str) -> None:
+        super().__init__(
+            instrument,
+            text("{interface} declares no {method}; nothing was sent", interface=interface.__name__, method=method),
+            remedy=text(
+                "Declare it in the interface {interface}, as docs/reference/drivers.md says",
+                interface=f"{interface.__module__}.{interface.__name__}",
+            ),
+        )
+
+
+def reading(
+    unit: str = "", quantity: Quantity | None = NO_QUANTITY, *, also: tuple[Converted, ...] = (), label: str = ""
+) -> Callable[[MethodT], MethodT]:
+    """Declare that a method measures; the value in `unit` is held against the limit of `quantity`, where one is given."""
+    held = {} if quantity is NO_QUANTITY else {"": Amount(quantity, unit, also=also, label=label or quantity.value)}
+    return _declared(Declaration(Effect.READING, readings=held, unit=unit))
+
+
+def readings(**fields: Amount) -> Callable[[MethodT], MethodT]:
+    """Declare that a method measures several quantities at once, each a field of what it returns."""
+    return _declared(Declaration(Effect.READING, readings=_labelled(fields)))
+
+
+def question(method: MethodT) -> MethodT:
+    """Declare that a method or property answers from what the driver knows: nothing is sent that changes anything."""
+    return _declared(Declaration(Effect.QUESTION))(method)
+
+
+def setting(method: MethodT) -> MethodT:
+    """Declare that a method changes what feeds nothing: a range, a trigger, a relay, a brake."""
+    return _declared(Declaration(Effect.SETTING))(method)
+
+
+def set_point(**arguments: Amount | None) -> Callable[[MethodT], MethodT]:
+    """Declare that a method sets what an output is to hold, and the quantity of each of its arguments."""
+    return _commanding(Declaration(Effect.SET_POINT), arguments)
+
+
+def energises(
+    lasting: Lasting = Lasting.BLOCK, source: str = "", **arguments: Amount | None
+) -> Callable[[MethodT], MethodT]:
+    """Declare that a method feeds energy or moves the shaft, how long, and the quantity of each of its arguments.
+
+    Where no argument says how much, `source` names the method whose reading is judged before it is switched on.
+    """
+    return _commanding(Declaration(Effect.ENERGISES, lasting=lasting, source=source), arguments)
+
+
+def makes_safe(item: str = "") -> Callable[[MethodT], MethodT]:
+    """Declare that a method takes energy away; `item` is the name of what it does in a shutdown sequence."""
+    return _declared(Declaration(Effect.MAKES_SAFE, item=item))
+
+
+def disconnects(method: MethodT) -> MethodT:
+    """Declare that a method lets go of the connection."""
+    return _declared(Declaration(Effect.DISCONNECTS))(method)
+
+
+def _labelled(amounts: Mapping[str, Amount]) -> dict[str, Amount]:
+    return {name: replace(one, label=one.label or name.replace("_", " ")) for name, one in amounts.items()}
+
+
+def _declared(declaration: Declaration) -> Callable[[MethodT], MethodT]:
+    def declare(method: MethodT) -> MethodT:
+        function: Any = method
+        code, defaults = function.__code__, function.__defaults__ or ()
+        names = code.co_varnames[1 : code.co_argcount]
+        values = (*(Parameter.empty for _ in names[len(defaults) :]), *defaults)
+        setattr(method, _DECLARED, replace(declaration, arguments=dict(zip(names, values, strict=True))))
+        return method
+
+    return declare
+
+
+def _commanding(declaration: Declaration, quantities: Mapping[str, Amount | None]) -> Callable[[MethodT], MethodT]:
+    amounts = _labelled({name: one for name, one in quantities.items() if one is not None})
+
+    def declare(method: MethodT) -> MethodT:
+        _declared(replace(declaration, amounts=amounts))(method)
+        arguments = declared(method).arguments  # type: ignore[union-attr]  # it was declared in the line above
+        if undeclared := [name for name in arguments if name not in quantities]:
+            raise DeclarationError(
+                f"{method.__qualname__}: no quantity is declared for {', '.join(undeclared)}; "
+                "give each argument an Amount, or NO_QUANTITY"
+            )
+        if absent := [name for name in quantities if name not in arguments]:
+            raise DeclarationError(
+                f"{method.__qualname__} has no argument {', '.join(absent)}, for which a quantity is declared"
+            )
+        return method
+
+    return declare
+
+
+def declared(member: object) -> Declaration | None:
+    """Return what a method or property is declared to do, None where nothing is."""
+    return getattr(member.fget if isinstance(member, property) else member, _DECLARED, None)
+
+
+def check_class(kind: type) -> None:
+    """Raise DeclarationError for a public method or property of an instrument's class that no class of its line declares.
+
+    A declaration that names a property or a method which there is not is refused as well.
+    """
+    members = [member for base in kind.__mro__[:-1] for member in vars(base).items() if not member[0].startswith("_")]
+    known = {name: found for name, member in reversed(members) if (found := declared(member)) is not None}
+    for name, member in members:
+        # A class method makes an instrument; it does nothing with one.
+        if name not in known and hasattr(type(member), "__get__") and not isinstance(member, classmethod):
+            raise DeclarationError(
+                f"{kind.__module__}.{kind.__qualname__}.{name} does not declare what it does; declare it in the interface "
+                "(@reading, @question, @setting, @set_point, @energises or @makes_safe), or begin its name with an underscore"
+            )
+    for name, found in known.items():
+        amounts = (*found.amounts.values(), *found.readings.values())
+        named = {one.own for one in amounts} | {rule.times for one in amounts for rule in one.also} | {found.source}
+        if absent := named - known.keys() - {"", POLE_PAIRS}:
+            raise DeclarationError(
+                f"{kind.__qualname__}.{name} is declared by {', '.join(absent)}, which {kind.__qualname__} has not"
+            )
+
+
+def require_all(interface: type) -> None:
+    """Let nobody make an instrument of a class that leaves out what an interface declares."""
+    for member in vars(interface).values():
+        method: Any = member.fget if isinstance(member, property) else member
+        if declared(member) is not None:
+            abstractmethod(method)
+
+
+@cache
+def declarations(interface: type) -> Mapping[str, Declaration]:
+    """Return what every public method and property of an interface does, by name."""
+    found: dict[str, Declaration] = {}
+    for base in reversed(interface.__mro__):
+        for name, member in vars(base).items():
+            if (one := declared(member)) is not None:
+                found[name] = replace(one, is_property=isinstance(member, property))
+    return found
+
+
+def quantities(interface: type) -> frozenset[Quantity]:
+    """Return every quantity that an interface sets or holds its readings against."""
+    return frozenset(one.quantity for each in declarations(interface).values() for one in _amounts(each))
+
+
+def _amounts(declaration: Declaration) -> Iterator[Amount]:
+    yield from declaration.amounts.values()
+    yield from declaration.readings.values()
