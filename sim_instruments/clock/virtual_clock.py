@@ -3,8 +3,7 @@
 import heapq
 import itertools
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Protocol
 
 #: When (s) time is to stop on its way, the order in which that was asked for, and what then runs.
@@ -72,15 +71,6 @@ class VirtualClock:
                 raise RuntimeError("leave() without a matching join(): the virtual clock has no participants left")
             self._participants -= 1
         self._advance()
-
-    @contextmanager
-    def participating(self) -> Iterator[None]:
-        """Take part in the clock for the length of the block."""
-        self.join()
-        try:
-            yield
-        finally:
-            self.leave()
 
     def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
         """Have `callback(time)` run after every jump, before any sleeper returns; the function returned undoes it.

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from sim_instruments.world.settings import Heating
-from sim_instruments.world.sources.stuck_output import Reports, Sticky
+from sim_instruments.world.sources.stuck_output import OutputSwitch, Reports
 from sim_instruments.world.timeline import Timeline
 
 
@@ -13,7 +13,7 @@ from sim_instruments.world.timeline import Timeline
 class Switched:
     """An output: whether it is stuck, and how it is switched."""
 
-    sticky: Sticky
+    stuck_output: OutputSwitch
     switch: Callable[[bool], None]
 
 
@@ -36,7 +36,11 @@ class Damage:
     @property
     def stuck_outputs(self) -> dict[str, Reports]:
         """By role, the outputs that no longer switch off and what their instruments say of that."""
-        return {role: output.sticky.stuck for role, output in self._outputs.items() if output.sticky.stuck is not None}
+        return {
+            role: output.stuck_output.stuck
+            for role, output in self._outputs.items()
+            if output.stuck_output.stuck is not None
+        }
 
     def check_output(self, role: str) -> None:
         """Raise ValueError for a role that has no output."""
@@ -47,8 +51,8 @@ class Damage:
         """Have an output stay on once it is, and its instrument report it on or off. Raises ValueError for an unknown role."""
         self.check_output(role)
         output = self._outputs[role]
-        output.sticky.stuck = reports
-        if reports is None and not output.sticky.wanted:
+        output.stuck_output.stuck = reports
+        if reports is None and not output.stuck_output.wanted:
             output.switch(False)
 
     def unplug(self, unplugged: bool) -> None:
@@ -66,7 +70,7 @@ class Damage:
         checked = _positive("speed", speed, "rad/s")
         for timeline in self._timelines:
             with timeline.changing() as settings:
-                most = timeline.parts.dynamometer.maximum_speed
+                most = timeline.constants.dynamometer.maximum_speed
                 settings.faults.dynamometer_runaway = None if checked is None else min(checked, most)
 
     def run_inverter_away(self, speed: float | None) -> None:
@@ -74,7 +78,7 @@ class Damage:
         checked = _positive("speed", speed, "rad/s")
         timeline = self._timelines[0]
         with timeline.changing() as settings:
-            parts = timeline.parts
+            parts = timeline.constants
             frequency = None if checked is None else checked * parts.motor.pole_pairs / (2.0 * math.pi)
             most = parts.inverter.maximum_frequency
             settings.faults.inverter_runaway = None if frequency is None else min(frequency, most)

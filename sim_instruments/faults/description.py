@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 if TYPE_CHECKING:
-    from sim_instruments.bench import VirtualBench
+    from sim_instruments.faults.target import FaultTarget
 
 Mend = Callable[[], None]
 #: The longest time (s) that anybody waits for.
@@ -87,12 +87,12 @@ class Description(Strict):
         """Whether something says when it begins or ends."""
         return bool(self.model_fields_set & {"at", "step", "message", "after", "duration"})
 
-    def check(self, bench: "VirtualBench") -> None:
+    def check(self, bench: "FaultTarget") -> None:
         """Raise ValueError where this bench cannot have the fault."""
         if self.message is not None:
             bench.faults(self.message.role)
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Bring it onto the bench and return what mends it."""
         raise NotImplementedError
 

@@ -9,7 +9,7 @@ from sim_instruments.faults.description import Description, Mend
 from sim_instruments.faults.line_faults import Watch
 
 if TYPE_CHECKING:
-    from sim_instruments.bench import VirtualBench
+    from sim_instruments.faults.target import FaultTarget
 
 State = Literal["waiting", "present", "over"]
 #: Hears what becomes of a fault: "fault_began" or "fault_mended", and the fault as it was given.
@@ -28,7 +28,7 @@ class _Entry:
 class Injector:
     """The faults of one bench. Bench time moves them, so that nothing depends on the wall's."""
 
-    def __init__(self, bench: "VirtualBench") -> None:
+    def __init__(self, bench: "FaultTarget") -> None:
         self._bench = bench
         self._lock = threading.RLock()
         self._entries: list[_Entry] = []

@@ -9,7 +9,7 @@ from sim_instruments.world.settings import Heating, Terminal
 from sim_instruments.world.sources.stuck_output import Reports
 
 if TYPE_CHECKING:
-    from sim_instruments.bench import VirtualBench
+    from sim_instruments.faults.target import FaultTarget
 
 
 class OpenPhase(Description):
@@ -18,7 +18,7 @@ class OpenPhase(Description):
     fault: Literal["open_phase"]
     terminal: Terminal | None
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.world.set_open_phase(self.terminal)
         return lambda: bench.world.set_open_phase(None)
@@ -30,13 +30,13 @@ class Swapped(Description):
     fault: Literal["swapped"]
     pair: Annotated[list[Terminal], Field(min_length=2, max_length=2, description="two terminals")] | None
 
-    def check(self, bench: "VirtualBench") -> None:
+    def check(self, bench: "FaultTarget") -> None:
         """Raise ValueError for one terminal given twice."""
         super().check(bench)
         if self.pair is not None and self.pair[0] == self.pair[1]:
             raise ValueError(f"swapped wires must be two different ones, not {self.pair[0]} twice")
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.world.set_swapped(None if self.pair is None else (self.pair[0], self.pair[1]))
         return lambda: bench.world.set_swapped(None)
@@ -48,7 +48,7 @@ class StuckRotor(Description):
     fault: Literal["stuck_rotor"]
     stuck: bool = True
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.world.set_stuck_rotor(self.stuck)
         return lambda: bench.world.set_stuck_rotor(False)
@@ -59,7 +59,7 @@ class MotorUnplugged(Description):
 
     fault: Literal["motor_unplugged"]
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.world.damage.unplug(True)
         return lambda: bench.world.damage.unplug(False)
@@ -72,12 +72,12 @@ class StuckOutput(Description):
     role: str
     reports: Reports = "on"
 
-    def check(self, bench: "VirtualBench") -> None:
+    def check(self, bench: "FaultTarget") -> None:
         """Raise ValueError for a role without an output."""
         super().check(bench)
         bench.world.damage.check_output(self.role)
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.world.damage.stick(self.role, self.reports)
         return lambda: bench.world.damage.stick(self.role, None)
@@ -90,12 +90,12 @@ class StuckRelay(Description):
     crosspoint: str
     closed: bool = True
 
-    def check(self, bench: "VirtualBench") -> None:
+    def check(self, bench: "FaultTarget") -> None:
         """Raise ValueError for a crosspoint that there is not."""
         super().check(bench)
         bench.check_crosspoint(self.crosspoint)
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.stick_relay(self.crosspoint, self.closed)
         return lambda: bench.stick_relay(self.crosspoint, None)
@@ -107,7 +107,7 @@ class CurrentLimited(Description):
     fault: Literal["current_limited"]
     current: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra={"unit": "A"})] = 0.05
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.world.damage.limit_supply(self.current)
         return lambda: bench.world.damage.limit_supply(None)
@@ -120,7 +120,7 @@ class SpeedRunaway(Description):
     role: Literal["dynamometer", "inverter"]
     speed: Annotated[float, Field(gt=0.0, le=1e5, json_schema_extra={"unit": "rad/s"})] = 1e5
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         damage = bench.world.damage
         run_away = damage.run_dynamometer_away if self.role == "dynamometer" else damage.run_inverter_away
@@ -135,7 +135,7 @@ class ThermalRunaway(Description):
     temperature: Annotated[float, Field(ge=-60.0, le=400.0, json_schema_extra={"unit": "°C"})] = 200.0
     time_constant: Annotated[float, Field(ge=0.1, le=1e5, json_schema_extra={"unit": "s"})] = 30.0
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
         bench.world.damage.overheat(Heating(self.temperature, self.time_constant))
         return lambda: bench.world.damage.overheat(None)

@@ -1,4 +1,4 @@
-"""Slips of hands: wires, leads and probes elsewhere than told."""
+"""Miswirings of hands: wires, leads and probes elsewhere than requested."""
 
 from typing import TYPE_CHECKING, Literal
 
@@ -9,11 +9,11 @@ from sim_instruments.world.probes import Node
 from sim_instruments.world.settings import Socket, Terminal
 
 if TYPE_CHECKING:
-    from sim_instruments.bench import VirtualBench
+    from sim_instruments.faults.target import FaultTarget
 
 
 class MisClipped(Description):
-    """Clip a terminal's wire elsewhere than told, or in the place of another: at the `connection`-th from then, null at every one."""
+    """Clip a terminal's wire elsewhere than requested, or in the place of another: at the `connection`-th from then, null at every one."""
 
     fault: Literal["mis_clipped"]
     terminal: Terminal
@@ -29,14 +29,14 @@ class MisClipped(Description):
             raise ValueError("exchanged_with must be another terminal")
         return self
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
-        slips = bench.world.slips
+        miswirings = bench.world.miswirings
         if self.socket is not None:
-            slips.wire(self.terminal, self.socket, self.connection)
+            miswirings.wire(self.terminal, self.socket, self.connection)
         elif self.exchanged_with is not None:
-            slips.exchange(self.terminal, self.exchanged_with, self.connection)
-        return slips.clear
+            miswirings.exchange(self.terminal, self.exchanged_with, self.connection)
+        return miswirings.clear
 
 
 class MisPlaced(Description):
@@ -47,10 +47,10 @@ class MisPlaced(Description):
     positive: Node | None = None
     negative: Node | None = None
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
-        bench.world.slips.voltage_leads(self.channel, self.positive, self.negative)
-        return bench.world.slips.clear
+        bench.world.miswirings.voltage_leads(self.channel, self.positive, self.negative)
+        return bench.world.miswirings.clear
 
 
 class MisClamped(Description):
@@ -61,7 +61,7 @@ class MisClamped(Description):
     terminal: Terminal | None = None
     turned: bool = False
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Do it."""
-        bench.world.slips.current_probe(self.channel, self.terminal, turned=self.turned)
-        return bench.world.slips.clear
+        bench.world.miswirings.current_probe(self.channel, self.terminal, turned=self.turned)
+        return bench.world.miswirings.clear

@@ -8,7 +8,7 @@ from sim_instruments.faults.description import Count, Description, MaybeCount, M
 from sim_instruments.faults.line_faults import Fault, FaultKind
 
 if TYPE_CHECKING:
-    from sim_instruments.bench import VirtualBench
+    from sim_instruments.faults.target import FaultTarget
 
 #: The messages that ask for a reading, by role.
 READINGS = {
@@ -28,7 +28,6 @@ READINGS = {
 CHANNELLED = {"supply": r"\?", "oscilloscope": r"WAV\w*:SOUR|\?"}
 _READING_KINDS = ("frozen", "not_a_number", "overflow")
 _MODBUS_KINDS = ("exception", "wrong_unit")
-_CAN_ROLES = ("inverter", "drive", "rotor_actuator")
 
 
 class LineFault(Description):
@@ -90,16 +89,16 @@ class LineFault(Description):
                 raise ValueError(f"{name} belongs to {kind}, not to {self.fault}")
         return self
 
-    def check(self, bench: "VirtualBench") -> None:
+    def check(self, bench: "FaultTarget") -> None:
         """Raise ValueError for a role that is unknown or cannot have such a fault."""
         super().check(bench)
         bench.faults(self.role)
         if self.fault in _MODBUS_KINDS:
-            _only(self.role, ("dynamometer",), self.fault)
+            _only(self.role, _reached_by(bench, "modbus"), self.fault)
         elif self.fault == "wrong_channel":
             _only(self.role, tuple(CHANNELLED), self.fault)
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Add it to the role's line."""
         faults, kind = bench.faults(self.role), FaultKind(self.fault)
         reply = self.reply.encode("latin-1")
@@ -128,12 +127,12 @@ class WrongIdentity(Description):
     role: str
     identity: Annotated[str, Field(pattern=r"^[ -~]+$")] = "ACME,MODEL 1,0,0.0"
 
-    def check(self, bench: "VirtualBench") -> None:
+    def check(self, bench: "FaultTarget") -> None:
         """Raise ValueError for an unknown role."""
         super().check(bench)
         bench.faults(self.role)
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Add it to the role's line."""
         faults = bench.faults(self.role)
         fault = faults.add(Fault.wrong_identity(self.identity))
@@ -146,19 +145,22 @@ class Unplugged(Description):
     fault: Literal["disconnect", "bus_off"]
     role: str
 
-    def check(self, bench: "VirtualBench") -> None:
+    def check(self, bench: "FaultTarget") -> None:
         """Raise ValueError for a role that is unknown or has the other kind of cable."""
         super().check(bench)
         bench.faults(self.role)
-        on_bus = tuple(role for role in _CAN_ROLES if role in bench.roles)
-        others = tuple(role for role in bench.roles if role not in on_bus)
-        _only(self.role, on_bus if self.fault == "bus_off" else others, self.fault)
+        on_bus = ("can",) if self.fault == "bus_off" else ("visa", "modbus", "serial")
+        _only(self.role, _reached_by(bench, *on_bus), self.fault)
 
-    def begin(self, bench: "VirtualBench") -> Mend:
+    def begin(self, bench: "FaultTarget") -> Mend:
         """Pull it out."""
         connection = bench.connection(self.role)
         connection.pull()
         return connection.plug
+
+
+def _reached_by(bench: "FaultTarget", *transports: str) -> tuple[str, ...]:
+    return tuple(role for role in bench.roles if bench.transport(role) in transports)
 
 
 def _only(role: str, allowed: tuple[str, ...], fault: str) -> None:

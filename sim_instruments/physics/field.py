@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim_instruments.physics.motion import Motion, Ramp
+from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.source import VoltageSource
 from sim_instruments.physics.windings import FloatArray
@@ -114,8 +114,8 @@ class Synchronous:
     def load_angle(self, torque: float) -> float:
         """Return the angle (rad, 0…π) by which the field leads the d axis at a torque (N·m); π/2-like at pull-out."""
         size = min(abs(torque), self.pull_out_torque)
-        found = float(np.interp(size, np.maximum.accumulate(self._torques), self._angles[: self._peak + 1]))
-        return math.copysign(found, torque)
+        angle = float(np.interp(size, np.maximum.accumulate(self._torques), self._angles[: self._peak + 1]))
+        return math.copysign(angle, torque)
 
     def voltage(self, electrical_speed: float, torque: float) -> float:
         """Return the phase voltage (V, peak) that the current takes at an electrical speed (rad/s) and torque (N·m)."""
@@ -147,8 +147,3 @@ def q_current_within(
     root = np.sqrt(np.maximum(discriminant, 0.0))
     result: FloatArray = np.where(discriminant > 0.0, np.clip(wanted, (-half_b - root) / a, (-half_b + root) / a), 0.0)
     return result
-
-
-def steady_field(start: float, angle: float, electrical_speed: float, rate: float = 0.0) -> Ramp:
-    """Return a field that turns at an electrical speed (rad/s) with a rate (rad/s²)."""
-    return Ramp(start, angle, electrical_speed, rate)

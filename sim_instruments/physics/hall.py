@@ -46,14 +46,14 @@ class HallSensors:
 
         `angles` (n) are electrical, from the axis of terminal A's phase (of the Y-equivalent) to the d axis.
         """
-        found = np.empty((3, len(angles)))
+        levels = np.empty((3, len(angles)))
         stuck = dict(self.stuck)
         for lead, sensor in enumerate(self.order):
             level = stuck.get(sensor)
             if level is not None:
-                found[lead] = self.voltage if level == "high" else 0.0
+                levels[lead] = self.voltage if level == "high" else 0.0
                 continue
             start = _IDEAL + self.offset + self.placements[sensor - 1] + (sensor - 1) * _SPACING
             high = np.mod(angles - start, 2.0 * math.pi) < math.pi
-            found[lead] = np.where(high ^ (sensor in self.inverted), self.voltage, 0.0)
-        return found
+            levels[lead] = np.where(high ^ (sensor in self.inverted), self.voltage, 0.0)
+        return levels

@@ -140,22 +140,14 @@ class VirtualMotor:
         return self.flux_linkage * math.sqrt(self._impedance_share)
 
     @property
-    def saturation_y(self) -> Saturation | None:
-        """Saturation of the Y-equivalent's axes, None where neither saturates."""
-        return self._saturation(self._impedance_share)
-
-    @property
     def winding_saturation(self) -> Saturation | None:
         """Saturation of the axes in a winding's own inductances and currents, None where neither saturates."""
-        return self._saturation(1.0)
-
-    def _saturation(self, share: float) -> Saturation | None:
         d, q = self.d_axis_saturation_current, self.q_axis_saturation_current
         if math.isinf(d) and math.isinf(q):
             return None
         # A delta's windings carry 1/√3 of the Y-equivalent's current.
-        current = math.sqrt(self._impedance_share / share)
-        return Saturation(self.d_axis_inductance * share, self.q_axis_inductance * share, d * current, q * current)
+        current = math.sqrt(self._impedance_share)
+        return Saturation(self.d_axis_inductance, self.q_axis_inductance, d * current, q * current)
 
     @property
     def torque_constant(self) -> float:

@@ -35,13 +35,13 @@ class Network:
         self.sockets = tuple(sockets)
         self.source_resistance = source_resistance
         self.lead_resistance = lead_resistance
-        self._wiring = found = wiring(windings.motor.connection, self.sockets, source)
-        self.source = found.source
-        self.basis, self.drive, self._plus = found.basis, found.drive, found.plus
+        self._wiring = joined = wiring(windings.motor.connection, self.sockets, source)
+        self.source = joined.source
+        self.basis, self.drive, self._plus = joined.basis, joined.drive, joined.plus
         self.damping: FloatArray = (
             self.basis.T @ (windings.resistance[:, np.newaxis] * self.basis)
-            + lead_resistance * found.leads
-            + source_resistance * found.behind
+            + lead_resistance * joined.leads
+            + source_resistance * joined.behind
         )
 
     @property

@@ -37,16 +37,6 @@ class Saturation:
             self.q_axis_inductance / (1.0 + across**2),
         )
 
-    def fluxes(self, d_current: float, q_current: float) -> tuple[float, float]:
-        """Return what currents (A, peak) add to the flux linkages (V·s, peak) of d and q axis."""
-        along, across = self.d_axis_inductance * d_current, self.q_axis_inductance * q_current
-        if math.isfinite(self.d_axis_current):
-            angle = math.atan(d_current / self.d_axis_current + MAGNET_SHARE) - math.atan(MAGNET_SHARE)
-            along = self.d_axis_inductance * self.d_axis_current * (1.0 + MAGNET_SHARE**2) * angle
-        if math.isfinite(self.q_axis_current):
-            across = self.q_axis_inductance * self.q_axis_current * math.atan(q_current / self.q_axis_current)
-        return along, across
-
     @property
     def largest(self) -> tuple[float, float]:
         """Largest differential inductances (H) of d and q axis at any current."""

@@ -142,9 +142,9 @@ class Swing:
     def _derivatives(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the states' derivatives (shape (states, n)) and what the supply watches (n,)."""
         states = self._states(times)
-        found = [
+        evaluated = [
             self._equations.law(passed, state, 1 if state[1] > 0.0 else -1)
             for passed, state in zip((times - self._start).tolist(), states.T.tolist(), strict=True)
         ]
-        slopes = np.array([slope for slope, _, _ in found]).reshape(len(times), len(states)).T
-        return slopes, np.array([watched for _, watched, _ in found])
+        slopes = np.array([slope for slope, _, _ in evaluated]).reshape(len(times), len(states)).T
+        return slopes, np.array([watched for _, watched, _ in evaluated])

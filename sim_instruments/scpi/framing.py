@@ -37,8 +37,8 @@ class MessageSplitter:
     def _end(self) -> int | None:
         """Return where the first message ends; None where more is needed."""
         buffer = self._buffer
-        while (found := _NOTABLE.search(buffer, self._scanned)) is not None:
-            at, mark = found.start(), found.group()
+        while (match := _NOTABLE.search(buffer, self._scanned)) is not None:
+            at, mark = match.start(), match.group()
             if mark == b"\n":
                 return at + 1
             next_place = self._after_block(at) if mark == b"#" else self._after_string(at, mark)

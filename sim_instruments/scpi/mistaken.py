@@ -18,25 +18,25 @@ _SAMPLES = {FaultKind.NOT_A_NUMBER: b"\x00", FaultKind.OVERFLOW: b"\xff"}
 
 def other_channel(message: str, channels: int) -> str:
     """Return the message with the channel after each one that it names, the first one after the last."""
-    return _CHANNEL.sub(lambda found: f"{found[1]}{int(found[2]) % channels + 1}", message)
+    return _CHANNEL.sub(lambda match: f"{match[1]}{int(match[2]) % channels + 1}", message)
 
 
 def unreadable(reply: bytes, kind: FaultKind) -> bytes:
     """Return the reply with no number, or 9.9E37, in the place of each reading; a block keeps its length."""
     if not reply.startswith(b"#"):
         return _READING.sub(_TEXTS[kind], reply)
-    found = _BLOCK.match(reply)
-    if found is None:
+    match = _BLOCK.match(reply)
+    if match is None:
         return reply
-    start = 2 + int(found[1])
+    start = 2 + int(match[1])
     length = int(reply[2:start])
     content = reply[start : start + length]
     if reply[:2] == b"#2" and length % 8 == 0:
         # The bridge's block of doubles.
-        made = struct.pack(f">{length // 8}d", *[_VALUES[kind]] * (length // 8))
+        altered = struct.pack(f">{length // 8}d", *[_VALUES[kind]] * (length // 8))
     elif content[:1] in (b"+", b"-"):
-        made = _READING.sub(_TEXTS[kind], content)
-        return reply[:2] + b"%0*d" % (int(found[1]), len(made)) + made + reply[start + length :]
+        altered = _READING.sub(_TEXTS[kind], content)
+        return reply[:2] + b"%0*d" % (int(match[1]), len(altered)) + altered + reply[start + length :]
     else:
-        made = _SAMPLES[kind] * length
-    return reply[:start] + made + reply[start + length :]
+        altered = _SAMPLES[kind] * length
+    return reply[:start] + altered + reply[start + length :]

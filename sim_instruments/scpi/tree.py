@@ -101,20 +101,20 @@ class CommandTree:
             elif child.suffixed:
                 suffixes.append(1)
             node = child
-        found = node.query if unit.query else node.command
-        if found is None:
+        handler = node.query if unit.query else node.command
+        if handler is None:
             raise ScpiError(-113)
-        return found, tuple(suffixes), nodes[:-1]
+        return handler, tuple(suffixes), nodes[:-1]
 
     def headers(self) -> list[str]:
         """Return every registered long header, commands and queries (with '?')."""
-        found: list[str] = [f"*{name}{'?' if query else ''}" for name, query in self._common]
+        headers: list[str] = [f"*{name}{'?' if query else ''}" for name, query in self._common]
 
         def walk(node: _Node, prefix: str) -> None:
             if node.command is not None:
-                found.append(prefix)
+                headers.append(prefix)
             if node.query is not None:
-                found.append(prefix + "?")
+                headers.append(prefix + "?")
             seen: dict[int, str] = {}
             for name, child in node.children.items():
                 if len(name) >= len(seen.get(id(child), "")):
@@ -123,7 +123,7 @@ class CommandTree:
                 walk(node.children[name], f"{prefix}:{name}")
 
         walk(self._root, "")
-        return found
+        return headers
 
 
 @lru_cache(maxsize=2048)

@@ -1,13 +1,14 @@
 """The virtual bench behind real endpoints: sockets and pseudo-terminals, for other processes."""
 
 import asyncio
-from collections.abc import Mapping
-from contextlib import ExitStack
-from typing import Any
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from typing import Any, get_args
 
 import numpy as np
 
 from sim_instruments.bench import Address, VirtualBench
+from sim_instruments.catalogue import Transport
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
 from sim_instruments.physics.motor import VirtualMotor
@@ -28,11 +29,28 @@ from sim_instruments.transports.scpi_socket import ScpiSocket
 from sim_instruments.transports.tcp_service import Serve, TcpService
 
 LOOPBACK = "127.0.0.1"
-SCPI_ROLES = ("supply", "lcr_meter", "oscilloscope", "voltmeter")
-_FIXTURE_SCPI_ROLES = ("switch_matrix", "insulation_tester")
 #: How often (s) those who follow the time are told of it.
 _PULSE = 0.01
 _MOST_CONNECTIONS = 64
+
+
+class UnservedError(Exception):
+    """An instrument that cannot be put on the bench or served: its name, and as its cause what went wrong."""
+
+    def __init__(self, name: str, cause: Exception) -> None:
+        self.name = name
+        super().__init__(f"{name}: {type(cause).__name__}: {cause}")
+
+
+@contextmanager
+def _naming(name: str) -> Iterator[None]:
+    """Say of which instrument an error of the block is; a port that cannot be had is nobody's."""
+    try:
+        yield
+    except OSError:
+        raise
+    except Exception as error:
+        raise UnservedError(name, error) from error
 
 
 class ServedBench:
@@ -41,7 +59,8 @@ class ServedBench:
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
     excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
-    What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had.
+    What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
+    UnservedError for an instrument that cannot be served.
     """
 
     def __init__(
@@ -110,16 +129,24 @@ class ServedBench:
 
     def _serve(self, loop: LoopThread) -> dict[str, dict[str, Address]]:
         ways: dict[str, dict[str, Address]] = {}
-        for role in self.bench.roles:
-            if role in (*SCPI_ROLES, *_FIXTURE_SCPI_ROLES):
-                ways[role] = loop.run(self._serve_scpi(loop, getattr(self.bench, role)))
-        ways["dynamometer"] = loop.run(self._serve_modbus(loop))
-        ways["tachometer"] = {"serial": self.bench.address("tachometer")}
-        for role in ("inverter", "drive", "rotor_actuator"):
-            if role in self.bench.roles:
-                ways[role] = {"can": self._on_gateway(self.bench.address(role))}
+        for name in self.bench.roles:
+            with _naming(name):
+                ways[name] = self._ways(loop, name)
         loop.run(self._begin_pulse())
-        return {role: ways[role] for role in self.bench.roles}
+        return ways
+
+    def _ways(self, loop: LoopThread, name: str) -> dict[str, Address]:
+        match self.bench.transport(name):
+            case "visa":
+                return loop.run(self._serve_scpi(loop, self.bench.instrument(name)))
+            case "modbus":
+                return loop.run(self._serve_modbus(loop, self.bench.instrument(name)))
+            case "serial":
+                return {"serial": self.bench.address(name)}
+            case "can":
+                return {"can": self._on_gateway(self.bench.address(name))}
+            case other:
+                raise ValueError(f"transport {other!r} is unknown; there are {', '.join(get_args(Transport))}")
 
     async def _serve_scpi(self, loop: LoopThread, instrument: ScpiInstrument) -> dict[str, Address]:
         def converse() -> Conversation:
@@ -134,8 +161,7 @@ class ServedBench:
             "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
         }
 
-    async def _serve_modbus(self, loop: LoopThread) -> dict[str, Address]:
-        line = self.bench.dynamometer
+    async def _serve_modbus(self, loop: LoopThread, line: ModbusLine) -> dict[str, Address]:
         tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host, line.connection)
         rtu = ModbusRtuEndpoint(line)
         self._open.callback(rtu.close)
@@ -170,8 +196,9 @@ class ServedBench:
         }
 
     async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
-        supply = self.bench.supply
-        supply.inhibit(True)
+        with _naming("supply"):
+            supply = self.bench.instrument("supply")
+            supply.inhibit(True)
         coupler = Bk9000(lambda closed: supply.inhibit(not closed))
         self._open.callback(coupler.close)
         line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
@@ -194,6 +221,6 @@ class ServedBench:
 
     async def _pulse(self) -> None:
         while True:
-            # Faces are served by this thread alone, so what follows the time is told of it here, too.
+            # Instruments are served by this thread alone, so what follows the time is told of it here, too.
             self.clock.pulse()
             await asyncio.sleep(_PULSE)

@@ -74,16 +74,16 @@ def first_below_zero(
         return None
     curves: dict[int, _Curve] = {}
     for interval in np.flatnonzero(suspect.any(axis=0)).tolist():
-        found: tuple[float, int] | None = None
+        first: tuple[float, int] | None = None
         for index in np.flatnonzero(suspect[:, interval]).tolist():
             curve = curves.setdefault(index, _curve(coefficients[index], exponents, modes))
             left, right = float(edges[interval]), float(edges[interval + 1])
-            limit = found[0] if found else right
+            limit = first[0] if first else right
             time = _first_root(curve, left, limit, 1e-14 * duration)
-            if time is not None and (found is None or time < found[0]):
-                found = time, index
-        if found is not None:
-            return found
+            if time is not None and (first is None or time < first[0]):
+                first = time, index
+        if first is not None:
+            return first
     return None
 
 

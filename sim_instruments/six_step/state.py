@@ -61,10 +61,10 @@ class Bridge:
 
     def circuit(self, conduction: Conduction) -> Circuit:
         """Look up, or build, the circuit of a conduction."""
-        found = self._circuits.get(conduction)
-        if found is None:
-            found = self._circuits[conduction] = build_circuit(self.drive, conduction)
-        return found
+        circuit = self._circuits.get(conduction)
+        if circuit is None:
+            circuit = self._circuits[conduction] = build_circuit(self.drive, conduction)
+        return circuit
 
     def emf_per_speed(self, angle: float) -> Real:
         """EMF of the windings a, b, c at `angle` rad electrical since T1T2 began, in V/(rad/s), shape (3,)."""

@@ -16,7 +16,7 @@ INVERTER_POLES = ("inverter_u", "inverter_v", "inverter_w")
 
 
 @dataclass(frozen=True)
-class Parts:
+class Constants:
     """The motor and the machines round it.
 
     `driven_cogging` says that a dynamometer that holds a speed feels the motor's cogging.

@@ -20,12 +20,12 @@ def reading(timeline: Timeline, frequency: float, level_rms: float, aperture: fl
     the rate of change of its inductance, and whatever of the EMF falls into the detector's band.
     """
     angular = 2.0 * math.pi * frequency
-    leads = timeline.parts.leads
+    leads = timeline.constants.leads
     residual = complex(leads.lcr_resistance, angular * leads.lcr_inductance)
     if timeline.settings.leads_shorted:
         return residual
     windings = timeline.windings()
-    network = timeline.parts.bridge_network(windings, timeline.settings)
+    network = timeline.constants.bridge_network(windings, timeline.settings)
     if not network.drives_current:
         return complex(math.inf, 0.0)
     window = max(1, math.floor(frequency * aperture * (1.0 + 1e-9))) / frequency

@@ -1,4 +1,4 @@
-"""Wires clipped elsewhere than told: what hands believe to have done and have not."""
+"""Wires clipped elsewhere than requested: what hands believe to have done and have not."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,16 +15,16 @@ class _Wire:
     socket: Socket | None
     occasion: int | None
 
-    def of(self, told: Mapping[Terminal, Socket]) -> dict[Terminal, Socket]:
+    def of(self, requested: Mapping[Terminal, Socket]) -> dict[Terminal, Socket]:
         if self.socket is not None:
-            return {**told, self.terminals[0]: self.socket}
+            return {**requested, self.terminals[0]: self.socket}
         first, second = self.terminals
-        return {**told, first: told[second], second: told[first]}
+        return {**requested, first: requested[second], second: requested[first]}
 
 
 @dataclass(frozen=True)
 class _Sense:
-    """Where the leads of a channel (None: the voltmeter) go instead; None is as told."""
+    """Where the leads of a channel (None: the voltmeter) go instead; None is as requested."""
 
     positive: Node | None = None
     negative: Node | None = None
@@ -32,15 +32,15 @@ class _Sense:
     turned: bool = False
 
 
-class Slips:
-    """The slips that are to come. Occasions count from the next connection of the terminals, which is 1."""
+class Miswirings:
+    """The miswirings to come. Occasions count from the next connection of the terminals, which is 1."""
 
     def __init__(self) -> None:
         self._wires: list[_Wire] = []
         self._senses: dict[int | None, _Sense] = {}
 
     def wire(self, terminal: Terminal, socket: Socket, occasion: int | None = 1) -> None:
-        """Have a terminal's wire end at a socket, whatever is told; None for the occasion is every time."""
+        """Have a terminal's wire end at a socket, whatever is requested; None for the occasion is every time."""
         self._wires.append(_Wire((terminal,), socket, occasion))
 
     def exchange(self, first: Terminal, second: Terminal, occasion: int | None = 1) -> None:
@@ -56,33 +56,38 @@ class Slips:
         self._senses[channel] = _Sense(terminal=terminal, turned=turned)
 
     def clear(self) -> None:
-        """Have hands do as they are told."""
+        """Have hands do as they are requested."""
         self._wires, self._senses = [], {}
 
     def listed(self) -> list[str]:
-        """Return them in words, for the truth."""
-        wires = [f"{'-'.join(slip.terminals)} → {slip.socket or 'exchanged'} ({slip.occasion})" for slip in self._wires]
-        return wires + [f"channel {channel}: {slip}" for channel, slip in self._senses.items()]
+        """Return them in words, for the actual state."""
+        wires = [
+            f"{'-'.join(miswiring.terminals)} → {miswiring.socket or 'exchanged'} ({miswiring.occasion})"
+            for miswiring in self._wires
+        ]
+        return wires + [f"channel {channel}: {miswiring}" for channel, miswiring in self._senses.items()]
 
-    def connected(self, told: Mapping[Terminal, Socket]) -> dict[Terminal, Socket]:
-        """Return where the wires really go, and count the occasion."""
-        real = dict(told)
-        for slip in self._wires:
-            if slip.occasion in (None, 1):
-                real = slip.of(real)
+    def connected(self, requested: Mapping[Terminal, Socket]) -> dict[Terminal, Socket]:
+        """Return where the wires go, and count the occasion."""
+        real = dict(requested)
+        for miswiring in self._wires:
+            if miswiring.occasion in (None, 1):
+                real = miswiring.of(real)
         self._wires = [
-            slip if slip.occasion is None else replace(slip, occasion=slip.occasion - 1)
-            for slip in self._wires
-            if slip.occasion != 1
+            miswiring if miswiring.occasion is None else replace(miswiring, occasion=miswiring.occasion - 1)
+            for miswiring in self._wires
+            if miswiring.occasion != 1
         ]
         return real
 
-    def voltage(self, channel: int | None, told: VoltageProbe) -> VoltageProbe:
-        """Return where a channel's voltage probe, or the voltmeter, really is."""
-        slip = self._senses.get(channel, _Sense())
-        return VoltageProbe(slip.positive or told.positive, slip.negative or told.negative)
+    def voltage(self, channel: int | None, requested: VoltageProbe) -> VoltageProbe:
+        """Return where a channel's voltage probe, or the voltmeter, is."""
+        miswiring = self._senses.get(channel, _Sense())
+        return VoltageProbe(miswiring.positive or requested.positive, miswiring.negative or requested.negative)
 
-    def current(self, channel: int, told: CurrentProbe) -> CurrentProbe:
-        """Return where a channel's current probe really is."""
-        slip = self._senses.get(channel, _Sense())
-        return CurrentProbe(slip.terminal or told.terminal, -told.sign if slip.turned else told.sign)
+    def current(self, channel: int, requested: CurrentProbe) -> CurrentProbe:
+        """Return where a channel's current probe is."""
+        miswiring = self._senses.get(channel, _Sense())
+        return CurrentProbe(
+            miswiring.terminal or requested.terminal, -requested.sign if miswiring.turned else requested.sign
+        )

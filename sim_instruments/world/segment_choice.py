@@ -10,9 +10,9 @@ from sim_instruments.physics.network import Network
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.source import CurrentSource
 from sim_instruments.physics.windings import Windings
-from sim_instruments.world.constants import Parts
+from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
-from sim_instruments.world.segment_inputs import Plan, dynamometer_ramp
+from sim_instruments.world.segment_inputs import SegmentInputs, dynamometer_ramp
 from sim_instruments.world.settings import Settings, SupplySettings
 from sim_instruments.world.shaft import free_shaft
 from sim_instruments.world.sources import inverter_drive, six_step_drive
@@ -23,102 +23,104 @@ from sim_instruments.world.thermal import next_update
 _HAND_RATE = 2.0 * math.pi * 0.7
 
 
-def plan(parts: Parts, settings: Settings, state: State, time: float) -> Segment:
+def plan(constants: Constants, settings: Settings, state: State, time: float) -> Segment:
     """Return the segment that starts at `time` (s) from a state.
 
     What a protection does at once (a trip, a fault of the inverter or the six-step drive) is written into the settings first.
     """
     if over_voltage(settings.supply, state.source_voltage):
         settings.supply.tripped, settings.supply.on = "voltage", False
-    direction = parts.inverter_direction(settings) if settings.inverter.enabled else 0
+    direction = constants.inverter_direction(settings) if settings.inverter.enabled else 0
     if settings.inverter.enabled and direction == 0:
         settings.inverter.enabled, settings.inverter.fault = False, "output phase missing"
-    windings = Windings(parts.motor, state.temperature)
-    output, network = _supplied(parts, settings, state, time, windings)
-    made = Plan(parts, settings, state, time, windings, network, output)
+    windings = Windings(constants.motor, state.temperature)
+    output, network = _supplied(constants, settings, state, time, windings)
+    inputs = SegmentInputs(constants, settings, state, time, windings, network, output)
     try:
-        segment = _with_shaft(made, direction)
+        segment = _with_shaft(inputs, direction)
     except six_step_drive.DriveTripError as trip:
         settings.six_step.enabled, settings.six_step.fault = False, trip.fault
-        segment = _with_shaft(made, direction)
+        segment = _with_shaft(inputs, direction)
     segment = _with_over_current(settings.supply, state, segment)
-    return next_update(parts.motor, settings.ambient_temperature, settings.faults.heating, state.temperature, segment)
+    return next_update(
+        constants.motor, settings.ambient_temperature, settings.faults.heating, state.temperature, segment
+    )
 
 
 def _supplied(
-    parts: Parts, settings: Settings, state: State, time: float, windings: Windings
+    constants: Constants, settings: Settings, state: State, time: float, windings: Windings
 ) -> tuple[Regime | None, Network]:
     """Return what the supply's output does, None where it is open, and the circuit that it is or is not part of."""
     # What turns the shaft outlasts the output's fall by far.
     falls_unseen = not settings.supply.on and _turned_from_outside(settings)
     if not (falls_unseen or is_open(settings.supply, state)):
-        supplied = parts.network(windings, settings, supplied=True)
-        output = regime(settings.supply, settings.supply_limit, parts.supply, state, supplied, time)
+        supplied = constants.network(windings, settings, supplied=True)
+        output = regime(settings.supply, settings.supply_limit, constants.supply, state, supplied, time)
         if output is not None:
             return output, supplied
-    return None, parts.network(windings, settings, supplied=False)
+    return None, constants.network(windings, settings, supplied=False)
 
 
-def _with_shaft(made: Plan, direction: int) -> Segment:
+def _with_shaft(inputs: SegmentInputs, direction: int) -> Segment:
     """Choose the law of the shaft, and with it that of the circuit."""
-    settings, state, time = made.settings, made.state, made.time
+    settings, state, time = inputs.settings, inputs.state, inputs.time
     driven = settings.shaft.coupled and settings.dynamometer.enabled
     speed_mode = driven and settings.dynamometer_mode == "speed"
     if settings.rotor_held:
         law = DynamometerLaw()
         if driven:
-            limit = made.parts.dynamometer.maximum_torque
+            limit = inputs.constants.dynamometer.maximum_torque
             command = settings.dynamometer_target
             law = DynamometerLaw("constant", math.copysign(limit, command) if speed_mode and command else 0.0)
             if not speed_mode:
                 law = DynamometerLaw("constant", command)
         if settings.inverter.enabled:
-            return inverter_drive.imposed(made, Rest(state.angle), math.inf, law, direction)
+            return inverter_drive.imposed(inputs, Rest(state.angle), math.inf, law, direction)
         if settings.six_step.enabled:
-            return six_step_drive.imposed(made, Rest(state.angle), math.inf, law)
-        return resting(made, law)
+            return six_step_drive.imposed(inputs, Rest(state.angle), math.inf, law)
+        return resting(inputs, law)
     if settings.shaft.holder in ("turning", "pulling"):
-        motion, end = _hand(made)
+        motion, end = _hand(inputs)
         outcome: Outcome = "let go" if settings.shaft.holder == "pulling" else "none"
         if settings.inverter.enabled:
-            segment = inverter_drive.imposed(made, motion, end, DynamometerLaw(), direction)
+            segment = inverter_drive.imposed(inputs, motion, end, DynamometerLaw(), direction)
         elif settings.six_step.enabled:
-            segment = six_step_drive.imposed(made, motion, end, DynamometerLaw())
+            segment = six_step_drive.imposed(inputs, motion, end, DynamometerLaw())
         else:
-            segment = turning(made, motion, end, DynamometerLaw())
+            segment = turning(inputs, motion, end, DynamometerLaw())
         return replace(segment, outcome=outcome) if segment.end == end else segment
     if speed_mode:
-        motion, end = dynamometer_ramp(made)
+        motion, end = dynamometer_ramp(inputs)
         if settings.inverter.enabled:
-            return inverter_drive.imposed(made, motion, end, DynamometerLaw("balance"), direction)
+            return inverter_drive.imposed(inputs, motion, end, DynamometerLaw("balance"), direction)
         if settings.six_step.enabled:
-            return six_step_drive.imposed(made, motion, end, DynamometerLaw("balance"))
+            return six_step_drive.imposed(inputs, motion, end, DynamometerLaw("balance"))
         if isinstance(motion, Rest):
-            return resting(made, DynamometerLaw("balance"))
-        return turning(made, motion, end, DynamometerLaw("balance"))
+            return resting(inputs, DynamometerLaw("balance"))
+        return turning(inputs, motion, end, DynamometerLaw("balance"))
     torque = settings.dynamometer_target if driven else 0.0
     law = DynamometerLaw("constant", torque) if driven else DynamometerLaw()
     if settings.inverter.enabled:
-        return inverter_drive.free(made, torque, law, direction)
+        return inverter_drive.free(inputs, torque, law, direction)
     if settings.six_step.enabled:
-        return six_step_drive.free(made, torque, law)
-    if made.output is None:
-        return free_shaft.coasting(made, torque, law)
-    return free_shaft.energised(made, torque, law, time)
+        return six_step_drive.free(inputs, torque, law)
+    if inputs.output is None:
+        return free_shaft.coasting(inputs, torque, law)
+    return free_shaft.energised(inputs, torque, law, time)
 
 
-def resting(made: Plan, law: DynamometerLaw) -> Segment:
+def resting(inputs: SegmentInputs, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft that something holds."""
-    state = made.state
-    circuit, end = made.standing_circuit()
-    return made.segment(Rest(state.angle), circuit, end, law, live=bool(made.network.loops))
+    state = inputs.state
+    circuit, end = inputs.standing_circuit()
+    return inputs.segment(Rest(state.angle), circuit, end, law, live=bool(inputs.network.loops))
 
 
-def turning(made: Plan, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
+def turning(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft that is turned from outside."""
-    source = made.rotating_source()
-    circuit = Rotating(made.network, motion, source)
-    segment = made.segment(motion, circuit, end, law, live=bool(made.network.loops))
+    source = inputs.rotating_source()
+    circuit = Rotating(inputs.network, motion, source)
+    segment = inputs.segment(motion, circuit, end, law, live=bool(inputs.network.loops))
     if isinstance(source, CurrentSource):
         return replace(segment, supply_mode="cc")
     return replace(segment, supply_mode="cv") if segment.supply_mode == "cc" else segment
@@ -131,12 +133,12 @@ def _turned_from_outside(settings: Settings) -> bool:
     return fed or by_drive or settings.shaft.holder in ("turning", "pulling")
 
 
-def _hand(made: Plan) -> tuple[Motion, float]:
-    shaft, state = made.settings.shaft, made.state
+def _hand(inputs: SegmentInputs) -> tuple[Motion, float]:
+    shaft, state = inputs.settings.shaft, inputs.state
     if shaft.holder == "pulling":
-        return Wavering(made.time, state.angle, shaft.pull_speed, 0.0, 0.0), max(shaft.pull_until, made.time)
-    phase = shaft.wobble_phase + _HAND_RATE * made.time
-    return Wavering(made.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), math.inf
+        return Wavering(inputs.time, state.angle, shaft.pull_speed, 0.0, 0.0), max(shaft.pull_until, inputs.time)
+    phase = shaft.wobble_phase + _HAND_RATE * inputs.time
+    return Wavering(inputs.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), math.inf
 
 
 def _with_over_current(supply: SupplySettings, state: State, segment: Segment) -> Segment:

@@ -13,7 +13,7 @@ from sim_instruments.physics.saturated import SaturatedTransient
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource, absent
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
-from sim_instruments.world.constants import Parts
+from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.settings import Settings
 from sim_instruments.world.sources.supply_regime import Regime
@@ -22,10 +22,10 @@ StandingCircuit = LinearTransient | SaturatedTransient
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Parts, settings and state at a time (s), with the circuit that they make; `output` None is an open output."""
+class SegmentInputs:
+    """Constants, settings and state at a time (s), with the circuit that they make; `output` None is an open output."""
 
-    parts: Parts
+    constants: Constants
     settings: Settings
     state: State
     time: float
@@ -61,7 +61,7 @@ class Plan:
     ) -> Segment:
         """Return a segment of these laws."""
         output = self.output
-        if law.kind == "balance" and self.parts.driven_cogging:
+        if law.kind == "balance" and self.constants.driven_cogging:
             law = replace(law, cogging=True)
         if output is not None and output.end < end:
             end, outcome = output.end, "trip voltage" if output.trips_voltage else "none"
@@ -71,7 +71,7 @@ class Plan:
             motion,
             circuit,
             self.windings,
-            self.parts.shaft(self.settings, torque),
+            self.constants.shaft(self.settings, torque),
             live,
             "off" if output is None else output.mode,
             outcome,
@@ -139,19 +139,19 @@ class Plan:
         return VoltageSource(self.time, supply.voltage)
 
 
-def dynamometer_ramp(made: Plan) -> tuple[Motion, float]:
+def dynamometer_ramp(inputs: SegmentInputs) -> tuple[Motion, float]:
     """Return the shaft's motion under the dynamometer's speed control, and its end (s).
 
     The ramp is the drive's, or what its largest torque allows.
     """
-    machine, state, target = made.parts.dynamometer, made.state, made.settings.dynamometer_target
+    machine, state, target = inputs.constants.dynamometer, inputs.state, inputs.settings.dynamometer_target
     change = target - state.speed
     if abs(change) <= 1e-9 * max(abs(target), 1.0) or _about(state.speed, target, machine.speed_ripple):
         if target == 0.0:
             return Rest(state.angle), math.inf
         # Once a turn; it starts at its zero, so that speed and angle run on without a step.
-        return Wavering(made.time, state.angle, target, machine.speed_ripple, abs(target)), math.inf
-    shaft = made.parts.shaft(made.settings)
+        return Wavering(inputs.time, state.angle, target, machine.speed_ripple, abs(target)), math.inf
+    shaft = inputs.constants.shaft(inputs.settings)
     sign = math.copysign(1.0, change)
     top = max(abs(state.speed), abs(target))
     braking = abs(target) < abs(state.speed) and target * state.speed >= 0.0
@@ -162,8 +162,10 @@ def dynamometer_ramp(made: Plan) -> tuple[Motion, float]:
         return Rest(state.angle), math.inf
     # A ramp through standstill is cut there: no segment turns both ways.
     stop = 0.0 if state.speed * target < 0.0 else target
-    end = made.time + abs(stop - state.speed) / rate
-    return Ramp(made.time, state.angle, state.speed, sign * rate), max(end, float(np.nextafter(made.time, math.inf)))
+    end = inputs.time + abs(stop - state.speed) / rate
+    return Ramp(inputs.time, state.angle, state.speed, sign * rate), max(
+        end, float(np.nextafter(inputs.time, math.inf))
+    )
 
 
 def _about(speed: float, target: float, ripple: float) -> bool:

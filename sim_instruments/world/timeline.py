@@ -14,7 +14,7 @@ from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.windings import FloatArray, Windings
-from sim_instruments.world.constants import Parts
+from sim_instruments.world.constants import Constants
 from sim_instruments.world.history import Past, Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.segment import FieldState, Segment, State
@@ -50,14 +50,14 @@ class Timeline:
         driven_cogging: bool = False,
     ) -> None:
         self.lock = threading.RLock()
-        self.parts = Parts(motor, supply, dynamometer, inverter, leads, six_step, driven_cogging)
+        self.constants = Constants(motor, supply, dynamometer, inverter, leads, six_step, driven_cogging)
         self.settings = Settings(ambient_temperature=ambient_temperature, exchanged=motor.exchanged)
         self._clock = clock
         self.now = clock.now()
         #: The state at the present time, None where nobody has asked for it yet.
         self._state: State | None = State(initial_angle, 0.0, np.zeros(3), 0.0, ambient_temperature)
         self._begin = self._state
-        first = plan(self.parts, self.settings, self._begin, self.now)
+        first = plan(self.constants, self.settings, self._begin, self.now)
         # Before the first moment the bench has stood like this for ever.
         self._past: list[Segment] = [replace(first, start=-math.inf, end=self.now)]
         self._starts = [-math.inf]
@@ -90,7 +90,7 @@ class Timeline:
     def present(self) -> Segment:
         """The segment that lasts now."""
         if self._present is None:
-            self._present = plan(self.parts, self.settings, self._begin, self.now)
+            self._present = plan(self.constants, self.settings, self._begin, self.now)
         return self._present
 
     def observing(self) -> AbstractContextManager[None]:
@@ -115,7 +115,7 @@ class Timeline:
 
     def windings(self) -> Windings:
         """Return the motor's windings at the present temperature."""
-        return Windings(self.parts.motor, self.winding_temperature())
+        return Windings(self.constants.motor, self.winding_temperature())
 
     # The past
 
@@ -298,7 +298,7 @@ class Timeline:
             winding_currents=currents,
             source_voltage=float(circuit.source_voltage(at)[0]),
             temperature=temperature_after(
-                self.parts.motor,
+                self.constants.motor,
                 self.settings.ambient_temperature,
                 self.settings.faults.heating,
                 before.temperature,

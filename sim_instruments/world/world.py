@@ -15,7 +15,7 @@ from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world import impedance
 from sim_instruments.world.held_probes import FIRST_HALL, HeldProbes, InTerminal, Place
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
-from sim_instruments.world.miswiring import Slips
+from sim_instruments.world.miswiring import Miswirings
 from sim_instruments.world.probes import HALL_NODES, NODES, CurrentProbe, Node, Probe, VoltageProbe
 from sim_instruments.world.segment import Segment
 from sim_instruments.world.settings import SOCKETS, TERMINALS, Contact, FloatArray, Socket, Terminal
@@ -78,26 +78,26 @@ class World:
             if stage is not None or not name.startswith("drive_")
         )
         self.lock = self._timeline.lock
-        self.supply = SupplyOutput(self._timeline, self._timeline.parts.supply)
-        self.dynamometer = DynamometerShaft(self._timeline, self._timeline.parts.dynamometer, clock)
-        self.inverter = InverterOutput(self._timeline, self._timeline.parts.inverter)
+        self.supply = SupplyOutput(self._timeline, self._timeline.constants.supply)
+        self.dynamometer = DynamometerShaft(self._timeline, self._timeline.constants.dynamometer, clock)
+        self.inverter = InverterOutput(self._timeline, self._timeline.constants.inverter)
         #: None on a bench without such a drive.
         self.six_step = None if stage is None else SixStepOutput(self._timeline, stage)
         outputs = {
-            "supply": Switched(self.supply.sticky, self.supply.switch),
-            "inverter": Switched(self.inverter.sticky, self.inverter.enable),
-            "dynamometer": Switched(self.dynamometer.sticky, self.dynamometer.enable),
+            "supply": Switched(self.supply.stuck_output, self.supply.switch),
+            "inverter": Switched(self.inverter.stuck_output, self.inverter.enable),
+            "dynamometer": Switched(self.dynamometer.stuck_output, self.dynamometer.enable),
         }
         if self.six_step is not None:
-            outputs["drive"] = Switched(self.six_step.sticky, self.six_step.enable)
+            outputs["drive"] = Switched(self.six_step.stuck_output, self.six_step.enable)
         #: What breaks besides the wires.
         self.damage = Damage((self._timeline, self.dynamometer.alone), outputs)
         #: The insulation tester's output; None on a bench without a fixture.
         self.insulation = InsulationOutput(self._timeline, self.damage) if fixture else None
         self._probes: dict[int, Probe] = {}
         self._sense: VoltageProbe | None = None
-        #: What hands will do other than they are told.
-        self.slips = Slips()
+        #: Miswirings that hands will make.
+        self.miswirings = Miswirings()
 
     # What hands do
 
@@ -118,10 +118,10 @@ class World:
                 )
             complete[terminal] = cast("Socket", socket)
         with self._timeline.changing() as settings:
-            settings.wiring = {**self.slips.connected(complete)}
+            settings.wiring = {**self.miswirings.connected(complete)}
 
     def switch(self, wiring: Mapping[Terminal, Contact]) -> None:
-        """Have relays wire the motor's three terminals anew; no hand slips, and nothing is checked."""
+        """Have relays wire the motor's three terminals anew; no hand errs, and nothing is checked."""
         with self._timeline.changing() as settings:
             settings.wiring = dict(wiring)
 
@@ -138,13 +138,13 @@ class World:
             if node == "N" and not self.star_point_accessible:
                 raise ValueError("node 'N': this motor's star point is not accessible; use the artificial 'star'")
         with self.lock:
-            self._probes[channel] = self.slips.voltage(channel, VoltageProbe(positive, negative))
+            self._probes[channel] = self.miswirings.voltage(channel, VoltageProbe(positive, negative))
 
     def attach_current_probe(self, channel: int, terminal: Terminal) -> None:
         """Clip a channel's current probe round the wire into a terminal. Raises ValueError for an unknown one."""
         self._check_terminal(terminal)
         with self.lock:
-            self._probes[channel] = self.slips.current(channel, CurrentProbe(terminal))
+            self._probes[channel] = self.miswirings.current(channel, CurrentProbe(terminal))
 
     def detach_probe(self, channel: int) -> None:
         """Take a channel's probe off; it then senses nothing."""
@@ -161,7 +161,7 @@ class World:
         if positive == negative:
             raise ValueError(f"the voltmeter's leads must be on two different terminals, not {positive} twice")
         with self.lock:
-            self._sense = self.slips.voltage(None, VoltageProbe(positive, negative))
+            self._sense = self.miswirings.voltage(None, VoltageProbe(positive, negative))
 
     def detach_voltmeter(self) -> None:
         """Take the voltmeter's leads off; it then senses nothing."""
@@ -232,7 +232,7 @@ class World:
         with self._timeline.changing() as settings:
             self._check_movable()
             state = self._timeline.state
-            pull = hand.pull_to_next(self._timeline.parts, settings, state, direction)
+            pull = hand.pull_to_next(self._timeline.constants, settings, state, direction)
             if pull is None:
                 pull = hand.Pull(float(self._random.uniform(0.05, 0.1)) * 2.0 * math.pi, hand.BRISK)
             settings.shaft.holder, settings.shaft.pull_then = "pulling", "free"
@@ -365,7 +365,7 @@ class World:
                 "faults": {
                     **asdict(settings.faults),
                     "stuck_output": self.damage.stuck_outputs,
-                    "slips": self.slips.listed(),
+                    "miswirings": self.miswirings.listed(),
                     **({} if self.insulation is None else {"harm": dict(self.damage.harm)}),
                 },
                 **({} if self.insulation is None else {"insulation_voltage": self.insulation.voltage()}),

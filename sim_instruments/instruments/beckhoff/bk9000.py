@@ -27,7 +27,7 @@ _DEFAULT_TIME = 1000
 
 
 class Bk9000:
-    """Face of the coupler. `contact` is told whether the contact of output 0 is closed, each time it moves."""
+    """Simulated side of the coupler. `contact` is told whether the contact of output 0 is closed, each time it moves."""
 
     ranges = ((_STATUS, 1), (_OUTPUT_BITS, 1), (_LEFT, 1), (_TIME, 3))
     readings = (0, 0, 1)

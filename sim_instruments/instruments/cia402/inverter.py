@@ -31,7 +31,7 @@ _FAULT_CODE = 0xFF00
 
 
 class Cia402Inverter:
-    """Face of the inverter.
+    """Simulated side of the inverter.
 
     Velocity in 0.01 Hz electrical, torque and current in per mille of the rated current (A, peak) that 0x6075 gives
     in mA; 0x2000 is the amplitude (mA, peak) of the phase current in the open-loop velocity mode.
@@ -132,7 +132,7 @@ class Cia402Inverter:
 
     def _status(self) -> int:
         word, power, inverter = self._power.status, self._power, self._world.inverter
-        if inverter.sticky.shown(False, inverter.enabled) and power.state is not State.FAULT:
+        if inverter.stuck_output.shown(False, inverter.enabled) and power.state is not State.FAULT:
             word = word & ~power.state | State.OPERATION_ENABLED
         if power.state is State.OPERATION_ENABLED and power.mode == PROFILE_VELOCITY and self._velocity:
             actual = velocity_steps(self._world.inverter.output_frequency())

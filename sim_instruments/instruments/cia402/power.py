@@ -7,7 +7,6 @@ from typing import Literal, Protocol
 
 Kind = Literal["i8", "u8", "i16", "u16", "i32", "u32", "text"]
 
-NO_OBJECT, NO_SUBINDEX = 0x06020000, 0x06090011
 TOO_HIGH, TOO_LOW, OUT_OF_RANGE = 0x06090031, 0x06090032, 0x06090030
 DEVICE_STATE = 0x08000022
 

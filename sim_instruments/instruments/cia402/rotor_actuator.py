@@ -50,7 +50,7 @@ _Law = tuple[Literal["free", "locked", "hold", "turn", "move"], float | _Move | 
 
 
 class Cia402Actuator:
-    """Face of the actuator. Position in increments of 65536 a turn, velocity in increments/s, forwards positive.
+    """Simulated side of the actuator. Position in increments of 65536 a turn, velocity in increments/s, forwards positive.
 
     Its encoder sits on the motor's shaft. With the clutch engaged and operation enabled the shaft follows the drive without a
     ramp; not enabled the drive lets the shaft turn. A set point given while the shaft moves takes over at once. What keeps the

@@ -33,7 +33,7 @@ _APERTURE = 0.02
 
 
 class Cia402SixStep:
-    """Face of the six-step drive.
+    """Simulated side of the six-step drive.
 
     Bus voltage (0x6079) in mV and current (0x2010) in mA, means over 20 ms; velocity in 0.01 Hz electrical from the
     Hall edges; Hall signals H1, H2, H3 in the bits 0 to 2 of 0x2011. Raises ValueError on a bench without the drive.
@@ -102,7 +102,7 @@ class Cia402SixStep:
 
     def _status(self) -> int:
         output, power = self._output, self._power
-        shown = output.sticky.shown(False, output.enabled) and power.state is not State.FAULT
+        shown = output.stuck_output.shown(False, output.enabled) and power.state is not State.FAULT
         return power.status & ~power.state | State.OPERATION_ENABLED if shown else power.status
 
     def _velocity(self) -> int:

@@ -51,7 +51,7 @@ _LIMITS = {
 
 
 class DeltaDrive:
-    """Face of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives."""
+    """Simulated side of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives."""
 
     ranges = (
         (0x000A, 1),
@@ -191,7 +191,7 @@ class DeltaDrive:
     def _monitor(self) -> list[int]:
         """Return 2100H … 210BH: codes, state, frequencies 0.01 Hz, current 0.01 A, voltages 0.1 V, torque 0.1 %."""
         machine = self._world.dynamometer
-        running = machine.sticky.shown(self._running, machine.enabled)
+        running = machine.stuck_output.shown(self._running, machine.enabled)
         # A drive that believes that it is off still measures what it puts out.
         feeding = running or machine.enabled
         speed, torque = machine.speed(0.0), machine.torque(0.01) if feeding else 0.0

@@ -21,7 +21,7 @@ _TORQUE_NOISE = 2.0e-5
 
 
 class Dyn200:
-    """Face of the transducer. Torque is the dynamometer's on the shaft, positive forwards; `rated_torque` N·m."""
+    """Simulated side of the transducer. Torque is the dynamometer's on the shaft, positive forwards; `rated_torque` N·m."""
 
     ranges = ((0x00, 0x24),)
     readings = (_TORQUE, 6, 2)

@@ -28,7 +28,7 @@ Verdict = Literal["VIEW", "TEST", "PASS", "FAIL"]
 
 
 class Gpt9800(ScpiInstrument):
-    """Face of the tester. Only manual IR tests are there: 50 V … 1 kV in steps of 50 V, 1 … 9999 MΩ in steps of 1 MΩ.
+    """Simulated side of the tester. Only manual IR tests are there: 50 V … 1 kV in steps of 50 V, 1 … 9999 MΩ in steps of 1 MΩ.
 
     A test takes 0.1 s, the ramp, the test time and the discharge; it is judged at the end of the test time, and its result
     stands until the next one or OFF, after which the present voltage is shown. The object's frame is the tester's return.

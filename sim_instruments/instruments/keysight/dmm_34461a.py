@@ -27,7 +27,7 @@ _FASTEST, _SLOWEST = min(conversion.RESOLUTIONS), max(conversion.RESOLUTIONS)
 
 
 class Keysight34461A(ScpiInstrument):
-    """Face of the voltmeter. It measures DC volts only; its sense terminals and other functions feed nothing.
+    """Simulated side of the voltmeter. It measures DC volts only; its sense terminals and other functions feed nothing.
 
     A reading integrates the input over the power-line cycles set, at 50 Hz, and with autozero on spends as long again
     on its own zero. Neither the burden of its input nor the settling of ranges is modelled: a winding does not feel them.

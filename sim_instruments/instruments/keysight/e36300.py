@@ -70,7 +70,7 @@ class _Output:
 
 
 class KeysightE36313A(ScpiInstrument):
-    """Face of the supply; output `wired` goes to the bench, the others feed nothing."""
+    """Simulated side of the supply; output `wired` goes to the motor, the others feed nothing."""
 
     channels = len(RATINGS)
 
@@ -81,7 +81,7 @@ class KeysightE36313A(ScpiInstrument):
         errors: SupplyErrors | None = None,
         *,
         serial: str = "MY59001234",
-        wired: int = 1,
+        wired: int | None = 1,
     ) -> None:
         identity = f"Keysight Technologies,E36313A,{serial},2.1.0-1.0.4-1.12"
         super().__init__(world.clock, generator, identity, queue_depth=20, queue_bit=0x04)
@@ -101,6 +101,8 @@ class KeysightE36313A(ScpiInstrument):
         self._selected, self._text = 1, ""
         for output in self._outputs.values():
             output.reset()
+        if self._wired is None:
+            return
         with self._world.lock:
             supply = self._world.supply
             supply.switch(False)
@@ -114,7 +116,8 @@ class KeysightE36313A(ScpiInstrument):
             if inhibited:
                 for output in self._outputs.values():
                     output.on = False
-            self._world.supply.inhibit(inhibited)
+            if self._wired is not None:
+                self._world.supply.inhibit(inhibited)
 
     def _add_commands(self) -> None:
         add = self.tree.add
@@ -209,11 +212,11 @@ class KeysightE36313A(ScpiInstrument):
     def _flag(self, channel: int, name: str) -> bool:
         if name == "on" and channel == self._wired and self._world.supply.tripped is not None:
             return False
-        told = bool(getattr(self._outputs[channel], name))
+        state = bool(getattr(self._outputs[channel], name))
         if name == "on" and channel == self._wired:
-            told = told and not self._world.supply.inhibited
-            return self._world.supply.sticky.shown(told, self._world.supply.is_on)
-        return told
+            state = state and not self._world.supply.inhibited
+            return self._world.supply.stuck_output.shown(state, self._world.supply.is_on)
+        return state
 
     def _channels(self, arguments: tuple[Argument, ...]) -> tuple[int, ...]:
         if not arguments:
@@ -222,6 +225,8 @@ class KeysightE36313A(ScpiInstrument):
         return channel_list(arguments[0], len(self._outputs))
 
     def _apply(self) -> None:
+        if self._wired is None:
+            return
         output, unit = self._outputs[self._wired], self._unit
         with self._world.lock:
             supply = self._world.supply
@@ -235,7 +240,7 @@ class KeysightE36313A(ScpiInstrument):
             supply.set_over_current(
                 output.over_current, output.over_current_delay, from_change=output.over_current_start == "SCH"
             )
-            if output.on != supply.is_on or output.on != supply.sticky.wanted:
+            if output.on != supply.is_on or output.on != supply.stuck_output.wanted:
                 supply.switch(output.on)
 
     def _set_delay(self, call: Call) -> None:
@@ -316,7 +321,7 @@ class KeysightE36313A(ScpiInstrument):
         """Return the condition of one output: 0 off or unregulated, 1 CC, 2 CV, 3 fault."""
         if channel != self._wired:
             return _CONSTANT_VOLTAGE if self._outputs[channel].on else 0
-        if not self._flag(self._wired, "on") and self._world.supply.tripped is None:
+        if not self._flag(channel, "on") and self._world.supply.tripped is None:
             return 0
         return {"cc": _CONSTANT_CURRENT, "cv": _CONSTANT_VOLTAGE, "tripped": _FAULT}.get(self._world.supply.mode(), 0)
 

@@ -29,7 +29,7 @@ _FUNCTIONS = choices(TOKENS)
 
 
 class KeysightE4980A(ScpiInstrument):
-    """Face of the bridge. `options`: 032, 052 or 102 give the highest frequency, 001 measures with direct current."""
+    """Simulated side of the bridge. `options`: 032, 052 or 102 give the highest frequency, 001 measures with direct current."""
 
     def __init__(
         self,

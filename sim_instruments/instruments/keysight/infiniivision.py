@@ -29,7 +29,6 @@ SOURCES = {
 }
 _TRIGGER_SOURCES = {**SOURCES, **choices(("EXTernal", "LINE"))}
 _RUN_BIT, _WAIT_BIT = 0x08, 0x20
-_TRIGGER_BIT = 0x01
 _MEMORY = 4_000_000
 _RATE = 5.0e9
 _POLL_TIME = 1.0e-3
@@ -39,7 +38,7 @@ _HYSTERESIS_DIVISIONS = 0.1
 
 
 class KeysightInfiniiVision(ScpiInstrument):
-    """Face of the oscilloscope; `bits` is its converter's resolution outside the high-resolution mode."""
+    """Simulated side of the oscilloscope; `bits` is its converter's resolution outside the high-resolution mode."""
 
     channels = CHANNELS
 

@@ -3,12 +3,11 @@
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.parameters import choice, choices, exactly, integer
+from sim_instruments.scpi.parameters import choice, exactly, integer
 from sim_instruments.scpi.settings import Settings
 from sim_instruments.scpi.tree import Call, CommandTree
 
 _SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
-_FORMATS = choices(("BYTE", "WORD", "ASCii"))
 _FORMAT_CODES = {"BYTE": 0, "WORD": 1, "ASC": 4}
 _TYPE_CODES = {"NORM": 0, "PEAK": 1, "AVER": 2, "HRES": 0}
 _NORMAL_POINTS = 62_500

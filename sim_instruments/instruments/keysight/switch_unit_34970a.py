@@ -34,7 +34,7 @@ def _of_module(kind: str) -> tuple[int, ...]:
 
 
 class Keysight34970A(ScpiInstrument):
-    """Face of the switch unit; `modules` are its modules by slot, as many slots as the station wants.
+    """Simulated side of the switch unit; `modules` are its modules by slot, as many slots as the station wants.
 
     Every relay that moves takes its time, one after the other; the next message waits for them. What is queried is what the
     coils were told: a contact that is stuck does not show.

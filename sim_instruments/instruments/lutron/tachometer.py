@@ -33,7 +33,7 @@ def frame(value: float, decimals: int, annunciator: str = "22") -> bytes:
 
 
 class LutronTachometer:
-    """Face of the tachometer: 0.1 rpm below 1000 rpm, 1 rpm above, ± one digit, no sign."""
+    """Simulated side of the tachometer: 0.1 rpm below 1000 rpm, 1 rpm above, ± one digit, no sign."""
 
     def __init__(
         self,

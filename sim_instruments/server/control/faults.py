@@ -9,14 +9,14 @@ from sim_instruments.faults.catalogue import FAULT
 from sim_instruments.server.control.request import Request, checked
 
 
-class StepStarted(Request):
+class StepBegan(Request):
     """A step of a procedure begins now."""
 
     step: Annotated[str, Field(min_length=1)]
     procedure: str = ""
 
 
-STEP: TypeAdapter[StepStarted] = TypeAdapter(StepStarted)
+STEP: TypeAdapter[StepBegan] = TypeAdapter(StepBegan)
 
 
 def inject(bench: VirtualBench, given: Any) -> dict[str, Any]:

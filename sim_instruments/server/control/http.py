@@ -1,28 +1,18 @@
-"""As much of HTTP/1.1 as a control endpoint on loopback needs: JSON in, JSON out."""
+"""The control endpoint on loopback: JSON in, JSON out, over HTTP/1.1 as h11 reads and writes it."""
 
 import asyncio
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from http import HTTPStatus
 from typing import Any
 
-_LARGEST_BODY = 1 << 16
+import h11
+
+_LARGEST_HEAD = _LARGEST_BODY = 1 << 16
+_CHUNK = 1 << 12
 _IDLE_TIME = 300.0
 _REQUEST_TIME = 10.0
 _OWN_NAMES = ("127.0.0.1", "localhost", "[::1]")
-_REASONS = {
-    200: "OK",
-    400: "Bad Request",
-    403: "Forbidden",
-    404: "Not Found",
-    405: "Method Not Allowed",
-    409: "Conflict",
-    411: "Length Required",
-    413: "Content Too Large",
-    415: "Unsupported Media Type",
-    431: "Request Header Fields Too Large",
-    500: "Internal Server Error",
-}
 
 #: Does what a request wants and returns what JSON can carry; the argument is the request's object, None for GET and DELETE.
 Handler = Callable[[Any], Any]
@@ -38,15 +28,8 @@ class RequestError(Exception):
         super().__init__(words)
 
 
-@dataclass(frozen=True)
-class _Request:
-    method: str
-    path: str
-    headers: Mapping[str, str]
-
-    @property
-    def lasting(self) -> bool:
-        return self.headers.get("connection", "").lower() != "close"
+class _BodyUnreadError(RequestError):
+    """Refused before the body was read: where the next request begins, nobody can tell."""
 
 
 class JsonService:
@@ -57,32 +40,34 @@ class JsonService:
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Answer requests of one client until it leaves or has been idle for five minutes."""
-        lasting = True
-        while lasting:
+        http = h11.Connection(h11.SERVER, max_incomplete_event_size=_LARGEST_HEAD)
+        while http.our_state is h11.IDLE:
+            lasting: list[tuple[str, str]] = []
             try:
-                async with asyncio.timeout(_IDLE_TIME):
-                    head = await reader.readuntil(b"\r\n\r\n")
-                request = _parse(head)
-                # After a body that was not read, there is no telling where the next request begins.
-                body = await _body(reader, request)
-                status, answer, lasting = 200, self._answer(request, body), request.lasting
-            except asyncio.LimitOverrunError:
-                status, answer, lasting = 431, {"error": "the request's head is too long"}, False
-            except _BodyUnreadError as error:
-                status, answer, lasting = error.status, {"error": str(error)}, False
+                request = await _event(http, reader, _IDLE_TIME)
+                if not isinstance(request, h11.Request):
+                    return
+                status, answer = 200, self._answer(request, await _body(http, reader, request))
+            except h11.RemoteProtocolError as error:
+                status, answer = error.error_status_hint, {"error": f"this is no request of HTTP/1.1: {error}"}
             except RequestError as error:
                 status, answer = error.status, {"error": str(error)}
-            writer.write(_encoded(status, answer, lasting))
+                if isinstance(error, _BodyUnreadError):
+                    lasting = [("Connection", "close")]
+            writer.write(_encoded(http, status, answer, lasting))
             await writer.drain()
+            if http.states == {h11.CLIENT: h11.DONE, h11.SERVER: h11.DONE}:
+                http.start_next_cycle()
 
-    def _answer(self, request: _Request, body: bytes) -> Any:
-        methods = self._routes.get(request.path)
+    def _answer(self, request: h11.Request, body: bytes) -> Any:
+        path, method = request.target.decode("latin-1"), request.method.decode("latin-1")
+        methods = self._routes.get(path)
         if methods is None:
-            raise RequestError(404, f"{request.path} is not known; there are {', '.join(self._routes)}")
-        handler = methods.get(request.method)
+            raise RequestError(404, f"{path} is not known; there are {', '.join(self._routes)}")
+        handler = methods.get(method)
         if handler is None:
-            raise RequestError(405, f"{request.method} {request.path} is not allowed; use {', '.join(methods)}")
-        given = _json(request, body) if request.method == "POST" else None
+            raise RequestError(405, f"{method} {path} is not allowed; use {', '.join(methods)}")
+        given = _json(request, body) if method == "POST" else None
         try:
             return handler(given)
         except RequestError:
@@ -93,41 +78,33 @@ class JsonService:
             raise RequestError(500, f"{type(error).__name__}: {error}") from error
 
 
-class _BodyUnreadError(RequestError):
-    """Refused before the body was read."""
+async def _event(http: h11.Connection, reader: asyncio.StreamReader, patience: float) -> Any:
+    while (event := http.next_event()) is h11.NEED_DATA:
+        async with asyncio.timeout(patience):
+            http.receive_data(await reader.read(_CHUNK))
+    return event
 
 
-def _parse(head: bytes) -> _Request:
-    lines = head.decode("latin-1").split("\r\n")
-    words = lines[0].split(" ")
-    if len(words) != 3 or not words[2].startswith("HTTP/1."):
-        raise _BodyUnreadError(400, "this is no request of HTTP/1.1")
-    headers: dict[str, str] = {}
-    for line in filter(None, lines[1:]):
-        name, colon, value = line.partition(":")
-        if not colon or name != name.strip():
-            raise _BodyUnreadError(400, "a header of the request has no name")
-        headers[name.lower()] = value.strip()
+async def _body(http: h11.Connection, reader: asyncio.StreamReader, request: h11.Request) -> bytes:
     # A web page that a browser shows must not reach the bench under a name of its own.
-    if headers.get("host", "").rsplit(":", 1)[0] not in _OWN_NAMES:
+    if _header(request, b"host").rsplit(":", 1)[0] not in _OWN_NAMES:
         raise _BodyUnreadError(403, f"the host must be one of {', '.join(_OWN_NAMES)}")
-    return _Request(words[0], words[1], headers)
-
-
-async def _body(reader: asyncio.StreamReader, request: _Request) -> bytes:
-    if "transfer-encoding" in request.headers:
+    if _header(request, b"transfer-encoding"):
         raise _BodyUnreadError(411, "give the body's Content-Length; no other transfer encoding is understood")
-    length = request.headers.get("content-length", "0")
-    if not (length.isascii() and length.isdigit()):
-        raise _BodyUnreadError(400, f"Content-Length {length!r} is no number")
-    if len(length) > 9 or int(length) > _LARGEST_BODY:
+    if int(_header(request, b"content-length") or 0) > _LARGEST_BODY:
         raise _BodyUnreadError(413, f"the body may have up to {_LARGEST_BODY} bytes")
-    async with asyncio.timeout(_REQUEST_TIME):
-        return await reader.readexactly(int(length))
+    body = b""
+    while isinstance(event := await _event(http, reader, _REQUEST_TIME), h11.Data):
+        body += event.data
+    return body
 
 
-def _json(request: _Request, body: bytes) -> dict[str, Any]:
-    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+def _header(request: h11.Request, name: bytes) -> str:
+    return next((value.decode("latin-1") for known, value in request.headers if known == name), "")
+
+
+def _json(request: h11.Request, body: bytes) -> dict[str, Any]:
+    kind = _header(request, b"content-type").partition(";")[0].strip().lower()
     if kind != "application/json":
         raise RequestError(415, "the body must be application/json")
     try:
@@ -150,13 +127,15 @@ def _refuse_constant(name: str) -> Any:
     raise ValueError(f"{name} is no number in JSON")
 
 
-def _encoded(status: int, answer: Any, lasting: bool) -> bytes:
+def _encoded(http: h11.Connection, status: int, answer: Any, more: list[tuple[str, str]]) -> bytes:
     content = json.dumps(answer, ensure_ascii=False, allow_nan=False, default=_plain).encode("utf-8", "replace") + b"\n"
-    head = (
-        f"HTTP/1.1 {status} {_REASONS[status]}\r\nContent-Type: application/json\r\n"
-        f"Content-Length: {len(content)}\r\nConnection: {'keep-alive' if lasting else 'close'}\r\n\r\n"
+    headers = [("Content-Type", "application/json"), ("Content-Length", str(len(content))), *more]
+    parts = (
+        h11.Response(status_code=status, headers=headers, reason=HTTPStatus(status).phrase.encode()),
+        h11.Data(data=content),
+        h11.EndOfMessage(),
     )
-    return head.encode("ascii") + content
+    return b"".join(http.send(part) or b"" for part in parts)
 
 
 def _plain(value: Any) -> Any:

@@ -77,10 +77,10 @@ class Adapter:
 
 def frame_of(text: str) -> can.Message | None:
     """Return the frame that a line is, None where it is none."""
-    found = _FRAME.fullmatch(text)
-    if found is None:
+    match = _FRAME.fullmatch(text)
+    if match is None:
         return None
-    short, short_identifier, long, long_identifier, length, data = found.groups()
+    short, short_identifier, long, long_identifier, length, data = match.groups()
     remote = (short or long) in ("r", "R")
     identifier = int(short_identifier or long_identifier, 16)
     if identifier > (0x7FF if short else 0x1FFFFFFF) or len(data) != (0 if remote else 2 * int(length)):

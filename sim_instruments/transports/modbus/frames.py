@@ -82,15 +82,15 @@ class ModbusFrames:
         if function == _READ:
             if not 1 <= number <= _MOST_READ:
                 raise _RefusedError(_ILLEGAL_VALUE)
-            fault, said = self._struck("read", unit, address, number)
+            fault, description = self._struck("read", unit, address, number)
             registers = device.read(address, number)
             response = struct.pack(f"!BB{number}H", function, 2 * number, *registers)
         else:
             values = [number] if function == _WRITE_SINGLE else _written(number, data[4:])
-            fault, said = self._struck("write", unit, address, len(values))
+            fault, description = self._struck("write", unit, address, len(values))
             device.write(address, values)
             response = bytes([function]) + data[:4]
-        return self._replies.altered(fault, device, said, address, response), fault
+        return self._replies.altered(fault, device, description, address, response), fault
 
     def _bits(self, device: BitDevice, unit: int, function: int, data: bytes) -> tuple[bytes, Fault | None]:
         if len(data) != 4:
@@ -117,11 +117,11 @@ class ModbusFrames:
         """Return the fault that strikes a request, and the request in words; one that refuses it does so."""
         if not self._line.faults:
             return None, ""
-        said = f"{verb} {unit} {address:04X}H {count}"
-        fault = self._line.faults.strike(said)
+        description = f"{verb} {unit} {address:04X}H {count}"
+        fault = self._line.faults.strike(description)
         if fault is not None and fault.kind is FaultKind.EXCEPTION:
             raise _RefusedError(fault.code)
-        return fault, said
+        return fault, description
 
 
 def _written(count: int, data: bytes) -> list[int]:

@@ -6,7 +6,7 @@ from typing import Literal
 from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
-from sim_instruments.world.sources.stuck_output import Sticky
+from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
 
 #: What hangs on the machine's coupling when the motor is off it: nothing that matters.
@@ -30,7 +30,7 @@ class DynamometerShaft:
     def __init__(self, timeline: Timeline, machine: DynamometerMachine, clock: BenchClock) -> None:
         self._shared = timeline
         self.machine = machine
-        self.sticky = Sticky()
+        self.stuck_output = OutputSwitch()
         self._alone = Timeline(
             _NO_LOAD,
             clock,
@@ -47,7 +47,7 @@ class DynamometerShaft:
     def enable(self, on: bool) -> None:
         """Switch the drive on or off; off, the shaft coasts."""
         with self._timeline.changing() as settings:
-            settings.dynamometer.enabled = self.sticky.follows(on, settings.dynamometer.enabled)
+            settings.dynamometer.enabled = self.stuck_output.follows(on, settings.dynamometer.enabled)
 
     def set_mode(self, mode: Literal["speed", "torque"]) -> None:
         """Choose what is regulated; the command becomes zero where the mode changes."""

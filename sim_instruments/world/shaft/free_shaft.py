@@ -12,7 +12,7 @@ from sim_instruments.physics.swing import Grip, Shaft, Swing
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
-from sim_instruments.world.segment_inputs import Plan
+from sim_instruments.world.segment_inputs import SegmentInputs
 
 #: Slower than this (rad/s), a shaft without dry friction counts as standing.
 _CREEP = 1e-4
@@ -24,18 +24,18 @@ _SLOW = 1e-3
 _SLIP = 1e-3
 
 
-def drag(made: Plan, torque: float, limit: float) -> tuple[Drag | Rest, float, Outcome]:
+def drag(inputs: SegmentInputs, torque: float, limit: float) -> tuple[Drag | Rest, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
     Cogging averages out over a turn and is left out; a shaft that comes to rest stays where dry friction stops it.
     """
-    state, shaft = made.state, made.parts.shaft(made.settings)
+    state, shaft = inputs.state, inputs.constants.shaft(inputs.settings)
     speed = state.speed
     if abs(speed) <= (0.0 if shaft.coulomb_friction else _CREEP) and abs(torque) <= shaft.coulomb_friction:
         return Rest(state.angle), math.inf, "none"
     way = math.copysign(1.0, speed if speed else torque)
     motion = Drag(
-        made.time, state.angle, speed, torque - way * shaft.coulomb_friction, shaft.inertia, shaft.viscous_friction
+        inputs.time, state.angle, speed, torque - way * shaft.coulomb_friction, shaft.inertia, shaft.viscous_friction
     )
     last = 0.0 if shaft.coulomb_friction or torque * way < 0.0 else way * _CREEP
     stops = motion.time_of_speed(last) if speed else math.inf
@@ -45,50 +45,52 @@ def drag(made: Plan, torque: float, limit: float) -> tuple[Drag | Rest, float, O
     return motion, limited, "none"
 
 
-def coasting(made: Plan, torque: float, law: DynamometerLaw) -> Segment:
+def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft under the dynamometer's torque (N·m), or none, with no current from the supply.
 
     What loops the wiring closes carry currents, but their braking of the shaft is left out.
     """
-    machine, state = made.parts.dynamometer, made.state
-    shaft = made.parts.shaft(made.settings)
+    machine, state = inputs.constants.dynamometer, inputs.state
+    shaft = inputs.constants.shaft(inputs.settings)
     limit = machine.maximum_speed if law.kind == "constant" else math.inf
     needed = shaft.coulomb_friction + shaft.viscous_friction * limit if math.isfinite(limit) else math.inf
     at_limit = abs(state.speed) >= limit * (1.0 - 1e-9)
     if at_limit and torque * math.copysign(1.0, state.speed) >= needed:
         # The drive's own speed limit takes over from its torque control.
-        top: Ramp = Ramp(made.time, state.angle, state.speed)
-        return _turning(made, top, math.inf, DynamometerLaw("balance"))
-    motion, end, outcome = drag(made, torque, limit)
+        top: Ramp = Ramp(inputs.time, state.angle, state.speed)
+        return _turning(inputs, top, math.inf, DynamometerLaw("balance"))
+    motion, end, outcome = drag(inputs, torque, limit)
     if isinstance(motion, Rest):
-        circuit, threshold = made.standing_circuit()
-        return made.segment(motion, circuit, threshold, law, live=bool(made.network.loops))
-    return _turning(made, motion, end, law, outcome)
+        circuit, threshold = inputs.standing_circuit()
+        return inputs.segment(motion, circuit, threshold, law, live=bool(inputs.network.loops))
+    return _turning(inputs, motion, end, law, outcome)
 
 
-def _turning(made: Plan, motion: Drag | Ramp, end: float, law: DynamometerLaw, outcome: Outcome = "none") -> Segment:
-    circuit = Rotating(made.network, motion, made.rotating_source())
-    return made.segment(motion, circuit, end, law, live=bool(made.network.loops), outcome=outcome)
+def _turning(
+    inputs: SegmentInputs, motion: Drag | Ramp, end: float, law: DynamometerLaw, outcome: Outcome = "none"
+) -> Segment:
+    circuit = Rotating(inputs.network, motion, inputs.rotating_source())
+    return inputs.segment(motion, circuit, end, law, live=bool(inputs.network.loops), outcome=outcome)
 
 
-def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Segment:
+def energised(inputs: SegmentInputs, torque: float, law: DynamometerLaw, time: float) -> Segment:
     """Return the segment of a free shaft with the supply in the circuit, `torque` (N·m) from outside included."""
-    output, state, windings = made.output, made.state, made.windings
+    output, state, windings = inputs.output, inputs.state, inputs.windings
     if output is None:
         raise ValueError("energised(): the supply's output is open; this is a coasting shaft")
-    if not made.network.drives_current:
-        return coasting(made, torque, law)
-    total = made.parts.shaft(made.settings, torque)
-    circuit, end = made.standing_circuit()
+    if not inputs.network.drives_current:
+        return coasting(inputs, torque, law)
+    total = inputs.constants.shaft(inputs.settings, torque)
+    circuit, end = inputs.standing_circuit()
     static = windings.cogging(np.array([state.angle])) + torque
 
     def push(times: FloatArray) -> FloatArray:
         currents = circuit.winding_currents(times)
-        return windings.torque(np.full_like(times, made.electrical_angle), currents) + static
+        return windings.torque(np.full_like(times, inputs.electrical_angle), currents) + static
 
     settled = 30.0 / float(circuit.rates.min()) if len(circuit.rates) else 0.0
     now, lasting = push(np.array([time, time + settled])).tolist()
-    grip = max(total.coulomb_friction, _rounding(made))
+    grip = max(total.coulomb_friction, _rounding(inputs))
     # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
     creeps = 0.0 < abs(state.speed) <= _SLOW and abs(lasting) <= grip
     if (state.speed == 0.0 or creeps) and not state.breaking_away and abs(now) <= grip:
@@ -98,25 +100,25 @@ def energised(made: Plan, torque: float, law: DynamometerLaw, time: float) -> Se
             constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
             breaks = first_rise(lambda t: np.abs(push(t)) - grip, time, until, constants)
         if breaks < until:
-            return made.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
-        return made.segment(Rest(state.angle), circuit, end, law, live=True)
+            return inputs.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
+        return inputs.segment(Rest(state.angle), circuit, end, law, live=True)
     sliding = Shaft(total.inertia, total.coulomb_friction * (1.0 - _SLIP), total.viscous_friction, torque)
-    return _swinging(made, sliding, 1 if (state.speed or now) > 0.0 else -1, grip, law)
+    return _swinging(inputs, sliding, 1 if (state.speed or now) > 0.0 else -1, grip, law)
 
 
-def _swinging(made: Plan, shaft: Shaft, direction: int, grip: float, law: DynamometerLaw) -> Segment:
-    output, state = made.output, made.state
+def _swinging(inputs: SegmentInputs, shaft: Shaft, direction: int, grip: float, law: DynamometerLaw) -> Segment:
+    output, state = inputs.output, inputs.state
     if output is None:
         raise ValueError("_swinging(): the supply's output is open")
     swing = Swing(
-        made.network,
+        inputs.network,
         shaft,
         output.source,
-        start=made.time,
-        horizon=min(output.end, made.time + _HORIZON),
+        start=inputs.time,
+        horizon=min(output.end, inputs.time + _HORIZON),
         angle=state.angle,
         speed=state.speed,
-        loops=made.loops(),
+        loops=inputs.loops(),
         direction=direction,
         thresholds=output.thresholds,
         grip=Grip(grip, _SLOW),
@@ -124,11 +126,11 @@ def _swinging(made: Plan, shaft: Shaft, direction: int, grip: float, law: Dynamo
     outcome: Outcome = "standstill" if swing.ending == "standstill" else "none"
     if swing.ending == "horizon" and output.end <= swing.end and output.trips_voltage:
         outcome = "trip voltage"
-    segment = made.segment(swing, swing, swing.end, law, live=True, outcome=outcome)
+    segment = inputs.segment(swing, swing, swing.end, law, live=True, outcome=outcome)
     return replace(segment, reversals=swing.reversals)
 
 
-def _rounding(made: Plan) -> float:
+def _rounding(inputs: SegmentInputs) -> float:
     """Return a torque (N·m) too small to matter: where a motor without dry friction counts as having arrived."""
-    current = float(np.abs(made.state.winding_currents).max())
-    return 1e-4 * 1.5 * made.windings.pole_pairs * made.windings.flux_linkage * current
+    current = float(np.abs(inputs.state.winding_currents).max())
+    return 1e-4 * 1.5 * inputs.windings.pole_pairs * inputs.windings.flux_linkage * current

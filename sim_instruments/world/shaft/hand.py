@@ -7,7 +7,7 @@ import numpy as np
 
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.windings import FloatArray, Windings
-from sim_instruments.world.constants import Parts
+from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import State
 from sim_instruments.world.settings import Settings
 
@@ -32,15 +32,15 @@ class Pull:
         return self.distance / self.speed
 
 
-def pull_to_next(parts: Parts, settings: Settings, state: State, direction: int) -> Pull | None:
+def pull_to_next(constants: Constants, settings: Settings, state: State, direction: int) -> Pull | None:
     """Return the pull from here to where the next stable position clearly draws the shaft on.
 
     None where no direct current holds the shaft. Cogging is not felt against the current's torque.
     """
     if not settings.supply.on or settings.supply.tripped is not None:
         return None
-    windings = Windings(parts.motor, state.temperature)
-    network = parts.network(windings, settings, supplied=True)
+    windings = Windings(constants.motor, state.temperature)
+    network = constants.network(windings, settings, supplied=True)
     if not network.drives_current:
         return None
     loops = np.linalg.solve(network.damping, network.drive)
@@ -59,8 +59,8 @@ def pull_to_next(parts: Parts, settings: Settings, state: State, direction: int)
     over = next((int(top) for top in tops if way[top] > 0.05 * period), None)
     if over is None:
         return None
-    shaft = parts.shaft(settings)
-    friction = shaft.coulomb_friction + parts.motor.cogging_torque
+    shaft = constants.shaft(settings)
+    friction = shaft.coulomb_friction + constants.motor.cogging_torque
     onward = torque[over:]
     depth = 2.0 * strongest / windings.pole_pairs
     swift = min(BRISK, math.sqrt(2.0 * _SWING_SHARE * depth / shaft.inertia))

@@ -99,12 +99,12 @@ class InsulationOutput:
         return "insulation_high" in self._timeline.settings.sockets()
 
     def _capacitance(self) -> float:
-        return self._timeline.parts.motor.frame_capacitance if self._reached() else 0.0
+        return self._timeline.constants.motor.frame_capacitance if self._reached() else 0.0
 
     def _resistance(self) -> float:
         if not self._reached():
             return math.inf
-        conductance = 1.0 / self._timeline.parts.motor.insulation_resistance
+        conductance = 1.0 / self._timeline.constants.motor.insulation_resistance
         return 1.0 / (conductance + len(self._tender()) / _INSTRUMENT_LEAK)
 
     def _tender(self) -> list[str]:

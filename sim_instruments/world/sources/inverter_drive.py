@@ -11,31 +11,31 @@ from sim_instruments.physics.field import ImpressedField, Synchronous, q_current
 from sim_instruments.physics.motion import Motion, Ramp, Rest
 from sim_instruments.physics.windings import FloatArray
 from sim_instruments.world.segment import DynamometerLaw, FieldState, Outcome, Segment
-from sim_instruments.world.segment_inputs import Plan
+from sim_instruments.world.segment_inputs import SegmentInputs
 from sim_instruments.world.shaft.free_shaft import drag
 
 
-def imposed(made: Plan, motion: Motion, end: float, law: DynamometerLaw, direction: int) -> Segment:
+def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw, direction: int) -> Segment:
     """Return the segment of a shaft that something else holds or turns.
 
     A rotating field cannot take such a shaft along: it is out of step.
     """
-    if made.settings.inverter.mode == "current":
-        return _segment(made, motion, None, _q_current(made, motion, direction), end, law)
-    state = made.state.field or FieldState(made.electrical_angle - made.windings.phase_shift, 0.0, False)
-    field, field_end = _field(made, state, direction)
-    return _segment(made, motion, field, _slipping(made, field), min(end, field_end), law, in_step=False)
+    if inputs.settings.inverter.mode == "current":
+        return _segment(inputs, motion, None, _q_current(inputs, motion, direction), end, law)
+    state = inputs.state.field or FieldState(inputs.electrical_angle - inputs.windings.phase_shift, 0.0, False)
+    field, field_end = _field(inputs, state, direction)
+    return _segment(inputs, motion, field, _slipping(inputs, field), min(end, field_end), law, in_step=False)
 
 
-def free(made: Plan, torque: float, law: DynamometerLaw, direction: int) -> Segment:
+def free(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: int) -> Segment:
     """Return the segment of a free shaft, with the dynamometer's torque (N·m) on it where that is on."""
-    if made.settings.inverter.mode == "current":
-        return _regulated(made, torque, law, direction)
-    return _rotating_field(made, torque, law, direction)
+    if inputs.settings.inverter.mode == "current":
+        return _regulated(inputs, torque, law, direction)
+    return _rotating_field(inputs, torque, law, direction)
 
 
 def _segment(
-    made: Plan,
+    inputs: SegmentInputs,
     motion: Motion,
     field: Motion | None,
     amplitude: Callable[[FloatArray], FloatArray],
@@ -44,50 +44,50 @@ def _segment(
     *,
     in_step: bool = True,
 ) -> Segment:
-    stage = made.parts.inverter
+    stage = inputs.constants.inverter
     circuit = ImpressedField(
-        made.network,
+        inputs.network,
         motion,
         field,
         amplitude,
         ripple=stage.current_ripple,
         switching_frequency=stage.switching_frequency,
-        source=made.open_source(),
+        source=inputs.open_source(),
     )
-    return made.segment(motion, circuit, end, law, live=True, in_step=in_step)
+    return inputs.segment(motion, circuit, end, law, live=True, in_step=in_step)
 
 
 # Open-loop rotating field
 
 
-def _synchronous(made: Plan) -> Synchronous:
-    motor, windings = made.parts.motor, made.windings
+def _synchronous(inputs: SegmentInputs) -> Synchronous:
+    motor, windings = inputs.constants.motor, inputs.windings
     return Synchronous(
         windings.resistance_y,
         motor.d_axis_inductance_y,
         motor.q_axis_inductance_y,
         windings.flux_linkage_y,
         motor.pole_pairs,
-        made.settings.inverter.amplitude,
+        inputs.settings.inverter.amplitude,
     )
 
 
-def _field(made: Plan, state: FieldState, direction: int) -> tuple[Ramp, float]:
+def _field(inputs: SegmentInputs, state: FieldState, direction: int) -> tuple[Ramp, float]:
     """Return the field's rotation (electrical, in the motor's coordinates) and the end of its ramp (s)."""
-    target = 2.0 * math.pi * made.settings.field_frequency * direction
-    rate = 2.0 * math.pi * made.parts.inverter.frequency_ramp
+    target = 2.0 * math.pi * inputs.settings.field_frequency * direction
+    rate = 2.0 * math.pi * inputs.constants.inverter.frequency_ramp
     change = target - state.speed
     if abs(change) <= 1e-9 * max(abs(target), 1.0):
-        return Ramp(made.time, state.angle, target), math.inf
+        return Ramp(inputs.time, state.angle, target), math.inf
     stop = 0.0 if state.speed * target < 0.0 else target
-    end = max(made.time + abs(stop - state.speed) / rate, float(np.nextafter(made.time, math.inf)))
-    return Ramp(made.time, state.angle, state.speed, math.copysign(rate, change)), end
+    end = max(inputs.time + abs(stop - state.speed) / rate, float(np.nextafter(inputs.time, math.inf)))
+    return Ramp(inputs.time, state.angle, state.speed, math.copysign(rate, change)), end
 
 
-def _slipping(made: Plan, field: Motion) -> Callable[[FloatArray], FloatArray]:
+def _slipping(inputs: SegmentInputs, field: Motion) -> Callable[[FloatArray], FloatArray]:
     """Return the amplitude that the DC link can drive through the impedance of a rotor that does not follow."""
-    motor, limit = made.parts.motor, made.parts.inverter.maximum_phase_voltage
-    resistance, wanted = made.windings.resistance_y, made.settings.inverter.amplitude
+    motor, limit = inputs.constants.motor, inputs.constants.inverter.maximum_phase_voltage
+    resistance, wanted = inputs.windings.resistance_y, inputs.settings.inverter.amplitude
     inductance = 0.5 * (motor.d_axis_inductance_y + motor.q_axis_inductance_y)
 
     def amplitude(times: FloatArray) -> FloatArray:
@@ -96,58 +96,58 @@ def _slipping(made: Plan, field: Motion) -> Callable[[FloatArray], FloatArray]:
     return amplitude
 
 
-def _rotating_field(made: Plan, torque: float, law: DynamometerLaw, direction: int) -> Segment:
+def _rotating_field(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: int) -> Segment:
     """Let the rotor follow the field from its present speed on, as long as torque and voltage suffice.
 
     The pull-in swing at the start is left out: the field begins at the load angle of the speed it is going to.
     """
-    windings, motor, state = made.windings, made.parts.motor, made.state
-    synchronous = _synchronous(made)
+    windings, motor, state = inputs.windings, inputs.constants.motor, inputs.state
+    synchronous = _synchronous(inputs)
     electrical = state.speed * motor.pole_pairs
     field_state = state.field or FieldState(0.0, electrical, True)
     if field_state.in_step:
-        target = 2.0 * math.pi * made.settings.field_frequency * direction
-        lead = synchronous.load_angle(_load(made, torque, target, 0.0))
-        start = FieldState(made.electrical_angle - windings.phase_shift + lead, electrical, True)
-        field, end = _field(made, start, direction)
-        lost = _loses_step(made, synchronous, torque, field, end)
-        if lost > made.time:
-            rotor = Ramp(made.time, state.angle, state.speed, field.rate / motor.pole_pairs)
+        target = 2.0 * math.pi * inputs.settings.field_frequency * direction
+        lead = synchronous.load_angle(_load(inputs, torque, target, 0.0))
+        start = FieldState(inputs.electrical_angle - windings.phase_shift + lead, electrical, True)
+        field, end = _field(inputs, start, direction)
+        lost = _loses_step(inputs, synchronous, torque, field, end)
+        if lost > inputs.time:
+            rotor = Ramp(inputs.time, state.angle, state.speed, field.rate / motor.pole_pairs)
             motion: Motion = rotor if field.start_speed or field.rate else Rest(state.angle)
-            wanted = made.settings.inverter.amplitude
-            segment = _segment(made, motion, field, lambda t: np.full_like(t, wanted), min(end, lost), law)
+            wanted = inputs.settings.inverter.amplitude
+            segment = _segment(inputs, motion, field, lambda t: np.full_like(t, wanted), min(end, lost), law)
             return _lost_at(segment, lost)
         field_state = FieldState(start.angle, start.speed, False)
-    field, field_end = _field(made, field_state, direction)
-    motion, stops, outcome = drag(made, torque, math.inf)
-    segment = _segment(made, motion, field, _slipping(made, field), min(stops, field_end), law, in_step=False)
+    field, field_end = _field(inputs, field_state, direction)
+    motion, stops, outcome = drag(inputs, torque, math.inf)
+    segment = _segment(inputs, motion, field, _slipping(inputs, field), min(stops, field_end), law, in_step=False)
     return _with_outcome(segment, outcome) if segment.end == stops else segment
 
 
-def _load(made: Plan, torque: float, electrical_speed: float, rate: float) -> float:
+def _load(inputs: SegmentInputs, torque: float, electrical_speed: float, rate: float) -> float:
     """Return the torque (N·m, signed) that the field must make at an electrical speed (rad/s) and its rate (rad/s²)."""
-    shaft, p = made.parts.shaft(made.settings), made.windings.pole_pairs
+    shaft, p = inputs.constants.shaft(inputs.settings), inputs.windings.pole_pairs
     speed = electrical_speed / p
     friction = math.copysign(shaft.coulomb_friction, speed) if speed else 0.0
     return friction + shaft.viscous_friction * speed + shaft.inertia * rate / p - torque
 
 
-def _loses_step(made: Plan, synchronous: Synchronous, torque: float, field: Ramp, end: float) -> float:
+def _loses_step(inputs: SegmentInputs, synchronous: Synchronous, torque: float, field: Ramp, end: float) -> float:
     """Return when (s) torque or voltage no longer suffice; infinite where they do throughout."""
-    limit = made.parts.inverter.maximum_phase_voltage
+    limit = inputs.constants.inverter.maximum_phase_voltage
 
     def margin(time: float) -> float:
-        speed = field.start_speed + field.rate * (time - made.time)
-        load = _load(made, torque, speed, field.rate)
+        speed = field.start_speed + field.rate * (time - inputs.time)
+        load = _load(inputs, torque, speed, field.rate)
         left = 1.0 - abs(load) / max(synchronous.pull_out_torque, 1e-12)
         return min(left, 1.0 - synchronous.voltage(speed, load) / limit)
 
     if math.isinf(end):
-        return math.inf if margin(made.time) >= 0.0 else made.time
-    times = np.linspace(made.time, end, 65)
+        return math.inf if margin(inputs.time) >= 0.0 else inputs.time
+    times = np.linspace(inputs.time, end, 65)
     margins = [margin(float(t)) for t in times]
     if margins[0] < 0.0:
-        return made.time
+        return inputs.time
     for index, value in enumerate(margins):
         if value < 0.0:
             return float(brentq(margin, times[index - 1], times[index], xtol=1e-12))
@@ -161,29 +161,29 @@ def _lost_at(segment: Segment, lost: float) -> Segment:
 # Regulated q-axis current
 
 
-def _wanted_current(made: Plan) -> float:
+def _wanted_current(inputs: SegmentInputs) -> float:
     """Return the q-axis current (A, signed) that the drive regulates to, three times the command where it runs away."""
-    current = made.settings.inverter.q_current
-    if made.settings.faults.inverter_runaway is None:
+    current = inputs.settings.inverter.q_current
+    if inputs.settings.faults.inverter_runaway is None:
         return current
-    most = made.parts.inverter.maximum_current
+    most = inputs.constants.inverter.maximum_current
     return min(max(3.0 * current, -most), most)
 
 
-def _limits(made: Plan) -> tuple[float, float, float, float]:
-    motor, windings = made.parts.motor, made.windings
+def _limits(inputs: SegmentInputs) -> tuple[float, float, float, float]:
+    motor, windings = inputs.constants.motor, inputs.windings
     return (
-        made.parts.inverter.maximum_phase_voltage,
+        inputs.constants.inverter.maximum_phase_voltage,
         windings.resistance_y,
         motor.q_axis_inductance_y,
         windings.flux_linkage_y,
     )
 
 
-def _q_current(made: Plan, motion: Motion, direction: int) -> Callable[[FloatArray], FloatArray]:
+def _q_current(inputs: SegmentInputs, motion: Motion, direction: int) -> Callable[[FloatArray], FloatArray]:
     """Return the commanded q-axis current as far as the DC link drives it at the present speed."""
-    voltage, resistance, inductance, flux = _limits(made)
-    wanted, p = direction * _wanted_current(made), made.windings.pole_pairs
+    voltage, resistance, inductance, flux = _limits(inputs)
+    wanted, p = direction * _wanted_current(inputs), inputs.windings.pole_pairs
 
     def current(times: FloatArray) -> FloatArray:
         return q_current_within(
@@ -198,37 +198,37 @@ def _q_current(made: Plan, motion: Motion, direction: int) -> Callable[[FloatArr
     return current
 
 
-def _voltage_limited_speed(made: Plan, current: float) -> float:
+def _voltage_limited_speed(inputs: SegmentInputs, current: float) -> float:
     """Return the largest mechanical speed (rad/s) at which a motoring q-axis current (A) still flows in full."""
-    voltage, resistance, inductance, flux = _limits(made)
+    voltage, resistance, inductance, flux = _limits(inputs)
     size = abs(current)
     a = flux**2 + (inductance * size) ** 2
     half_b = resistance * size * flux
     discriminant = half_b**2 - a * ((resistance * size) ** 2 - voltage**2)
-    return max(0.0, (-half_b + math.sqrt(max(discriminant, 0.0))) / a) / made.windings.pole_pairs
+    return max(0.0, (-half_b + math.sqrt(max(discriminant, 0.0))) / a) / inputs.windings.pole_pairs
 
 
-def _regulated(made: Plan, torque: float, law: DynamometerLaw, direction: int) -> Segment:
+def _regulated(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: int) -> Segment:
     """Constant torque up to the speed where the voltage runs out; the drive then holds that speed."""
-    constant = 1.5 * made.windings.pole_pairs * made.windings.flux_linkage_y
-    wanted = direction * _wanted_current(made)
-    speed, shaft = made.state.speed, made.parts.shaft(made.settings)
-    limit = _voltage_limited_speed(made, wanted)
+    constant = 1.5 * inputs.windings.pole_pairs * inputs.windings.flux_linkage_y
+    wanted = direction * _wanted_current(inputs)
+    speed, shaft = inputs.state.speed, inputs.constants.shaft(inputs.settings)
+    limit = _voltage_limited_speed(inputs, wanted)
     motoring = wanted * speed > 0.0
     needed = math.copysign(shaft.coulomb_friction, speed) + shaft.viscous_friction * speed - torque
     if motoring and abs(speed) >= limit * (1.0 - 1e-9):
         share = needed / constant
         if abs(speed) <= limit * (1.0 + 1e-9) and 0.0 <= share * math.copysign(1.0, wanted) <= abs(wanted):
-            held = Ramp(made.time, made.state.angle, speed)
-            return _segment(made, held, None, lambda t: np.full_like(t, share), math.inf, law)
+            held = Ramp(inputs.time, inputs.state.angle, speed)
+            return _segment(inputs, held, None, lambda t: np.full_like(t, share), math.inf, law)
         if abs(speed) > limit * (1.0 + 1e-9):
-            motion, end, outcome = drag(made, torque, math.inf)
+            motion, end, outcome = drag(inputs, torque, math.inf)
             if not isinstance(motion, Rest):
                 falls = motion.time_of_speed(math.copysign(limit, speed))
-                segment = _segment(made, motion, None, np.zeros_like, min(end, falls), law)
+                segment = _segment(inputs, motion, None, np.zeros_like, min(end, falls), law)
                 return _with_outcome(segment, outcome) if segment.end == end else segment
-    motion, end, outcome = drag(made, torque + constant * wanted, limit if wanted else math.inf)
-    segment = _segment(made, motion, None, lambda t: np.full_like(t, wanted), end, law)
+    motion, end, outcome = drag(inputs, torque + constant * wanted, limit if wanted else math.inf)
+    segment = _segment(inputs, motion, None, lambda t: np.full_like(t, wanted), end, law)
     return _with_outcome(segment, outcome) if segment.end == end and not math.isinf(end) else segment
 
 

@@ -4,7 +4,7 @@ import math
 from typing import Literal
 
 from sim_instruments.world.machine_data import InverterStage
-from sim_instruments.world.sources.stuck_output import Sticky
+from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
 
 
@@ -14,14 +14,14 @@ class InverterOutput:
     def __init__(self, timeline: Timeline, stage: InverterStage) -> None:
         self._timeline = timeline
         self.stage = stage
-        self.sticky = Sticky()
+        self.stuck_output = OutputSwitch()
 
     def enable(self, on: bool) -> None:
         """Switch the bridge on or off; off, the rotor coasts. Switching on clears a fault."""
         with self._timeline.changing() as settings:
             if on and not settings.inverter.enabled:
                 settings.inverter.fault = None
-            settings.inverter.enabled = self.sticky.follows(on, settings.inverter.enabled)
+            settings.inverter.enabled = self.stuck_output.follows(on, settings.inverter.enabled)
 
     def set_mode(self, mode: Literal["frequency", "current"]) -> None:
         """Choose between the open-loop rotating field and the regulated q-axis current."""
@@ -91,4 +91,4 @@ class InverterOutput:
 
     def _own(self, value: float) -> float:
         """Return a signed figure of the motor's as the bridge sees it, whose outputs may meet the phases in the other order."""
-        return value * (self._timeline.parts.inverter_direction(self._timeline.settings) or 1)
+        return value * (self._timeline.constants.inverter_direction(self._timeline.settings) or 1)

@@ -15,7 +15,7 @@ from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest, Wavering
 from sim_instruments.physics.windings import Windings
 from sim_instruments.six_step.drive import SixStepError
 from sim_instruments.world.segment import DynamometerLaw, Segment
-from sim_instruments.world.segment_inputs import Plan
+from sim_instruments.world.segment_inputs import SegmentInputs
 from sim_instruments.world.settings import SixStepFault
 from sim_instruments.world.sources.six_step_stage import SixStepStage
 
@@ -34,36 +34,36 @@ class DriveTripError(Exception):
         super().__init__(fault)
 
 
-def imposed(made: Plan, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
+def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft that something else holds or turns.
 
     Raises DriveTripError where it stands, where it turns backwards, and for wiring that is not the drive's.
     """
-    stage = _wired(made)
+    stage = _wired(inputs)
     if isinstance(motion, Rest):
         raise DriveTripError("no rotation")
-    ahead = made.time + min(0.5 * (end - made.time), 1e-3)
+    ahead = inputs.time + min(0.5 * (end - inputs.time), 1e-3)
     if float(motion.speed(np.array([ahead]))[0]) < 0.0:
         raise DriveTripError("overcurrent")
     if isinstance(motion, Ramp) and motion.rate == 0.0:
-        return _segment(made, stage, motion, end, law, motion.start_speed)
+        return _segment(inputs, stage, motion, end, law, motion.start_speed)
     if isinstance(motion, Wavering):
-        return _segment(made, stage, motion, end, law, motion.mean_speed, uniform=motion.depth <= _EVEN)
+        return _segment(inputs, stage, motion, end, law, motion.mean_speed, uniform=motion.depth <= _EVEN)
     final = float(motion.speed(np.array([end]))[0]) if math.isfinite(end) else 0.0
-    return _segment(made, stage, motion, end, law, final, uniform=False)
+    return _segment(inputs, stage, motion, end, law, final, uniform=False)
 
 
-def free(made: Plan, torque: float, law: DynamometerLaw) -> Segment:
+def free(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a free shaft, with the dynamometer's torque (N·m) on it where that is on.
 
     Raises DriveTripError where the load is more than the drive carries, where the shaft turns backwards, and for wiring
     that is not the drive's.
     """
-    stage, state = _wired(made), made.state
+    stage, state = _wired(inputs), inputs.state
     if state.speed < 0.0:
         raise DriveTripError("overcurrent")
-    shaft = made.parts.shaft(made.settings)
-    fastest = made.parts.dynamometer.maximum_speed if law.kind == "constant" else math.inf
+    shaft = inputs.constants.shaft(inputs.settings)
+    fastest = inputs.constants.dynamometer.maximum_speed if law.kind == "constant" else math.inf
     try:
         balance = stage.balance(shaft, torque, fastest)
     except SixStepError:
@@ -72,30 +72,30 @@ def free(made: Plan, torque: float, law: DynamometerLaw) -> Segment:
     if abs(state.speed - final) <= 2.0 * _ARRIVED * final:
         if balance.limited:
             law = DynamometerLaw("balance")
-        return _segment(made, stage, Ramp(made.time, state.angle, final), math.inf, law, final)
+        return _segment(inputs, stage, Ramp(inputs.time, state.angle, final), math.inf, law, final)
     # The slope acts like viscous friction, and the balance is where it takes up all of the torque.
-    motion = Drag(made.time, state.angle, state.speed, balance.slope * final, shaft.inertia, balance.slope)
+    motion = Drag(inputs.time, state.angle, state.speed, balance.slope * final, shaft.inertia, balance.slope)
     end = motion.time_of_speed(final * (1.0 + math.copysign(_ARRIVED, state.speed - final)))
-    return _segment(made, stage, motion, end, law, final, uniform=False)
+    return _segment(inputs, stage, motion, end, law, final, uniform=False)
 
 
-def _wired(made: Plan) -> SixStepStage:
+def _wired(inputs: SegmentInputs) -> SixStepStage:
     """Return the drive's stage. Raises DriveTripError where the terminals are not on its legs in their order.
 
     With two wires exchanged, or all three moved on, the currents hold against the Hall signals: no torque, all current.
     """
-    stage, sockets = made.parts.six_step, made.settings.sockets()
+    stage, sockets = inputs.constants.six_step, inputs.settings.sockets()
     if stage is None or set(sockets) != set(SOCKETS):
         raise DriveTripError("output phase missing")
     if sockets != SOCKETS:
         raise DriveTripError("overcurrent")
-    if made.settings.rotor_held:
+    if inputs.settings.rotor_held:
         raise DriveTripError("no rotation")
     return stage
 
 
 def _segment(
-    made: Plan,
+    inputs: SegmentInputs,
     stage: SixStepStage,
     motion: Motion,
     end: float,
@@ -104,8 +104,8 @@ def _segment(
     *,
     uniform: bool = True,
 ) -> Segment:
-    motor = made.parts.motor
+    motor = inputs.constants.motor
     windings = Windings(motor, motor.resistance_temperature)
-    network = made.parts.network(windings, made.settings, supplied=False)
-    circuit = Commutated(network, motion, stage, speed, source=made.open_source(), uniform=uniform)
-    return replace(made, windings=windings).segment(motion, circuit, end, law, live=True)
+    network = inputs.constants.network(windings, inputs.settings, supplied=False)
+    circuit = Commutated(network, motion, stage, speed, source=inputs.open_source(), uniform=uniform)
+    return replace(inputs, windings=windings).segment(motion, circuit, end, law, live=True)

@@ -7,7 +7,7 @@ import numpy as np
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.world.settings import SixStepFault
 from sim_instruments.world.sources.six_step_stage import STATE_ANGLE, SixStepStage
-from sim_instruments.world.sources.stuck_output import Sticky
+from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
 
 #: The speed is told from the last electrical turn, or what of it fits in here (s).
@@ -20,14 +20,14 @@ class SixStepOutput:
     def __init__(self, timeline: Timeline, stage: SixStepStage) -> None:
         self._timeline = timeline
         self.stage = stage
-        self.sticky = Sticky()
+        self.stuck_output = OutputSwitch()
 
     def enable(self, on: bool) -> None:
         """Switch the bridge on, at full voltage, or off; off, the rotor coasts. Switching on clears a fault."""
         with self._timeline.changing() as settings:
             if on and not settings.six_step.enabled:
                 settings.six_step.fault = None
-            settings.six_step.enabled = self.sticky.follows(on, settings.six_step.enabled)
+            settings.six_step.enabled = self.stuck_output.follows(on, settings.six_step.enabled)
 
     @property
     def enabled(self) -> bool:

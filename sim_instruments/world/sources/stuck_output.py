@@ -3,22 +3,22 @@
 from dataclasses import dataclass
 from typing import Literal
 
-#: What an instrument says of an output that stays on after OFF: the truth, or what it was told.
+#: What an instrument says of an output that stays on after OFF: the actual state, or the last command.
 Reports = Literal["on", "off"]
 
 
 @dataclass
-class Sticky:
-    """Whether an output is stuck and what is said of it; `wanted` is what it was told last."""
+class OutputSwitch:
+    """Whether an output is stuck and what is said of it; `wanted` is the last command."""
 
     stuck: Reports | None = None
     wanted: bool = False
 
     def follows(self, wanted: bool, now: bool) -> bool:
-        """Return whether the output is on after it was told so; `now` says whether it is before."""
+        """Return whether the output is on after the command; `now` says whether it was before."""
         self.wanted = wanted
         return wanted or (self.stuck is not None and now)
 
-    def shown(self, told: bool, now: bool) -> bool:
-        """Return whether the instrument says that the output is on, `told` being what it would say itself."""
-        return told or (self.stuck == "on" and now)
+    def shown(self, own_state: bool, now: bool) -> bool:
+        """Return whether the instrument says that the output is on, `own_state` being what it would say if the output obeyed."""
+        return own_state or (self.stuck == "on" and now)

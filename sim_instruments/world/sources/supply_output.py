@@ -3,7 +3,7 @@
 from typing import Literal
 
 from sim_instruments.world.machine_data import SupplyStage
-from sim_instruments.world.sources.stuck_output import Sticky
+from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
 
 SupplyMode = Literal["off", "cv", "cc", "unregulated", "tripped"]
@@ -15,7 +15,7 @@ class SupplyOutput:
     def __init__(self, timeline: Timeline, stage: SupplyStage) -> None:
         self._timeline = timeline
         self.stage = stage
-        self.sticky = Sticky()
+        self.stuck_output = OutputSwitch()
         self._inhibited = False
 
     def set_voltage(self, voltage: float) -> None:
@@ -39,7 +39,7 @@ class SupplyOutput:
     def switch(self, on: bool) -> None:
         """Switch the output on or off; a tripped output stays off until its trip is cleared, an inhibited one while it is so."""
         with self._timeline.changing() as settings:
-            follows = self.sticky.follows(on, settings.supply.on)
+            follows = self.stuck_output.follows(on, settings.supply.on)
             settings.supply.on = follows and settings.supply.tripped is None and not self._inhibited
             settings.supply.changed = self._timeline.now
 
@@ -80,6 +80,16 @@ class SupplyOutput:
             with self._timeline.changing():
                 supply.over_current, supply.over_current_delay = on, delay
                 supply.over_current_from_change = from_change
+
+    def protections(self) -> dict[str, float | bool | None]:
+        """Return what is set of the protections: over-voltage (V, None for off), over-current, and its delay (s)."""
+        supply = self._timeline.settings.supply
+        with self._timeline.lock:
+            return {
+                "over_voltage": supply.over_voltage,
+                "over_current": supply.over_current,
+                "over_current_delay": supply.over_current_delay,
+            }
 
     def clear_trip(self) -> None:
         """Clear a trip; the output stays off."""

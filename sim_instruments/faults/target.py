@@ -1,0 +1,34 @@
+"""What a described fault needs of the bench that it is brought onto."""
+
+from typing import Protocol
+
+from sim_instruments.clock.virtual_clock import BenchClock
+from sim_instruments.faults.line_faults import Faults
+from sim_instruments.transports.connection import Connection
+from sim_instruments.world.world import World
+
+
+class FaultTarget(Protocol):
+    """A virtual bench, as its faults see it."""
+
+    world: World
+    clock: BenchClock
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """The roles that the bench has."""
+
+    def transport(self, role: str, /) -> str:
+        """Return what a role's instrument is reached by. Raises ValueError for an unknown role."""
+
+    def faults(self, role: str, /) -> Faults:
+        """Return the faults of a role's line. Raises ValueError for an unknown role."""
+
+    def connection(self, role: str, /) -> Connection:
+        """Return the cable of a role's instrument. Raises ValueError for an unknown role."""
+
+    def check_crosspoint(self, crosspoint: str, /) -> None:
+        """Raise ValueError for a crosspoint that there is not."""
+
+    def stick_relay(self, crosspoint: str, closed: bool | None, /) -> None:
+        """Have a relay's contact stay closed or open, or mend it with None."""

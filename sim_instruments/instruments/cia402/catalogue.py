@@ -1,0 +1,45 @@
+"""The simulated drives with the CiA 402 profile."""
+
+from typing import Any
+
+from sim_instruments.catalogue import BenchPlace, Options, SimulatedInstrument
+from sim_instruments.world.machine_data import InverterStage
+
+#: Least rated current (A): its torque objects count in thousandths of it.
+_RATED_CURRENT = 10.0
+
+
+def _stage(options: Options) -> InverterStage:
+    if options.get("maximum_current") is None:
+        return InverterStage()
+    frequency = options["maximum_frequency"]
+    return InverterStage(
+        maximum_current=options["maximum_current"],
+        maximum_frequency=frequency,
+        frequency_ramp=max(20.0, frequency / 50.0),
+    )
+
+
+def _inverter(place: BenchPlace) -> Any:
+    from sim_instruments.instruments.cia402.inverter import Cia402Inverter
+
+    # The torque objects reach three times the rated current and a little.
+    rated = max(_RATED_CURRENT, (place.options.get("maximum_current") or 0.0) / 3.0)
+    return Cia402Inverter(place.world, place.errors, rated_current=rated)
+
+
+def _six_step(place: BenchPlace) -> Any:
+    from sim_instruments.instruments.cia402.six_step import Cia402SixStep
+
+    return Cia402SixStep(place.world, place.generator, place.errors)
+
+
+def _rotor_actuator(place: BenchPlace) -> Any:
+    from sim_instruments.instruments.cia402.rotor_actuator import Cia402Actuator
+
+    return Cia402Actuator(place.world)
+
+
+INVERTER = SimulatedInstrument("cia402-inverter", "inverter", "can", _inverter, machine=_stage)
+SIX_STEP = SimulatedInstrument("cia402-six-step", "drive", "can", _six_step)
+ROTOR_ACTUATOR = SimulatedInstrument("cia402-rotor-actuator", "rotor_actuator", "can", _rotor_actuator)

@@ -1,0 +1,34 @@
+"""The simulated instruments of Delta, with a torque transducer on the same line."""
+
+from typing import Any
+
+from sim_instruments.catalogue import BenchPlace, Options, SimulatedInstrument
+from sim_instruments.world.machine_data import DynamometerMachine
+
+#: Rated torque (N·m) where nothing is said of it, and the share of it that the machine can give for a while.
+_RATED_TORQUE, _OVERLOAD = 5.0, 2.0
+
+
+def _rated_torque(options: Options) -> float:
+    return float(options.get("rated_torque") or options.get("maximum_torque") or _RATED_TORQUE)
+
+
+def _machine(options: Options) -> DynamometerMachine:
+    if options.get("maximum_speed") is None:
+        return DynamometerMachine()
+    return DynamometerMachine(maximum_speed=options["maximum_speed"], maximum_torque=_OVERLOAD * _rated_torque(options))
+
+
+def _dynamometer(place: BenchPlace) -> Any:
+    from sim_instruments.instruments.delta.c2000 import DeltaDrive
+    from sim_instruments.instruments.delta.dyn200 import Dyn200
+    from sim_instruments.transports.modbus.unit import ModbusLine
+
+    torque = _rated_torque(place.options)
+    drive = DeltaDrive(place.world, pole_pairs=place.options.get("pole_pairs", 2), rated_torque=torque)
+    transducer = Dyn200(place.world, place.generator, place.errors, rated_torque=torque)
+    return ModbusLine((drive, transducer), place.world.clock, place.generator)
+
+
+#: The drive is unit 1, the transducer unit 2.
+DELTA_DYN200 = SimulatedInstrument("delta-dyn200", "dynamometer", "modbus", _dynamometer, machine=_machine)
