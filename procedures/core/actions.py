@@ -333,7 +333,7 @@ class Mend:
 
     def lines(self, colours: Mapping[str, str]) -> list[Text]:
         """Say it, the finding first."""
-        return [text("Put the wiring right: {finding}", finding=self.finding), *self.wanted]
+        return [text("Correct the wiring: {finding}", finding=self.finding), *self.wanted]
 
 
 Action = (
@@ -355,7 +355,9 @@ Action = (
     | Mend
 )
 
-LINE_PAIRS: tuple[tuple[Terminal, Terminal], ...] = (
+#: Two terminals that a line quantity is read between, the first being high or plus.
+LinePair = tuple[Terminal, Terminal]
+LINE_PAIRS: tuple[LinePair, ...] = (
     (Terminal.A, Terminal.B),
     (Terminal.B, Terminal.C),
     (Terminal.C, Terminal.A),
@@ -365,6 +367,16 @@ LINE_PAIRS: tuple[tuple[Terminal, Terminal], ...] = (
 def meter_across(high: Terminal, low: Terminal) -> Connect:
     """Connect the LCR meter between two terminals, the third open."""
     return Connect({high: Socket.METER_HIGH, low: Socket.METER_LOW})
+
+
+def supply_across(plus: Terminal, minus: Terminal) -> Connect:
+    """Connect the supply between two terminals, the third open."""
+    return Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE})
+
+
+def label_of(pair: LinePair) -> str:
+    """Return the letters of a pair of terminals, as in R_AB."""
+    return pair[0].value + pair[1].value
 
 
 def meter_series_parallel() -> Connect:

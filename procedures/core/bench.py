@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 from drivers.interfaces import (
     BldcDrive,
@@ -20,8 +20,9 @@ from drivers.interfaces import (
 from drivers.interfaces import Role as Role
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import Action, Mend
+from procedures.core.events import ActionDone, ActionStarted, Event, Given, StepFailed, StepFinished, StepStarted
 from procedures.core.steps import Step
-from procedures.verification.bench_state import Standing
+from procedures.verification.bench_state import BenchState
 
 
 class Operator(Protocol):
@@ -37,7 +38,7 @@ class Operator(Protocol):
 class Recorder(Protocol):
     """The journal, as a procedure sees it."""
 
-    def event(self, kind: str, **data: Any) -> None:
+    def record(self, event: Event) -> None:
         """Append one event; it is on its way to the disk when this returns."""
 
 
@@ -74,7 +75,7 @@ class Bench:
         self.uncertainties: Uncertainties = Uncertainties(session)
         self.thermometer: Thermometer = Thermometer(self.uncertainties)
         #: What the actions done so far leave, and what is known of the wiring.
-        self.standing = Standing()
+        self.state = BenchState()
 
     def has(self, role: Role) -> bool:
         """Tell whether the station has an instrument in this role."""
@@ -145,22 +146,22 @@ class Bench:
     def step(self, step: Step, values: dict[str, object]) -> Iterator[None]:
         """Run one step: it begins in the journal, and its end or its failure stands there too."""
         words = step.words(values)
-        self.recorder.event("step_started", step=step.identifier, text=words.render(), time=self.clock.now())
+        self.recorder.record(StepStarted(step=step.identifier, text=words.render(), time=self.clock.now()))
         try:
             yield
         except BaseException as error:
-            self.recorder.event(
-                "step_failed", step=step.identifier, error=f"{type(error).__name__}: {error}", time=self.clock.now()
-            )
+            said = f"{type(error).__name__}: {error}"
+            self.recorder.record(StepFailed(step=step.identifier, error=said, time=self.clock.now()))
             raise
-        self.recorder.event("step_finished", step=step.identifier, time=self.clock.now())
+        self.recorder.record(StepFinished(step=step.identifier, time=self.clock.now()))
 
     def _perform(self, action: Action) -> object:
-        said = [str(line) for line in action.lines({})]
-        self.recorder.event("action", action=type(action).__name__, details=action, text=said)
-        given = self._operator.perform(action)
-        self.standing.after(action)
-        self.recorder.event("action_done", action=type(action).__name__, given=given)
+        name = type(action).__name__
+        lines = [str(line) for line in action.lines({})]
+        self.recorder.record(ActionStarted(action=name, details=action, text=lines))
+        given = cast("Given", self._operator.perform(action))
+        self.state.after(action)
+        self.recorder.record(ActionDone(action=name, given=given))
         return given
 
     def _get(self, role: Role) -> Instrument:

@@ -126,10 +126,6 @@ class Uncertainties:
             parameter.degrees_of_freedom,
         )
 
-    def budget(self, quantity: UncertainReal) -> Sequence[Contribution]:
-        """Return the inputs that reach `quantity`, the largest contribution first."""
-        return _rows(self._reached(quantity))
-
     def _reached(self, quantity: UncertainReal) -> list[tuple[_Input, float]]:
         """Return the inputs that reach `quantity` with their contributions, signed."""
         found = ((entry, float(reporting.u_component(quantity, entry.quantity))) for entry in self._inputs)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 
-class Connection(Enum):
+class WindingConnection(Enum):
     """How the windings are joined."""
 
     WYE = "wye"
@@ -23,7 +23,7 @@ class Nameplate:
     """
 
     name: str
-    connection: Connection
+    connection: WindingConnection
     rated_current: float
     maximum_current: float | None = None
     rated_speed_rpm: float | None = None

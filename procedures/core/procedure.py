@@ -8,13 +8,16 @@ from GTC.lib import UncertainReal
 
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.events import WarningGiven
+from procedures.core.nameplate import Nameplate, WindingConnection
+from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
+from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Notice, Parameter, ProcedureResult
 from procedures.core.settings import Settings
 from procedures.core.steps import Step, steps_of
-from procedures.verification.settings import levels_of
-from procedures.verification.verification import Proof
-from procedures.verification.verifier import Wiring
+from procedures.verification.settings import wiring_settings
+from procedures.verification.verifier import ConnectionVerifier
+from procedures.verification.wiring import Wiring
 
 __all__ = ["Procedure", "Settings"]
 
@@ -26,7 +29,8 @@ class Procedure(ABC, Generic[C]):
     """One measurement of the document.
 
     A subclass names itself (`name`, `title`, `section`), the roles it needs, its settings type as the generic
-    argument, and defines its steps as decorated methods in the document's order. One that is `end_of_line` finds a defect
+    argument, and defines its steps as decorated methods in the document's order. It `gives` parameters: names of the
+    table's rows, or definitions of its own; `parameters` has them all by name. One that is `end_of_line` finds a defect
     rather than a controller's parameter: it runs where it is named, not with `all`.
     """
 
@@ -34,8 +38,17 @@ class Procedure(ABC, Generic[C]):
     title: ClassVar[str]
     section: ClassVar[str]
     roles: ClassVar[frozenset[Role]]
-    gives: ClassVar[tuple[str, ...]]
+    gives: ClassVar[tuple[str | ParameterDefinition, ...]] = ()
+    parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
+
+    def __init_subclass__(cls) -> None:
+        """Look up what the procedure gives. Raises TypeError for a parameter that nothing defines, or that is defined otherwise."""
+        super().__init_subclass__()
+        try:
+            cls.parameters = PARAMETERS.resolved(cls.gives)
+        except ValueError as error:
+            raise TypeError(f"{cls.__name__}.gives: {error}") from None
 
     def __init__(self, bench: Bench, nameplate: Nameplate, settings: C, known: Mapping[str, Parameter]) -> None:
         self.bench = bench
@@ -46,7 +59,9 @@ class Procedure(ABC, Generic[C]):
         self._notices: list[Notice] = []
         self.findings: dict[str, Any] = {}
         #: Has connections made, and proves them.
-        self.wiring = Wiring(Proof(bench, nameplate, levels_of(settings), known, self.findings, self.notice))
+        self.wiring = Wiring(
+            ConnectionVerifier(bench, nameplate, wiring_settings(settings), known, self.findings, self.notice)
+        )
 
     @classmethod
     def settings_type(cls) -> type[Settings]:
@@ -93,48 +108,78 @@ class Procedure(ABC, Generic[C]):
     @property
     def is_delta(self) -> bool:
         """Whether the plate says delta."""
-        return self.nameplate.connection is Connection.DELTA
+        return self.nameplate.connection is WindingConnection.DELTA
+
+    def by_winding(self, values: Sequence[float]) -> dict[str, float]:
+        """Return three figures by the names of the windings: A, B, C of a wye, AB, BC, CA of a delta."""
+        return dict(zip(("AB", "BC", "CA") if self.is_delta else ("A", "B", "C"), values, strict=True))
 
     def report(
         self,
         name: str,
-        unit: str,
         quantity: UncertainReal,
         *,
         section: str,
         estimator: str,
         note_value: float | None = None,
-        convention: str = "",
         winding: float | None = None,
     ) -> Parameter:
-        """Add a parameter with its uncertainty and budget to the result."""
+        """Add a parameter, in the unit and by the convention of its definition, with uncertainty and budget to the result.
+
+        Raises KeyError for one that the procedure does not give.
+        """
+        definition = self.parameters[name]
         parameter = self.bench.uncertainties.parameter(
             name,
-            unit,
+            definition.unit,
             quantity,
             procedure=self.name,
             section=section,
             estimator=estimator,
             note_value=note_value,
-            convention=convention,
+            convention=definition.convention,
             winding=winding,
         )
         self._parameters.append(parameter)
         return parameter
 
-    def enter(self, parameter: Parameter) -> None:
-        """Add a parameter that was not measured but taken from a data sheet."""
-        self._parameters.append(parameter)
+    def enter(self, name: str, value: float, *, section: str) -> None:
+        """Add a parameter that was not measured but taken from a data sheet.
+
+        Raises KeyError for one that the procedure does not give.
+        """
+        definition = self.parameters[name]
+        self._parameters.append(
+            Parameter(
+                name=name,
+                value=value,
+                unit=definition.unit,
+                standard_uncertainty=0.0,
+                degrees_of_freedom=float("inf"),
+                coverage_interval=(value, value),
+                procedure=self.name,
+                section=section,
+                estimator="as printed on the data sheet",
+                convention=definition.convention,
+                source="data sheet",
+            )
+        )
 
     def notice(self, identifier: str, message: Text) -> None:
         """Add a warning: an erratum's id (`E1` …) or a short name of the finding, and the sentence for people."""
         self._notices.append(Notice(identifier, message))
-        self.bench.recorder.event("warning", id=identifier, message=message.render())
+        self.bench.recorder.record(WarningGiven(id=identifier, message=message.render()))
 
     def known_value(self, name: str) -> float | None:
         """Return an earlier result's value, or None where it was not measured."""
         parameter = self.known.get(name)
         return parameter.value if parameter else None
+
+    def aligning_current(self, share: float) -> float:
+        """Return the current (A) that aligns the rotor: a share of the rated one, as far as motor and supply allow."""
+        return min(
+            share * self.nameplate.rated_current, self.nameplate.current_bound, self.bench.supply.maximum_current
+        )
 
     def current_level(self, share: float, what: str) -> float:
         """Return a current (A): a share of the rated one, kept within the motor's and refused beyond the supply's limit."""

@@ -2,13 +2,11 @@
 
 import functools
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 from drivers.interfaces.text import Text
-
-if TYPE_CHECKING:
-    from procedures.core.bench import Bench
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -27,16 +25,25 @@ class Step:
         return Text(self.template, values)
 
 
-class HasBench(Protocol):
+class StepRecorder(Protocol):
+    """What begins and ends a step in the journal."""
+
+    def step(self, step: Step, values: dict[str, object]) -> AbstractContextManager[None]:
+        """Run one step; `values` stand in its sentence."""
+
+
+class HasSteps(Protocol):
     """What a class needs for its methods to be steps."""
 
-    bench: "Bench"
+    @property
+    def bench(self) -> StepRecorder:
+        """Where the steps are run."""
 
     def step_values(self) -> dict[str, object]:
         """Return the values that step sentences may name."""
 
 
-S = TypeVar("S", bound=HasBench)
+S = TypeVar("S", bound=HasSteps)
 
 
 def step(

@@ -47,7 +47,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
 
     name: ClassVar[str] = "back-emf-shape"
     title: ClassVar[str] = "Shape of the back-EMF"
-    section: ClassVar[str] = "EOL3"
+    section: ClassVar[str] = "L3"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("back_emf_unbalance", "back_emf_angle_deviation", "back_emf_thd")
     end_of_line: ClassVar[bool] = True
@@ -60,7 +60,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         self.compare_angles(shapes)
         self.distortion(shapes)
 
-    @step("EOL3/1", "Open the terminals, couple the drive motor", by_hand=True)
+    @step("L3/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but probes."""
         self.bench.perform(ALL_OPEN)
@@ -68,7 +68,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         self.bench.perform(CoupleDynamometer())
 
     @step(
-        "EOL3/2",
+        "L3/2",
         "Probe three phases against an artificial star point, drive at {speed_share:.0%} of the rated speed, and record",
         by_hand=True,
     )
@@ -84,11 +84,11 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
         shapes = []
         for first in range(_PHASES if self.settings.exchange else 1):
-            self.wiring.shaft.probes(phases_on(channels, first))
+            self.wiring.shaft.connect_probes(phases_on(channels, first))
             shapes.append(self._recorded(channels, speed))
         return shapes
 
-    @step("EOL3/3", "Size: the largest deviation of a phase from the mean of the three, over the mean")
+    @step("L3/3", "Size: the largest deviation of a phase from the mean of the three, over the mean")
     def compare_sizes(self, shapes: Sequence[EmfShape]) -> None:
         """Report it; the channels' gains are in its budget as far as the probes were not exchanged."""
         unc, labels = self.bench.uncertainties, ("A", "B", "C")
@@ -103,22 +103,19 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
                 gain = Accuracy(gain=accuracy.gain, source=accuracy.source)
                 seen.append(unc.instrument(f"oscilloscope, channel {channel}", own, gain))
             sizes.append(sum(seen[1:], seen[0]) / len(seen))
-        farthest = largest_deviation([float(size.x) for size in sizes])
-        share = _PER_CENT * (_PHASES * sizes[farthest.place] / (sizes[0] + sizes[1] + sizes[2]) - 1.0)
+        farthest = largest_deviation(sizes)
         self.findings |= {
             "flux_linkages": {label: float(size.x) for label, size in zip(labels, sizes, strict=True)},
             "unbalanced_phase": labels[farthest.place],
         }
         self.report(
             "back_emf_unbalance",
-            "%",
-            share if farthest.share >= 0.0 else -share,
+            _PER_CENT * farthest.share,
             section=self.section,
             estimator="largest deviation of a phase's fundamental from the mean of the three, over the mean",
-            convention="phases against an artificial star point",
         )
 
-    @step("EOL3/4", "Spacing: the largest deviation of the angle between two phases from 120°")
+    @step("L3/4", "Spacing: the largest deviation of the angle between two phases from 120°")
     def compare_angles(self, shapes: Sequence[EmfShape]) -> None:
         """Report it in electrical degrees."""
         # Channel k of the record that began with phase f shows phase k + f.
@@ -130,17 +127,15 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         self.findings["spacings"] = dict(zip(labels, np.degrees(spacings).tolist(), strict=True))
         self.report(
             "back_emf_angle_deviation",
-            "°",
             self.bench.uncertainties.statistical(
                 f"angle of the fundamentals, {labels[farthest]}", abs(float(off[farthest])), uncertainty
             ),
             section=self.section,
             estimator="largest deviation of the angle between two phases' fundamentals from 120°",
-            convention="electrical degrees",
         )
 
     @step(
-        "EOL3/5",
+        "L3/5",
         "Distortion: rms of the harmonics 2 … {harmonics} over the fundamental, the largest of the three phases",
     )
     def distortion(self, shapes: Sequence[EmfShape]) -> None:
@@ -156,13 +151,11 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         }
         self.report(
             "back_emf_thd",
-            "%",
             self.bench.uncertainties.statistical(
                 f"harmonics of phase {'ABC'[largest]}", _PER_CENT * float(thd[largest]), _PER_CENT * uncertainty
             ),
             section=self.section,
             estimator="root of the harmonics' squares over the fundamental, noise taken out",
-            convention="largest of three phases against an artificial star point: without the orders divisible by three",
         )
 
     def _recorded(self, channels: Sequence[int], speed: float) -> EmfShape:

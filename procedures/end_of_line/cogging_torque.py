@@ -58,7 +58,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
 
     name: ClassVar[str] = "cogging-torque"
     title: ClassVar[str] = "Cogging torque"
-    section: ClassVar[str] = "EOL5"
+    section: ClassVar[str] = "L5"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
     gives: ClassVar[tuple[str, ...]] = ("cogging_torque",)
     end_of_line: ClassVar[bool] = True
@@ -69,19 +69,22 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         readings = self.turn()
         self.conclude(readings)
 
-    @step("EOL5/1", "Open the terminals, couple the dynamometer", by_hand=True)
+    @step("L5/1", "Open the terminals, couple the dynamometer", by_hand=True)
     def prepare(self) -> None:
         """Leave the winding without a current, for that would brake."""
         if self.bench.dynamometer.read_by_hand:
             raise ProcedureError(
-                text("cogging is read many times a turn, and this dynamometer is read by hand; use one that answers")
+                text(
+                    "cogging needs many torque readings a turn, and this dynamometer is read by a person; use one that is "
+                    "read automatically"
+                )
             )
         self.wiring.shaft.open_terminals()
         self.bench.perform(ReleaseRotor())
         self.bench.perform(CoupleDynamometer())
 
     @step(
-        "EOL5/2",
+        "L5/2",
         "Turn the shaft evenly at {speed_rpm:g} rpm through some periods of the cogging or a turn, reading the torque",
     )
     def turn(self) -> list[DynamometerReading]:
@@ -103,7 +106,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         bench.dynamometer.stop()
         return taken
 
-    @step("EOL5/3", "What repeats itself every turn and stands out of the noise: from trough to crest")
+    @step("L5/3", "Cogging torque, peak to peak: the part that repeats every turn and exceeds the noise")
     def conclude(self, readings: list[DynamometerReading]) -> None:
         """Report the peak-to-peak torque (N·m)."""
         unc, last = self.bench.uncertainties, readings[-1]
@@ -134,11 +137,9 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
         self.report(
             "cogging_torque",
-            "N·m",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
             section=self.section,
             estimator="orders that stand out of the noise, from trough to crest",
-            convention="peak to peak over a turn, terminals open",
         )
 
     def _blurred(self, found: Cogging, speed: float) -> float:

@@ -52,7 +52,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
 
     name: ClassVar[str] = "hall-sensors"
     title: ClassVar[str] = "Hall sensors"
-    section: ClassVar[str] = "EOL6"
+    section: ClassVar[str] = "L6"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("hall_faults", "hall_offset", "hall_spacing_deviation", "hall_duty_deviation")
     end_of_line: ClassVar[bool] = True
@@ -64,7 +64,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
         found = self.judge_leads(seen)
         self.places(seen, found)
 
-    @step("EOL6/1", "Open the terminals, couple the drive motor", by_hand=True)
+    @step("L6/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but a probe."""
         self.bench.perform(ALL_OPEN)
@@ -72,7 +72,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
         self.bench.perform(CoupleDynamometer())
 
     @step(
-        "EOL6/2",
+        "L6/2",
         "Probe the EMF from A to C, and the Hall sensors against their ground; drive forwards and record",
         by_hand=True,
     )
@@ -83,8 +83,8 @@ class HallSensors(Procedure[HallSensorsSettings]):
         if len(channels) < 2 or not scope.gives_waveforms:
             raise ProcedureError(
                 text(
-                    "a sensor's signal is held against the EMF: that needs two voltage probes on an oscilloscope that gives waveforms, "
-                    "the station has {n} probes",
+                    "each sensor's signal is compared with the EMF, for which an oscilloscope with waveform readout and "
+                    "two voltage probes are needed; the station has {n} probes",
                     n=len(channels),
                 )
             )
@@ -95,7 +95,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
             seen |= self._recorded(channels[0], dict(zip(channels[1:], sensors, strict=False)))
         return seen
 
-    @step("EOL6/3", "Order and polarity: each lead that is dead, swapped or upside down")
+    @step("L6/3", "Order and polarity: each lead that is dead, swapped or inverted")
     def judge_leads(self, seen: Seen) -> HallJudgement:
         """Report the number of faults, and name each."""
         found = judge(seen, math.radians(self.settings.offset))
@@ -111,19 +111,17 @@ class HallSensors(Procedure[HallSensorsSettings]):
         for fault in found.faults:
             self.notice("hall", _said(fault))
         if not found.explained:
-            self.notice("hall", text("two of the Hall sensors' leads show one and the same sensor"))
+            self.notice("hall", text("two of the Hall sensors' leads show the same sensor"))
         count = len({fault.lead for fault in found.faults}) or (0 if found.explained else 1)
         self.report(
             "hall_faults",
-            "1",
             ureal(float(count), 0.0),
             section=self.section,
             estimator="leads that are dead, swapped or inverted",
-            convention="number of leads; 0 where order and polarity are as told",
         )
         return found
 
-    @step("EOL6/4", "Offset of all sensors from {offset:g}°, their spacing of 120° and their duty of one half")
+    @step("L6/4", "Offset of all sensors from {offset:g}°, their spacing of 120° and their duty of one half")
     def places(self, seen: Seen, found: HallJudgement) -> None:
         """Report what the sensors that switch allow, in electrical degrees."""
         alive = [switched for switched in seen.values() if switched is not None]
@@ -133,28 +131,22 @@ class HallSensors(Procedure[HallSensorsSettings]):
         # An edge's error is its own; a sensor's place is the mean of two.
         self.report(
             "hall_offset",
-            "°",
             unc.statistical("Hall edges: offset", math.degrees(found.offset), edge / math.sqrt(2.0 * len(alive))),
             section=self.section,
             estimator="mean of the sensors' edges against the EMF's zero, order and polarity put right",
-            convention="electrical degrees, positive where the sensors switch late",
         )
         if math.isfinite(found.spacing):
             self.report(
                 "hall_spacing_deviation",
-                "°",
                 unc.statistical("Hall edges: spacing", math.degrees(found.spacing), edge),
                 section=self.section,
                 estimator="largest deviation of two sensors' spacing from 120°",
-                convention="electrical degrees",
             )
         self.report(
             "hall_duty_deviation",
-            "%",
             unc.statistical("Hall edges: duty", 100.0 * found.duty, 100.0 * edge * math.sqrt(2.0) / 360.0),
             section=self.section,
             estimator="largest deviation of a sensor's share of high time from one half",
-            convention="per cent of an electrical turn",
         )
 
     def _recorded(self, emf: int, sensors: Mapping[int, int]) -> Seen:
@@ -183,4 +175,4 @@ def _said(found: HallFinding) -> Text:
         case HallFault.SWAPPED:
             return text("H{lead} shows sensor {sensor}: leads are swapped", lead=found.lead, sensor=found.carries)
         case HallFault.INVERTED:
-            return text("H{lead} is upside down: high where it should be low", lead=found.lead)
+            return text("H{lead} is inverted: high where it should be low", lead=found.lead)

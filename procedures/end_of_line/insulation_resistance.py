@@ -42,7 +42,7 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
 
     name: ClassVar[str] = "insulation-resistance"
     title: ClassVar[str] = "Insulation resistance"
-    section: ClassVar[str] = "EOL7"
+    section: ClassVar[str] = "L7"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.INSULATION_TESTER})
     gives: ClassVar[tuple[str, ...]] = ("insulation_resistance",)
     end_of_line: ClassVar[bool] = True
@@ -62,11 +62,11 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
         voltage = self.choose_voltage()
         self.connect()
         reading = self.test(voltage)
-        # After a test that broke off the winding may hold its charge: the way down sees to that, and no hand is sent there.
+        # After a test that broke off the winding may hold its charge: the shutdown sees to that, and no hand is sent there.
         self.part()
         self.conclude(reading)
 
-    @step("EOL7/1", "The test voltage is that of the motor's data sheet")
+    @step("L7/1", "The test voltage is that of the motor's data sheet")
     def choose_voltage(self) -> float:
         """Return the voltage (V); raises ProcedureError where none is known, or the tester does not reach it."""
         refused = _refused(self.bench, self.nameplate, self.settings)
@@ -75,7 +75,7 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
         return _wanted(self.nameplate, self.settings)
 
     @step(
-        "EOL7/2",
+        "L7/2",
         "Shaft at rest, probes and voltmeter off; all terminals together to the insulation tester, the frame to its low side",
         by_hand=True,
     )
@@ -88,17 +88,17 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
             self.bench.perform(DisconnectVoltmeter())
         self.bench.perform(ALL_HIGH)
 
-    @step("EOL7/3", "Apply the voltage, and read the resistance after {duration:g} s")
+    @step("L7/3", "Apply the voltage, and read the resistance after {duration:g} s")
     def test(self, voltage: float) -> InsulationReading:
         """Return the reading; the tester has discharged the winding by then."""
         return self.bench.insulation_tester.measure(voltage, self.settings.duration)
 
-    @step("EOL7/4", "The winding is discharged: take the tester off", by_hand=True)
+    @step("L7/4", "The winding is discharged: take the tester off", by_hand=True)
     def part(self) -> None:
         """Leave the terminals open, for nothing else belongs on them beside the tester."""
         self.bench.perform(ALL_OPEN)
 
-    @step("EOL7/5", "The insulation resistance, or the least that it is")
+    @step("L7/5", "The insulation resistance, or its lower bound")
     def conclude(self, reading: InsulationReading) -> None:
         """Report it; beyond the tester's range its largest figure stands for "at least"."""
         resistance = reading.resistance
@@ -118,13 +118,11 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
         quantity = self.bench.uncertainties.statistical("insulation resistance", resistance.value, 0.0)
         self.report(
             "insulation_resistance",
-            "Ω",
             self.bench.uncertainties.instrument("insulation tester", quantity, resistance.accuracy),
             section=self.section,
             estimator="largest reading of the tester: the resistance is this or more"
             if reading.beyond_range
             else "reading at the end of the test",
-            convention="winding to frame, terminals joined, at the winding's temperature",
         )
 
 

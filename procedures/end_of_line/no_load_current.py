@@ -50,7 +50,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
 
     name: ClassVar[str] = "no-load-current"
     title: ClassVar[str] = "No-load current"
-    section: ClassVar[str] = "EOL4"
+    section: ClassVar[str] = "L4"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
     gives: ClassVar[tuple[str, ...]] = ("no_load_current",)
     end_of_line: ClassVar[bool] = True
@@ -63,14 +63,15 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         without, with_current, current = self.turn()
         self.conclude(tare, without, with_current, current)
 
-    @step("EOL4/1", "The dynamometer alone, at {speed_share:.0%} of the rated speed: its own drag", by_hand=True)
+    @step("L4/1", "The dynamometer alone, at {speed_share:.0%} of the rated speed: its own drag", by_hand=True)
     def tare(self) -> UncertainReal:
         """Return the drag (N·m) of the dynamometer alone, measured or as given."""
         bench, settings = self.bench, self.settings
         if bench.dynamometer.read_by_hand or bench.inverter.read_by_hand:
             raise ProcedureError(
                 text(
-                    "a small difference of torques is read many times; it needs a dynamometer and an inverter that answer"
+                    "a small difference of torques is averaged over many readings, for which dynamometer and inverter "
+                    "must be read automatically"
                 )
             )
         if settings.tare is not None:
@@ -83,8 +84,8 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         return found
 
     @step(
-        "EOL4/2",
-        "Couple the motor, connect it to the inverter, and prove that its torque drives forwards",
+        "L4/2",
+        "Couple the motor, connect it to the inverter, and verify that its torque drives forwards",
         by_hand=True,
     )
     def couple(self) -> None:
@@ -94,7 +95,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         self.bench.perform(CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
 
-    @step("EOL4/3", "At the same speed: the torque without a current, and with {current_share:.0%} of the rated one")
+    @step("L4/3", "At the same speed: the torque without a current, and with {current_share:.0%} of the rated one")
     def turn(self) -> tuple[UncertainReal, UncertainReal, UncertainReal]:
         """Return the torque (N·m) in both states, and the test current (A)."""
         bench, unc = self.bench, self.bench.uncertainties
@@ -120,7 +121,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         current = unc.statistical("readings of the test current", mean, uncertainty, freedom)
         return without, with_current, unc.instrument("inverter, current", current, accuracy)
 
-    @step("EOL4/4", "No-load current: drag over torque per ampere")
+    @step("L4/4", "No-load current: drag over torque per ampere")
     def conclude(
         self, tare: UncertainReal, without: UncertainReal, with_current: UncertainReal, current: UncertainReal
     ) -> None:
@@ -129,8 +130,8 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         if float(moved.x) <= _CLEAR * float(moved.u):
             raise ProcedureError(
                 text(
-                    "a current of {current:.3g} A moves the torque by {moved:.2g} N·m, known to ±{uncertainty:.1g} N·m: too little to "
-                    "scale by. Raise current_share, or take more readings",
+                    "a current of {current:.3g} A changes the torque by {moved:.2g} N·m, known to ±{uncertainty:.1g} N·m: "
+                    "too little to find the torque per ampere. Raise current_share, or take more readings",
                     current=float(current.x),
                     moved=float(moved.x),
                     uncertainty=float(moved.u),
@@ -144,11 +145,9 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         }
         self.report(
             "no_load_current",
-            "A",
             drag / moved * current,
             section=self.section,
             estimator="drag of the motor alone over the torque per ampere of a test current",
-            convention="phase, peak, torque-producing, at the speed of the test",
         )
 
     def _drag(self, what: str, also: Callable[[], None] = lambda: None) -> UncertainReal:

@@ -31,7 +31,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
 
     name: ClassVar[str] = "no-load-current-six-step"
     title: ClassVar[str] = "No-load current, six-step drive"
-    section: ClassVar[str] = "EOL8"
+    section: ClassVar[str] = "L8"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DRIVE})
     gives: ClassVar[tuple[str, ...]] = ("no_load_bus_current",)
     end_of_line: ClassVar[bool] = True
@@ -41,7 +41,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
         self.connect()
         self.conclude(self.run_up())
 
-    @step("EOL8/1", "The motor alone on the six-step drive, its shaft free", by_hand=True)
+    @step("L8/1", "The motor alone on the six-step drive, its shaft free", by_hand=True)
     def connect(self) -> None:
         """Leave nothing on the shaft."""
         if self.bench.has(Role.DYNAMOMETER):
@@ -49,7 +49,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
         self.bench.perform(ReleaseRotor())
         self.bench.perform(DRIVE)
 
-    @step("EOL8/2", "Run at full voltage until the speed no longer rises, then read bus voltage and current")
+    @step("L8/2", "Run at full voltage until the speed no longer rises, then read bus voltage and current")
     def run_up(self) -> list[Reading]:
         """Return the readings of the current (A). Raises ProcedureError where the speed does not settle."""
         drive, clock, settings = self.bench.drive, self.bench.clock, self.settings
@@ -79,7 +79,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
             self.findings |= {"frequency": frequency, "bus_voltage": drive.measure_bus_voltage().value}
         return taken
 
-    @step("EOL8/3", "No-load current: the mean of the readings")
+    @step("L8/3", "No-load current: the mean of the readings")
     def conclude(self, readings: list[Reading]) -> None:
         """Report the bus current (A)."""
         mean, uncertainty, freedom = mean_of_readings([reading.value for reading in readings])
@@ -87,9 +87,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
         current = unc.statistical("readings of the bus current", mean, uncertainty, freedom)
         self.report(
             "no_load_bus_current",
-            "A",
             unc.instrument("drive, bus current", current, readings[-1].accuracy),
             section=self.section,
             estimator="mean of the readings at the speed that the motor takes",
-            convention="from the DC source, at full voltage",
         )

@@ -5,16 +5,16 @@ from typing import ClassVar
 from GTC import ureal
 
 from drivers.interfaces import ProbeKind
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, Terminal, phases_on
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.estimation.winding.wiring import Outcome
-from procedures.verification import messages as words
-from procedures.verification.check import Check
+from procedures.estimation.emf.probed_phases import phase_order
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.techniques.driven_shaft import DrivenRecord, record_driven
+from procedures.verification.messages import wire
 from procedures.verification.settings import TurnedWiringSettings
-from procedures.verification.shaft_wiring import SEQUENCE
 
 
 class PhaseOrderSettings(TurnedWiringSettings):
@@ -29,7 +29,7 @@ class PhaseOrder(Procedure[PhaseOrderSettings]):
 
     name: ClassVar[str] = "phase-order"
     title: ClassVar[str] = "Order of the phases"
-    section: ClassVar[str] = "EOL2"
+    section: ClassVar[str] = "L2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("phase_order",)
     end_of_line: ClassVar[bool] = True
@@ -39,7 +39,7 @@ class PhaseOrder(Procedure[PhaseOrderSettings]):
         self.prepare()
         self.conclude(self.turn())
 
-    @step("EOL2/1", "Open the terminals, couple the drive motor", by_hand=True)
+    @step("L2/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but probes."""
         self.bench.perform(ALL_OPEN)
@@ -47,47 +47,51 @@ class PhaseOrder(Procedure[PhaseOrderSettings]):
         self.bench.perform(CoupleDynamometer())
 
     @step(
-        "EOL2/2",
+        "L2/2",
         "Probe three phases against an artificial star point, and turn the shaft slowly forwards",
         by_hand=True,
     )
-    def turn(self) -> Check:
-        """Return what the three channels show of each other."""
-        channels = list(self.bench.oscilloscope.channels(ProbeKind.VOLTAGE))[:3]
+    def turn(self) -> DrivenRecord:
+        """Return the three phases' voltages while the shaft turns forwards; raises ProcedureError where no record is to be had."""
+        bench = self.bench
+        channels = list(bench.oscilloscope.channels(ProbeKind.VOLTAGE))[:3]
         if len(channels) < 3:
             raise ProcedureError(
                 text("the order of three phases needs three voltage probes, the station has {n}", n=len(channels))
             )
-        return self.wiring.shaft.sequence(phases_on(channels))
+        if bench.dynamometer.read_by_hand or not bench.oscilloscope.gives_waveforms:
+            raise ProcedureError(
+                text("the order of the phases needs a dynamometer and an oscilloscope that are read automatically")
+            )
+        self.wiring.shaft.connect_probes(phases_on(channels), report_order=False)
+        return record_driven(
+            bench, self.nameplate, channels, self.settings.wiring_speed_share, self.known_value("pole_pairs")
+        )
 
-    @step("EOL2/3", "The order of the phases: +1 for A, B, C, −1 for A, C, B")
-    def conclude(self, seen: Check) -> None:
-        """Report it; raises ProcedureError where three phases cannot be told."""
-        if seen.outcome is not Outcome.PROVED:
+    @step("L2/3", "The order of the phases: +1 for A, B, C, −1 for A, C, B")
+    def conclude(self, record: DrivenRecord) -> None:
+        """Report it; raises ProcedureError where three phases cannot be recognised."""
+        try:
+            order = phase_order(record.voltages, record.resolution)
+        except EstimationError as error:
             raise ProcedureError(
                 text(
-                    "the order of the phases cannot be told: {why}",
-                    why=words.REASONS.get(seen.reason) or seen.evidence or words.OUTCOMES[seen.outcome.value],
+                    "the order of the phases cannot be determined: the three channels show too little voltage, or not three "
+                    "phases of one size; check the probes and the star point, or turn the shaft faster (wiring_speed_share)"
                 )
-            )
-        backwards = seen.reason == SEQUENCE
-        if backwards:
+            ) from error
+        if order < 0:
             self.notice(
                 "phase-order",
                 text(
                     "with the dynamometer turning forwards the phases follow each other as A, C, B: two of the three wires {wires} are "
-                    "interchanged. Exchanging any two puts the order right; which two it were, the order alone does not tell",
-                    wires=[self._wire(terminal) for terminal in Terminal],
+                    "interchanged. Exchanging any two corrects the order; it does not show which two were interchanged",
+                    wires=[wire(terminal.value, self.nameplate.wire_colours) for terminal in Terminal],
                 ),
             )
         self.report(
             "phase_order",
-            "1",
-            ureal(-1.0 if backwards else 1.0, 0.0),
+            ureal(float(order), 0.0),
             section=self.section,
             estimator="order of the phases' voltages in time",
-            convention="+1 for A, B, C with the dynamometer turning forwards, −1 for A, C, B",
         )
-
-    def _wire(self, terminal: Terminal) -> Text:
-        return words.wire(terminal.value, self.nameplate.wire_colours)

@@ -12,10 +12,8 @@ from drivers.interfaces.text import text
 from procedures.core.actions import (
     LINE_PAIRS,
     LockRotor,
-    SeparateMeterLeads,
-    ShortMeterLeads,
-    Terminal,
     UncoupleDynamometer,
+    label_of,
     meter_across,
 )
 from procedures.core.bench import Role
@@ -24,12 +22,11 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding import resistance
 from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
+from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 
 _AXES = ("d_axis_inductance", "q_axis_inductance")
 _PER_CENT = 100.0
-#: Readings of one quantity between two terminals, and the bridge's accuracy there.
-_Read = tuple[tuple[float, ...], Accuracy]
 
 
 class WindingBalanceSettings(WiringSettings):
@@ -49,8 +46,8 @@ class WindingBalanceSettings(WiringSettings):
 class Lines:
     """One quantity between AB, BC and CA: all readings, and the bridge's accuracy there."""
 
-    readings: tuple[tuple[float, ...], ...]
-    accuracies: tuple[Accuracy, ...]
+    readings: Sequence[Sequence[float]]
+    accuracies: Sequence[Accuracy]
 
 
 class WindingBalance(Procedure[WindingBalanceSettings]):
@@ -62,7 +59,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
 
     name: ClassVar[str] = "winding-balance"
     title: ClassVar[str] = "Balance of the windings"
-    section: ClassVar[str] = "EOL1"
+    section: ClassVar[str] = "L1"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("resistance_unbalance", "inductance_unbalance")
     end_of_line: ClassVar[bool] = True
@@ -74,7 +71,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         self.compare_resistances(resistances)
         self.compare_inductances(inductances)
 
-    @step("EOL1/1", "Lock the shaft, and take the leads out of the bridge's readings", by_hand=True)
+    @step("L1/1", "Lock the shaft, and take the leads out of the bridge's readings", by_hand=True)
     def prepare(self) -> None:
         """Have the shaft locked, for the inductances change with its position."""
         bridge, settings = self.bench.lcr_meter, self.settings
@@ -82,35 +79,50 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(LockRotor())
         if settings.short_correction:
-            self.bench.perform(ShortMeterLeads())
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
-            bridge.correct_short()
-            self.bench.perform(SeparateMeterLeads())
+            short_correct(self.bench, bridge)
 
     @step(
-        "EOL1/2",
+        "L1/2",
         "Between AB, BC and CA: resistance at {resistance_frequency:g} Hz, inductance at {inductance_frequency:g} Hz",
         by_hand=True,
     )
     def read_lines(self) -> tuple[Lines, Lines]:
         """Return resistances (Ω) and inductances (H), each line connected once."""
-        taken = [self._line(pair) for pair in LINE_PAIRS]
-        resistances, inductances = zip(*taken, strict=True)
-        return Lines(*zip(*resistances, strict=True)), Lines(*zip(*inductances, strict=True))
+        bridge, settings = self.bench.lcr_meter, self.settings
+        count = 1 if bridge.read_by_hand else settings.repeats
+        by_resistance, by_inductance = [], []
+        for pair in LINE_PAIRS:
+            at = (settings.resistance_frequency, settings.level, settings.aperture)
+            bridge.configure(*at)
+            self.wiring.bridge.connect(meter_across(*pair), *at)
+            by_resistance.append([bridge.measure(Wanted.RESISTANCE) for _ in range(count)])
+            bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
+            by_inductance.append([bridge.measure(Wanted.INDUCTANCE) for _ in range(count)])
+        return (
+            Lines(
+                [[r.resistance for r in read] for read in by_resistance],
+                [r[0].resistance_accuracy for r in by_resistance],
+            ),
+            Lines(
+                [[r.inductance for r in read] for read in by_inductance],
+                [r[0].inductance_accuracy for r in by_inductance],
+            ),
+        )
 
-    @step("EOL1/3", "Resistance: the largest deviation of a line from the mean of the three, over the mean")
+    @step("L1/3", "Resistance: the largest deviation of a line from the mean of the three, over the mean")
     def compare_resistances(self, lines: Lines) -> None:
         """Report it; the phases' own resistances stand in the findings."""
         values = self._report("resistance_unbalance", "R", "resistance", lines)
+        ab, bc, ca = values
         try:
-            phases = resistance.phase_resistances(values[0], values[1], values[2], self.winding)
+            phases = resistance.phase_resistances(ab, bc, ca, self.winding)
         except EstimationError:
             # One line is more than the other two together, which the deviation itself says.
             return
-        names = ("AB", "BC", "CA") if self.is_delta else ("A", "B", "C")
-        self.findings["phase_resistances"] = dict(zip(names, phases, strict=True))
+        self.findings["phase_resistances"] = self.by_winding(phases)
 
-    @step("EOL1/4", "Inductance: the same; what the rotor's saliency may do to it is allowed for")
+    @step("L1/4", "Inductance: the same; the influence of the rotor's saliency is part of the uncertainty")
     def compare_inductances(self, lines: Lines) -> None:
         """Report it, with the rotor's saliency in the budget where both axes' inductances are known."""
         saliency = self._saliency()
@@ -118,41 +130,27 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             self.notice(
                 "saliency",
                 text(
-                    "at rest the rotor's saliency unbalances the inductances as well, and nothing is known of it here: measure the d- and "
-                    "q-axis inductances before, or give both under [expected] in the motor file"
+                    "at rest the rotor's saliency also makes the line inductances differ, and it is not known in this "
+                    "run: measure the d- and q-axis inductances before, or give both under [expected] in the motor file"
                 ),
             )
         self._report("inductance_unbalance", "L", "inductance", lines, _PER_CENT * (saliency or 0.0))
-
-    def _line(self, pair: tuple[Terminal, Terminal]) -> tuple[_Read, _Read]:
-        bridge, settings = self.bench.lcr_meter, self.settings
-        count = 1 if bridge.read_by_hand else settings.repeats
-        bridge.configure(settings.resistance_frequency, settings.level, settings.aperture)
-        first = self.wiring.bridge.line(meter_across(*pair), settings.resistance_frequency)
-        by_resistance = [first, *(bridge.measure(Wanted.RESISTANCE) for _ in range(count - 1))]
-        bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
-        by_inductance = [bridge.measure(Wanted.INDUCTANCE) for _ in range(count)]
-        return (
-            (tuple(reading.resistance for reading in by_resistance), first.resistance_accuracy),
-            (tuple(reading.inductance for reading in by_inductance), by_inductance[0].inductance_accuracy),
-        )
 
     def _saliency(self) -> float | None:
         d, q = (self.known_value(name) or self.nameplate.expected.get(name) for name in _AXES)
         return saliency_share(d, q) if d and q else None
 
-    def _report(self, name: str, symbol: str, quantity: str, lines: Lines, saliency: float = 0.0) -> tuple[float, ...]:
+    def _report(self, name: str, symbol: str, quantity: str, lines: Lines, saliency: float = 0.0) -> Sequence[float]:
         """Report the largest deviation in per cent, known no better than ± `saliency` (per cent); return the lines' means."""
-        unc, labels = self.bench.uncertainties, [high.value + low.value for high, low in LINE_PAIRS]
+        unc, labels = self.bench.uncertainties, [label_of(pair) for pair in LINE_PAIRS]
         found = pooled(lines.readings)
         means: list[UncertainReal] = []
         for label, mean, readings, accuracy in zip(labels, found.means, lines.readings, lines.accuracies, strict=True):
             own = found.deviation / len(readings) ** 0.5
             statistics = unc.statistical(f"repeats of {symbol}_{label}", mean, own, found.degrees_of_freedom)
             means.append(unc.instrument("LCR meter", statistics, accuracy))
-        farthest = largest_deviation(found.means)
-        share = _PER_CENT * (3.0 * means[farthest.place] / (means[0] + means[1] + means[2]) - 1.0)
-        size = share if farthest.share >= 0.0 else -share
+        farthest = largest_deviation(means)
+        size = _PER_CENT * farthest.share
         if saliency:
             size = size + unc.limit("the rotor's saliency", 0.0, saliency)
         self.findings[f"line_{quantity}s"] = dict(zip(labels, found.means, strict=True))
@@ -160,11 +158,9 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         self.findings[f"{name}_deviations"] = self._deviations(found.means, labels)
         self.report(
             name,
-            "%",
             size,
             section=self.section,
             estimator="largest deviation of a line from the mean of the three, over the mean",
-            convention="between lines; the bridge's gain and zero are common to the three readings and cancel",
         )
         return found.means
 

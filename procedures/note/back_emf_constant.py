@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import numpy as np
 from GTC.lib import UncertainReal
@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, ProbeKind, Reading
-from drivers.interfaces.oscilloscope import ScreenReadings
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf, flux_by_integration, peak_amplitude
+from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf, flux_by_integration
+from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.fitting.repeats import mean_of_estimates
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
@@ -157,27 +157,23 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         mean = self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
         constant = cold * self._by_tachometer(mean, points)
         note = float(np.mean([p.note_amplitude / p.mechanical_speed.value for p in points]))
-        for name, unit, factor in (
-            ("back_emf_constant_v_per_krpm", "V/krpm", 1000.0 * _RPM),
-            ("back_emf_constant_v_per_rpm", "V/rpm", _RPM),
+        for name, factor in (
+            ("back_emf_constant_v_per_krpm", 1000.0 * _RPM),
+            ("back_emf_constant_v_per_rpm", _RPM),
         ):
             self.report(
                 name,
-                unit,
                 factor * constant,
                 section="3.4.2",
                 estimator="fundamental of all channels and harmonics fitted together",
                 note_value=factor * note,
-                convention="peak phase voltage over mechanical speed, at 25 °C",
             )
         self.report(
             "back_emf_constant_mechanical",
-            "V·s/rad",
             constant,
             section="3.4.2",
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
-            convention="peak phase voltage over mechanical speed, at 25 °C",
         )
 
     @step("3.4.2/4", "Constant in volt-seconds per radian: phase amplitude over electrical speed")
@@ -188,19 +184,17 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         winding = math.sqrt(3.0) * float(flux.x) if self.is_delta else None
         self.report(
             "flux_linkage",
-            "V·s/rad",
             flux,
             section="3.4.2",
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
-            convention="peak, per phase of the Y-equivalent, per electrical radian, at 25 °C",
             winding=winding,
         )
         self.notice(
             "E4",
             text(
-                "two constants, two names: {flux:.4g} V·s per electrical radian is the flux linkage that a controller wants; "
-                "the note's table divides by mechanical speed, {mechanical:.4g} V·s/rad, which is the pole pairs times larger",
+                "{flux:.4g} V·s per electrical radian is the flux linkage that a controller needs; the note's table divides by the "
+                "mechanical speed instead, {mechanical:.4g} V·s/rad, which is larger by the number of pole pairs",
                 flux=float(flux.x),
                 mechanical=float(np.mean([p.amplitude / p.mechanical_speed.value for p in points])),
             ),
@@ -234,7 +228,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                     )
                 )
             probes = phases_on(channels)
-        self.wiring.shaft.probes(probes)
+        self.wiring.shaft.connect_probes(probes)
         return channels
 
     def _point(self, channels: Sequence[int], speed: float) -> SpeedPoint:
@@ -294,8 +288,8 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             if amplitude < _WEAK * highest:
                 raise ProcedureError(
                     text(
-                        "the oscilloscope's channel {channel} shows {amplitude:.3g} V where another phase has {highest:.3g} V: its probe "
-                        "is off, or the reading is another channel's",
+                        "the oscilloscope's channel {channel} shows {amplitude:.3g} V, another phase {highest:.3g} V: its "
+                        "probe is off, or the reading was taken from another channel",
                         channel=channel,
                         amplitude=amplitude,
                         highest=highest,
@@ -303,7 +297,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 )
 
     def _read_off_screen(self, channels: Sequence[int], speed: float) -> SpeedPoint:
-        screen = cast("ScreenReadings", self.bench.oscilloscope)
+        screen = self.bench.oscilloscope
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         reading = screen.measure_amplitude(channels[0])
         mechanical = self.bench.tachometer.measure_speed()

@@ -32,8 +32,8 @@ from procedures.estimation.winding.held_angle import held_angle
 from procedures.estimation.winding.misalignment import Held, excess
 from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
 from procedures.techniques.alignment import aligning
-from procedures.techniques.dq_axes import CONVENTION, connection_of, require, short_correct
-from procedures.verification.by_bridge import BridgeSettings
+from procedures.techniques.dq_axes import connection_of, require
+from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import SupplyWiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.
@@ -91,8 +91,8 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     def measure(self) -> None:
         """Align, lock and read: d first, then q."""
-        #: Whether each alignment's connection had its continuity proved.
-        self._proved: dict[str, bool] = {}
+        #: Whether each alignment's connection had its continuity verified.
+        self._verified: dict[str, bool] = {}
         with ExitStack() as energised:
             self.align_d(energised)
             self.lock_d(energised)
@@ -110,20 +110,22 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     )
     def align_d(self, energised: ExitStack) -> None:
         """Turn the rotor to the d axis."""
+        self.bench.lcr_meter.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
         if self.settings.short_correction:
-            self.bench.lcr_meter.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
             short_correct(self.bench, self.bench.lcr_meter)
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.wiring.supply.connect(ALIGN_D)
         self.bench.perform(ReleaseRotor())
-        energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
+        energised.enter_context(
+            aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)
+        )
 
     @step("3.3.3-d/2", "The rotor rests on d: lock it, then switch the supply off", by_hand=True)
     def lock_d(self, energised: ExitStack) -> None:
         """Lock before the current goes, so that cogging cannot move the rotor."""
         self.bench.perform(LockRotor())
-        self._proved["d"] = self.wiring.supply.held(ALIGN_D)
+        self._verified["d"] = self.wiring.supply.held(ALIGN_D)
         energised.close()
 
     @step("3.3.3-d/3", "Read the inductance of A against B and C together", by_hand=True)
@@ -134,16 +136,18 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     @step("3.3.3-q/1", "Supply on: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
         """Turn the rotor to where phase A sees its q axis."""
-        # Connected and proved while the shaft is still locked: nothing moves, and no EMF is in the reading.
+        # Connected and verified while the shaft is still locked: nothing moves, and no EMF is in the reading.
         self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())
-        energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
+        energised.enter_context(
+            aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)
+        )
 
     @step("3.3.3-q/2", "The rotor rests on q: lock it, then switch the supply off", by_hand=True)
     def lock_q(self, energised: ExitStack) -> None:
         """Lock before the current goes."""
         self.bench.perform(LockRotor())
-        self._proved["q"] = self.wiring.supply.held(ALIGN_Q)
+        self._verified["q"] = self.wiring.supply.held(ALIGN_Q)
         energised.close()
 
     @step("3.3.3-q/3", "Read the inductance of A against B and C together", by_hand=True)
@@ -151,17 +155,11 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         """Return 1.5 times the q-axis inductance (H), and the lines' difference."""
         return self._read("q")
 
-    def _align_current(self) -> float:
-        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current)
-        share = min(self.settings.align_share, bound / self.nameplate.rated_current)
-        return self.current_level(share, "aligning current")
-
     def _read(self, axis: str) -> Position:
-        bridge = self.bench.lcr_meter
+        bridge, at = self.bench.lcr_meter, (self.settings.frequency, self.settings.level, self.settings.aperture)
         connection = meter_series_parallel()
         require(connection_of(connection), ReadingConnection.SERIES_PARALLEL)
-        at = BridgeSettings(self.settings.frequency, self.settings.level, self.settings.aperture)
-        self.wiring.bridge.connect(connection, at)
+        self.wiring.bridge.connect(connection, *at)
         statistics, taken = self._repeated(f"L_{axis}")
         self.findings[f"reading_{axis}"] = float(statistics.x)
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
@@ -169,14 +167,14 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
             return Position(reading, 0.0)
         lines = []
         for high, low in ((Terminal.A, Terminal.B), (Terminal.C, Terminal.A)):
-            self.wiring.bridge.connect(meter_across(high, low), at)
+            self.wiring.bridge.connect(meter_across(high, low), *at)
             lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}")[0])
         # The bridge's own errors are the same in both, and fall out of the difference.
         ab, ca = lines
         self.wiring.supply.aligned(
             ALIGN_D if axis == "d" else ALIGN_Q,
             held_angle(float(statistics.x), float(ab.x), float(ca.x), taken.resistance, self._angular()),
-            continuous=self._proved[axis],
+            continuous=self._verified[axis],
         )
         return Position(reading, taken.resistance, ab - ca)
 
@@ -221,12 +219,10 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         for name, reading, axis in (("d_axis_inductance", d, "d"), ("q_axis_inductance", q, "q")):
             self.report(
                 name,
-                "H",
                 factors.y_equivalent * reading,
                 section="3.3.3",
                 estimator="mean of the aligned readings, two thirds",
                 note_value=halved[axis],
-                convention=CONVENTION,
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
             )
 

@@ -31,8 +31,8 @@ from procedures.estimation.winding import rotor_sweep
 from procedures.estimation.winding.connections import phase_factor
 from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
 from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
-from procedures.techniques.dq_axes import CONVENTION, connection_of, short_correct
-from procedures.verification.by_bridge import BridgeSettings
+from procedures.techniques.dq_axes import connection_of
+from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
@@ -118,8 +118,9 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
         if self.settings.short_correction:
             short_correct(self.bench, bridge)
-        at = BridgeSettings(self.settings.frequency, self.settings.level, self.settings.aperture)
-        self.wiring.bridge.connect(meter_across(Terminal.A, Terminal.B), at)
+        self.wiring.bridge.connect(
+            meter_across(Terminal.A, Terminal.B), self.settings.frequency, self.settings.level, self.settings.aperture
+        )
         if bridge.read_by_hand:
             return 0.0
         started = self.bench.clock.now()
@@ -186,8 +187,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
             self.notice(
                 "E3",
                 text(
-                    "the note's rule calls this a surface-magnet machine with one inductance, but Lq and Ld differ by {share:.1%}, "
-                    "which is more than noise: both are given",
+                    "by the note's rule this is a surface-magnet machine with one inductance, but Lq and Ld differ by "
+                    "{share:.1%}, which is more than noise: both are given",
                     share=2.0 * amplitude / (mean - amplitude),
                 ),
             )
@@ -259,8 +260,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
             self.notice(
                 "E3",
                 text(
-                    "the note's rule calls this a surface-magnet machine and takes one inductance; the extremes differ by {share:.1%}, "
-                    "so smallest and largest are given as d and q. A recorded sweep would tell whether that is more than noise",
+                    "by the note's rule this is a surface-magnet machine with one inductance; the extremes differ by {share:.1%}, so the "
+                    "smallest is given as Ld and the largest as Lq. A recorded sweep would show whether that is more than noise",
                     share=(high - low) / low,
                 ),
             )
@@ -286,12 +287,10 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
             reading = self.bench.uncertainties.instrument("LCR meter", found[axis], sweep.accuracy)
             self.report(
                 name,
-                "H",
                 factors.y_equivalent * reading,
                 section="3.3.2",
                 estimator=estimator,
                 note_value=factors.winding * notes[axis],
-                convention=CONVENTION,
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
             )
 

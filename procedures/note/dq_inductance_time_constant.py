@@ -34,7 +34,6 @@ from procedures.estimation.winding.step_look import look_at_step
 from procedures.estimation.winding.step_response import apparent_inductance, fit_step_response, time_constant_63
 from procedures.techniques.acquisition import configure, record
 from procedures.techniques.alignment import Alignment, aligning
-from procedures.techniques.dq_axes import CONVENTION
 from procedures.verification.settings import SupplyWiringSettings
 
 _POINTS = 10_000
@@ -127,7 +126,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             self.bench.perform(UncoupleDynamometer())
         self.wiring.supply.connect(ALIGN_D)
         self.bench.perform(ReleaseRotor())
-        current = self._align_current()
+        current = self.aligning_current(self.settings.align_share)
         self.findings["aligning_current"] = current
         if current <= 0.15 * self.nameplate.rated_current:
             self.notice(
@@ -162,8 +161,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             self.notice(
                 "E15",
                 text(
-                    "the d-axis step drives phase A against the aligning current, as the note has it: it weakens the magnet, and with "
-                    "saturation reads a larger Ld than a step along it"
+                    "the d-axis step drives phase A against the aligning current, as in the note: it weakens the magnets' "
+                    "flux, and with saturation gives a larger Ld than a step in the other direction"
                 ),
             )
         return self._step_voltage(alignment)
@@ -181,10 +180,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     @step("3.3.1-q/1", "Align the rotor to q: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
         """Turn the rotor to where phase A sees its q axis."""
-        # Connected and proved while the shaft is still locked: nothing moves, and no EMF is in the reading.
+        # Connected and verified while the shaft is still locked: nothing moves, and no EMF is in the reading.
         self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())
-        energised.enter_context(aligning(self.bench, self._align_current(), self.settings.settle))
+        energised.enter_context(
+            aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)
+        )
 
     @step("3.3.1-q/2", "Lock the shaft against the torque of the step", by_hand=True)
     def lock_q(self, energised: ExitStack) -> None:
@@ -212,12 +213,6 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     def conclude_q(self, voltage: float, steps: list[StepRecord]) -> None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
         self._conclude("q_axis_inductance", "q", voltage, steps)
-
-    def _align_current(self) -> float:
-        bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current)
-        return self.current_level(
-            min(self.settings.align_share, bound / self.nameplate.rated_current), "aligning current"
-        )
 
     def _step_voltage(self, alignment: Alignment) -> float:
         """Return the step's voltage (V): for the current asked for, but not lost in what the supply's zero may be off."""
@@ -358,12 +353,10 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         self._compare_with_bridge_resistance(axis, tau, total_resistance)
         self.report(
             name,
-            "H",
             factors.y_equivalent * loop,
             section="3.3.1",
             estimator="output-error fit of R, L and offsets to recorded voltage and current",
             note_value=factors.y_equivalent * tau * total_resistance,
-            convention=CONVENTION,
             winding=float((factors.winding * loop).x) if self.is_delta else None,
         )
 
@@ -395,8 +388,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             self.notice(
                 "E10",
                 text(
-                    "Ld and Lq from the time constant with the bridge's resistance would be {d:+.1%} and {q:+.1%} off: the R of "
-                    "L = τ·R is the whole loop's, with leads, contacts and source",
+                    "Ld and Lq by the note's formula, with the bridge's resistance, would be {d:+.1%} and {q:+.1%} off: "
+                    "the R of L = τ·R is that of the whole loop, with leads, contacts and source",
                     d=errors[0],
                     q=errors[1],
                 ),

@@ -29,8 +29,7 @@ _PACES = (0.7, 2.0)
 _HALVINGS = 4
 #: Fewer readings on a ramp do not fix three parameters.
 _FEWEST = 10
-NAMES = ("inertia", "coulomb_friction", "viscous_friction")
-_UNITS = {"inertia": "kg·m²", "coulomb_friction": "N·m", "viscous_friction": "N·m·s/rad"}
+NAMES = estimation.SHARED
 
 
 class TorqueSource(Enum):
@@ -163,20 +162,18 @@ class Inertia(Procedure[InertiaSettings]):
             "no_load_torque": no_load - tare_drag,
             "two_point_inertia": simple - simple_tare,
         }
-        for name in NAMES:
-            coupled = self._statistics("ramps", total, name) * self._torque_scale(ramps.driven, zero)
-            if own and tare:
-                alone = self._statistics("tare ramps", own, name) * self._torque_scale(tare.driven, zero)
-            else:
-                alone = self._given_tare(name)
+        coupled = self._quantities("ramps", total, ramps.driven, zero)
+        if own and tare:
+            dynamometer = self._quantities("tare ramps", own, tare.driven, zero)
+        else:
+            dynamometer = {name: self._given_tare(name) for name in NAMES}
+        for name, motor in estimation.subtract_tare(coupled, dynamometer).items():
             self.report(
                 name,
-                _UNITS[name],
-                self._over_speed(name, coupled - alone, ramps.driven),
+                self._over_speed(name, motor, ramps.driven),
                 section="3.5",
                 estimator="fit of inertia, Coulomb and viscous friction to both whole ramps, tare subtracted",
                 note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load - tare_drag}.get(name),
-                convention="motor alone" if name == "inertia" else "motor alone, at the measured temperature",
             )
         self._say_what_two_points_cost(
             simple - simple_tare, total.value("inertia") - (own.value("inertia") if own else 0.0)
@@ -260,9 +257,7 @@ class Inertia(Procedure[InertiaSettings]):
         by_power = self.settings.torque_source is TorqueSource.POWER
         speed = np.array([r.speed for r in readings])
         if by_power:
-            # The torque is constant on a ramp; at low speed power says little of it.
-            power = np.array([r.power for r in readings])
-            torque = np.full_like(speed, float(power @ speed) / float(speed @ speed))
+            torque = np.full_like(speed, estimation.torque_from_power([r.power for r in readings], speed))
         else:
             torque = np.array([r.torque for r in readings])
         time = np.array([r.time for r in readings])
@@ -273,7 +268,8 @@ class Inertia(Procedure[InertiaSettings]):
             self.notice(
                 "E5",
                 text(
-                    "the torque is shaft power over mechanical speed, P/ω; the note's P/(p·ω) would be the pole pairs too small"
+                    "the torque is shaft power over mechanical speed, P/ω; the note's formula P/(p·ω) gives a value too "
+                    "small by the number of pole pairs"
                 ),
             )
         return estimation.fit_ramps(_to_fit(ramps))
@@ -288,10 +284,14 @@ class Inertia(Procedure[InertiaSettings]):
             coast.time[early], coast.speed[early], coast.time[late], coast.speed[late],
         )  # fmt: skip
 
-    def _statistics(self, what: str, fit: Fit, name: str) -> UncertainReal:
-        return self.bench.uncertainties.statistical(
-            f"fit of {what}: {name}", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom
-        )
+    def _quantities(self, what: str, fit: Fit, curve: Curve, zero: UncertainReal) -> dict[str, UncertainReal]:
+        """Return the fitted inertia and friction with the errors of the torque that drove the ramp."""
+        unc = self.bench.uncertainties
+        return {
+            name: self._torque_scale(curve, zero)
+            * unc.statistical(f"fit of {what}: {name}", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom)
+            for name in NAMES
+        }
 
     def _given_tare(self, name: str) -> UncertainReal:
         uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0
@@ -330,8 +330,8 @@ class Inertia(Procedure[InertiaSettings]):
             self.notice(
                 "E6",
                 text(
-                    "two points on each ramp give an inertia {difference:+.1%} off: with friction that grows with speed they compare "
-                    "ramps at different speeds; the fit of both whole curves is reported",
+                    "two points on each ramp, the note's formula, give an inertia that is {difference:+.1%} off, because friction grows "
+                    "with speed and the ramps cover different speeds; the fit of both whole curves is reported",
                     difference=difference,
                 ),
             )

@@ -6,7 +6,6 @@ from drivers.interfaces.text import Text, text
 from procedures.core.actions import EnterReading
 from procedures.core.bench import Role
 from procedures.core.procedure import Procedure, Settings
-from procedures.core.result import Parameter
 from procedures.core.steps import step
 
 
@@ -36,7 +35,7 @@ class NameplateData(Procedure[NameplateSettings]):
             value = self._ask(
                 "maximum_current", text("the largest phase current (peak) on the data sheet"), "A", 1e-3, 1e4
             )
-        self._take_over("maximum_current", value, "A", "2.7", convention="phase, peak")
+        self.enter("maximum_current", value, section="2.7")
 
     @step("2.8/1", "Take the rated speed from the data sheet", by_hand=True)
     def rated_speed(self) -> None:
@@ -44,24 +43,7 @@ class NameplateData(Procedure[NameplateSettings]):
         value = self.nameplate.rated_speed_rpm
         if value is None:
             value = self._ask("rated_speed_rpm", text("the rated speed on the data sheet"), "rpm", 1.0, 5e5)
-        self._take_over("rated_speed", value, "rpm", "2.8", convention="mechanical")
+        self.enter("rated_speed", value, section="2.8")
 
     def _ask(self, key: str, quantity: Text, unit: str, low: float, high: float) -> float:
         return self.bench.reading(EnterReading(key, quantity, unit, low, high))
-
-    def _take_over(self, name: str, value: float, unit: str, section: str, convention: str) -> None:
-        self.enter(
-            Parameter(
-                name=name,
-                value=value,
-                unit=unit,
-                standard_uncertainty=0.0,
-                degrees_of_freedom=float("inf"),
-                coverage_interval=(value, value),
-                procedure=self.name,
-                section=section,
-                estimator="as printed on the data sheet",
-                convention=convention,
-                source="data sheet",
-            )
-        )

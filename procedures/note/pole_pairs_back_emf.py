@@ -51,7 +51,7 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
         self.bench.perform(ReleaseRotor())
         self.bench.perform(CoupleDynamometer())
         channel = self.bench.oscilloscope.channels(ProbeKind.VOLTAGE)[0]
-        self.wiring.shaft.probes((VoltageProbe(channel, Node.A, Node.B),))
+        self.wiring.shaft.connect_probes((VoltageProbe(channel, Node.A, Node.B),))
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
         driven.enter_context(self.bench.dynamometer.driving_speed(speed))
 

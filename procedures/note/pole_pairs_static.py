@@ -106,12 +106,10 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
             )
         self.report(
             "pole_pairs",
-            "1",
             ureal(float(pairs), 0.0),
             section="3.1.2.1",
             estimator="smallest number of equal spacings that the marked angles fit",
             note_value=counted,
-            convention="pole pairs, half the number of poles",
         )
 
     def _check_round(self, marks: list[float], pairs: int, span: float) -> None:
@@ -123,7 +121,8 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
         if pairs == 1 and span < 2.0 * math.pi - _CLOSE:
             raise ProcedureError(
                 text(
-                    "the marks ({marks}) lie within {span:.0f}°: that may be one pole pair, or a shaft that did not get on; {advice}",
+                    "the marks ({marks}) lie within {span:.0f}°: either the motor has one pole pair, or the shaft was not "
+                    "turned on to the next position; {advice}",
                     marks=len(marks),
                     span=math.degrees(span),
                     advice=advice,

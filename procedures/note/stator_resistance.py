@@ -10,16 +10,18 @@ from pydantic import Field
 
 from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, Wanted
 from drivers.interfaces.text import text
-from procedures.core.actions import LINE_PAIRS, SeparateMeterLeads, ShortMeterLeads, Terminal, meter_across
+from procedures.core.actions import LINE_PAIRS, LinePair, label_of, meter_across
 from procedures.core.bench import Bench, Role
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
-from procedures.estimation.winding import resistance
+from procedures.estimation.winding import resistance, unbalance
+from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE, PhaseResistance
 from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
-from procedures.techniques.temperature_correction import copper_factor, winding_temperature
+from procedures.techniques.short_correction import short_correct
+from procedures.techniques.temperature_correction import winding_temperature
 from procedures.techniques.temperature_settings import (
     COLD,
     CopperCoefficient,
@@ -28,8 +30,6 @@ from procedures.techniques.temperature_settings import (
     WindingTemperature,
 )
 from procedures.verification.settings import WiringSettings
-
-Pair = tuple[Terminal, Terminal]
 
 #: The note's own coefficient, per kelvin from 25 °C (§3.2.1, E7).
 NOTE_COEFFICIENT = 0.004
@@ -48,8 +48,8 @@ class StatorResistanceSettings(WiringSettings):
     working_temperature: float = Field(
         default=85.0, ge=-60.0, le=250.0, description="also refer the resistance to this, °C"
     )
-    coefficient: CopperCoefficient = 0.00393
-    reference_temperature: ReferenceTemperature = 20.0
+    coefficient: CopperCoefficient = COPPER
+    reference_temperature: ReferenceTemperature = COPPER_REFERENCE
     requested_uncertainty: float = Field(
         default=0.01, gt=0.0, le=1.0, description="relative standard uncertainty asked for"
     )
@@ -60,11 +60,20 @@ class StatorResistanceSettings(WiringSettings):
 
 @dataclass(frozen=True)
 class LineReadings:
-    """Mean reading (Ω) of each line pair with its statistics, and the bridge's accuracy there."""
+    """Mean reading (Ω) of each line pair with its uncertainty, and the bridge's accuracy there."""
 
-    values: dict[Pair, float]
-    quantities: dict[Pair, UncertainReal]
-    accuracies: dict[Pair, Accuracy]
+    quantities: dict[LinePair, UncertainReal]
+    accuracies: dict[LinePair, Accuracy]
+
+    @property
+    def values(self) -> dict[LinePair, float]:
+        """The mean readings (Ω)."""
+        return {pair: float(quantity.x) for pair, quantity in self.quantities.items()}
+
+    @property
+    def largest_error(self) -> float:
+        """The bridge's limit of error over the reading, the largest of the three."""
+        return max(a.gain + a.offset / self.values[pair] for pair, a in self.accuracies.items())
 
 
 class StatorResistance(Procedure[StatorResistanceSettings]):
@@ -120,8 +129,8 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
         self.choose_instrument()
         self.set_bridge()
         lines = self.measure_lines()
-        winding, y_equivalent = self.to_phase(lines)
-        self.refer_to_temperature(lines, winding, y_equivalent)
+        phase = self.to_phase(lines)
+        self.refer_to_temperature(lines, phase)
 
     @step("3.2.2/1", "Choose the instrument: above 2 Ω an RLC meter will do, below it a precision bridge")
     def choose_instrument(self) -> None:
@@ -132,56 +141,39 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     @step("3.2.2/2", "Set the bridge to {frequency:g} Hz, series inductance and resistance")
     def set_bridge(self) -> None:
         """Set frequency, level and time, and take the leads' own resistance out."""
-        bridge = self.bench.lcr_meter
-        bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
-        if self.settings.short_correction:
-            self.bench.perform(ShortMeterLeads())
-            bridge.correct_short()
-            self.bench.perform(SeparateMeterLeads())
+        bridge, settings = self.bench.lcr_meter, self.settings
+        bridge.configure(settings.frequency, settings.level, settings.aperture)
+        if settings.short_correction:
+            short_correct(self.bench, bridge)
 
     @step("3.2.2/3", "Measure the three line resistances: AB, BC, CA", by_hand=True)
     def measure_lines(self) -> LineReadings:
         """Return the three line-to-line readings (Ω)."""
-        readings = {pair: self._line(pair) for pair in LINE_PAIRS}
+        bridge, settings, pairs = self.bench.lcr_meter, self.settings, LINE_PAIRS
+        readings: dict[LinePair, list[ImpedanceReading]] = {}
+        while pairs:
+            for pair in pairs:
+                self.wiring.bridge.connect(meter_across(*pair), settings.frequency, settings.level, settings.aperture)
+                readings[pair] = [bridge.measure(Wanted.RESISTANCE) for _ in range(settings.repeats)]
+            means = {pair: mean_of_readings([r.resistance for r in read]) for pair, read in readings.items()}
+            pairs = self.wiring.bridge.lines_to_repeat({pair: mean for pair, (mean, _, _) in means.items()})
+        accuracies = {pair: read[-1].resistance_accuracy for pair, read in readings.items()}
+        lines = LineReadings({pair: self._line(pair, means[pair], accuracies[pair]) for pair in LINE_PAIRS}, accuracies)
+        self.bench.state.lines.read_by_bridge(tuple(lines.values.values()), lines.largest_error, settings.frequency)
+        return lines
 
-        def read_again(number: int) -> None:
-            readings[LINE_PAIRS[number]] = self._line(LINE_PAIRS[number])
-
-        self.wiring.bridge.compare_lines(
-            [meter_across(*pair) for pair in LINE_PAIRS],
-            lambda: [mean_of_readings([r.resistance for r in read])[0] for read in readings.values()],
-            read_again,
-        )
-        values: dict[Pair, float] = {}
-        quantities: dict[Pair, UncertainReal] = {}
-        accuracies: dict[Pair, Accuracy] = {}
-        for pair, read in readings.items():
-            mean, uncertainty, freedom = mean_of_readings([r.resistance for r in read])
-            label = pair[0].value + pair[1].value
-            statistics = self.bench.uncertainties.statistical(f"repeats of R_{label}", mean, uncertainty, freedom)
-            values[pair] = mean
-            accuracies[pair] = read[-1].resistance_accuracy
-            quantities[pair] = self.bench.uncertainties.instrument("LCR meter", statistics, accuracies[pair])
-        error = max(a.gain + a.offset / values[pair] for pair, a in accuracies.items())
-        self.bench.standing.lines.read_by_bridge(list(values.values()), error, self.settings.frequency)
-        return LineReadings(values, quantities, accuracies)
-
-    def _line(self, pair: Pair) -> list[ImpedanceReading]:
-        first = self.wiring.bridge.line(meter_across(*pair), self.settings.frequency)
-        rest = [self.bench.lcr_meter.measure(Wanted.RESISTANCE) for _ in range(self.settings.repeats - 1)]
-        return [first, *rest]
+    def _line(self, pair: LinePair, mean: tuple[float, float, float], accuracy: Accuracy) -> UncertainReal:
+        unc = self.bench.uncertainties
+        return unc.instrument("LCR meter", unc.statistical(f"repeats of R_{label_of(pair)}", *mean), accuracy)
 
     @step("3.2.2/4", "From line to phase: half the mean reading for a wye, one and a half for a delta")
-    def to_phase(self, lines: LineReadings) -> tuple[UncertainReal, UncertainReal]:
+    def to_phase(self, lines: LineReadings) -> PhaseResistance[UncertainReal]:
         """Return the winding's and the Y-equivalent's resistance; the three readings also give each phase alone."""
-        ab, bc, ca = (lines.values[pair] for pair in LINE_PAIRS)
-        phases = resistance.phase_resistances(ab, bc, ca, self.winding)
-        spread = (max(ab, bc, ca) - min(ab, bc, ca)) / ((ab + bc + ca) / 3.0)
+        ab, bc, ca = lines.values.values()
+        spread = unbalance.spread((ab, bc, ca))
         self.findings |= {
             "line_resistances": {"AB": ab, "BC": bc, "CA": ca},
-            "phase_resistances": dict(
-                zip(("AB", "BC", "CA") if self.is_delta else ("A", "B", "C"), phases, strict=True)
-            ),
+            "phase_resistances": self.by_winding(resistance.phase_resistances(ab, bc, ca, self.winding)),
             "unbalance": spread,
         }
         if spread > self.settings.unbalance_limit:
@@ -193,7 +185,6 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
                     spread=spread,
                 ),
             )
-        mean = sum((lines.quantities[pair] for pair in LINE_PAIRS), 0.0) / 3.0
         if self.is_delta:
             self.notice(
                 "E8",
@@ -202,56 +193,51 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
                     "half the reading. Both are given"
                 ),
             )
-        return (1.5 if self.is_delta else 0.5) * mean, 0.5 * mean
+        in_ab, in_bc, in_ca = lines.quantities.values()
+        return resistance.from_lines(in_ab, in_bc, in_ca, self.winding)
 
     @step("3.2.1/1", "Refer the resistance to 25 °C, and to {working_temperature:g} °C")
-    def refer_to_temperature(self, lines: LineReadings, winding: UncertainReal, y_equivalent: UncertainReal) -> None:
+    def refer_to_temperature(self, lines: LineReadings, phase: PhaseResistance[UncertainReal]) -> None:
         """Report the cold value at 25 °C with the winding's temperature in its budget."""
+        settings, copper = self.settings, (self.settings.coefficient, self.settings.reference_temperature)
         temperature = winding_temperature(
-            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
+            self.bench, self.nameplate, settings.winding_temperature, settings.temperature_uncertainty
         )
-        measured_at = float(temperature.x)
-        copper = (self.settings.coefficient, self.settings.reference_temperature)
-        cold = y_equivalent * copper_factor(temperature, COLD, *copper)
-        winding_cold = winding * copper_factor(temperature, COLD, *copper)
-        warm = cold * copper_factor(COLD, self.settings.working_temperature, *copper)
-        accuracy = max((a.gain + a.offset / lines.values[p] for p, a in lines.accuracies.items()), default=0.0)
+        cold = phase.at_temperature(temperature, COLD, *copper)
+        working = cold.at_temperature(COLD, settings.working_temperature, *copper)
         self.findings |= {
-            "winding_temperature": measured_at,
-            "at_working_temperature": {"temperature": self.settings.working_temperature, "value": float(warm.x)},
-            "instrument_share": accuracy,
+            "winding_temperature": float(temperature.x),
+            "at_working_temperature": {
+                "temperature": settings.working_temperature,
+                "value": float(working.y_equivalent.x),
+            },
+            "instrument_share": lines.largest_error,
         }
-        if measured_at != 25.0 and (self.settings.coefficient, self.settings.reference_temperature) == (
-            NOTE_COEFFICIENT,
-            25.0,
-        ):
+        if float(temperature.x) != COLD and copper == (NOTE_COEFFICIENT, COLD):
             self.notice(
                 "E7",
                 text(
                     "the note's coefficient 0.004 /K at 25 °C is not copper's, which is 0.00385 /K there (0.00393 /K at 20 °C)"
                 ),
             )
-        simple = float((winding if self.is_delta else y_equivalent).x)
         parameter = self.report(
             "stator_resistance",
-            "Ω",
-            cold,
+            cold.y_equivalent,
             section="3.2.2",
             estimator="mean of three line resistances, referred to 25 °C by copper's coefficient",
-            note_value=simple,
-            convention="per phase of the Y-equivalent, at 25 °C",
-            winding=float(winding_cold.x) if self.is_delta else None,
+            note_value=float(phase.winding.x),
+            winding=float(cold.winding.x) if self.is_delta else None,
         )
         relative = parameter.standard_uncertainty / parameter.value
-        if relative > self.settings.requested_uncertainty:
+        if relative > settings.requested_uncertainty:
             self.notice(
                 "E9",
                 text(
                     "the bridge's own error at {frequency:g} Hz is up to {share:.1%} of these readings, so the resistance is known "
                     "to {relative:.1%} and not to the {requested:.1%} asked for; a four-wire direct-current measurement does better",
-                    frequency=self.settings.frequency,
-                    share=accuracy,
+                    frequency=settings.frequency,
+                    share=lines.largest_error,
                     relative=relative,
-                    requested=self.settings.requested_uncertainty,
+                    requested=settings.requested_uncertainty,
                 ),
             )

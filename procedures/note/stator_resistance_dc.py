@@ -13,21 +13,21 @@ from drivers.interfaces import Accuracy, Reading, Regulated
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     LINE_PAIRS,
-    Connect,
     ConnectVoltmeter,
+    LinePair,
     LockRotor,
-    Socket,
-    Terminal,
     UncoupleDynamometer,
+    label_of,
+    supply_across,
 )
-from procedures.core.bench import ProcedureError, Role
+from procedures.core.bench import Role
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.fitting.linear import least_squares
 from procedures.estimation.winding import resistance
+from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
 from procedures.techniques.alignment import flowing_current
-from procedures.techniques.temperature_correction import check_temperature, copper_factor, warmed, winding_temperature
+from procedures.techniques.temperature_correction import check_temperature, warmed, winding_temperature
 from procedures.techniques.temperature_settings import (
     COLD,
     CopperCoefficient,
@@ -37,7 +37,6 @@ from procedures.techniques.temperature_settings import (
 )
 from procedures.verification.settings import SupplyWiringSettings
 
-Pair = tuple[Terminal, Terminal]
 #: A drift is taken for one beyond so many standard uncertainties.
 _CLEAR = 3.0
 
@@ -58,8 +57,8 @@ class StatorResistanceDcSettings(SupplyWiringSettings):
     )
     winding_temperature: WindingTemperature = None
     temperature_uncertainty: TemperatureUncertainty = 1.0
-    coefficient: CopperCoefficient = 0.00393
-    reference_temperature: ReferenceTemperature = 20.0
+    coefficient: CopperCoefficient = COPPER
+    reference_temperature: ReferenceTemperature = COPPER_REFERENCE
 
 
 @dataclass(frozen=True)
@@ -93,23 +92,16 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
     def measure(self) -> None:
         """Take the slope between all three pairs of terminals."""
         temperature = self.prepare()
-        hottest = float(temperature.x)
-        slopes = {}
-        for pair in LINE_PAIRS:
-            slopes[pair] = self.slope(pair)
-            hottest = self._check_warming(hottest, slopes[pair].rise)
-
-        def read_again(number: int) -> None:
-            slopes[LINE_PAIRS[number]] = self.slope(LINE_PAIRS[number])
-
-        self.wiring.supply.compare_lines(
-            [Connect({high: Socket.SUPPLY_POSITIVE, low: Socket.SUPPLY_NEGATIVE}) for high, low in LINE_PAIRS],
-            lambda: [float(slopes[pair].resistance.x) for pair in LINE_PAIRS],
-            read_again,
-        )
+        hottest, pairs = float(temperature.x), LINE_PAIRS
+        slopes: dict[LinePair, LineSlope] = {}
+        while pairs:
+            for pair in pairs:
+                slopes[pair] = self.slope(pair)
+                hottest = self._check_warming(hottest, slopes[pair].rise)
+            pairs = self.wiring.supply.lines_to_repeat({pair: float(s.resistance.x) for pair, s in slopes.items()})
         self.conclude(slopes, temperature)
 
-    @step("E9/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
+    @step("S1/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
     def prepare(self) -> UncertainReal:
         """Return the temperature (°C) that the cold resistance belongs to."""
         if self.bench.has(Role.DYNAMOMETER):
@@ -119,8 +111,8 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
 
-    @step("E9/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
-    def slope(self, pair: Pair) -> LineSlope:
+    @step("S1/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
+    def slope(self, pair: LinePair) -> LineSlope:
         """Return the slope of V over I.
 
         Both polarities take out thermal voltages; the sign of the current as a further regressor takes out the supply's own offset.
@@ -139,7 +131,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         sensing = ConnectVoltmeter(high, low)
         self.bench.perform(sensing)
         for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
-            fed = Connect({plus: Socket.SUPPLY_POSITIVE, minus: Socket.SUPPLY_NEGATIVE})
+            fed = supply_across(plus, minus)
             self.wiring.supply.four_wires(fed, sensing, ranged=bool(currents))
             # The first level again at the end: a winding that warms or cools shows there.
             for level in (*levels, levels[0]):
@@ -153,22 +145,14 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         self.wiring.supply.both_ways(
             fed, *(float(np.polyfit(i[part], v[part], 1)[0]) for part in (slice(half), slice(half, None)))
         )
-        fit = least_squares(("resistance", "offset", "meter"), np.column_stack((i, np.ones_like(i), -np.sign(i))), v)
-        unc = self.bench.uncertainties
-        label = high.value + low.value
+        fit = resistance.slope(v, i)
+        unc, label = self.bench.uncertainties, label_of(pair)
         quantity = unc.statistical(
             f"slope of V over I, {label}",
             fit.value("resistance"),
             fit.uncertainty("resistance"),
             fit.degrees_of_freedom,
         )
-        if fit.value("resistance") <= 0.0:
-            raise ProcedureError(
-                text(
-                    "between {pair} the voltage falls as the current rises: the voltmeter's leads are interchanged",
-                    pair=label,
-                )
-            )
         for name, accuracy in zip(("supply, current", "voltmeter"), accuracies, strict=True):
             quantity = unc.instrument(name, quantity, Accuracy(gain=accuracy.gain, source=accuracy.source))
         self.findings[label] = {
@@ -179,32 +163,30 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         }
         return LineSlope(quantity, (np.array(times), i, v))
 
-    @step("E9/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
-    def conclude(self, slopes: dict[Pair, LineSlope], temperature: UncertainReal) -> None:
+    @step("S1/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
+    def conclude(self, slopes: dict[LinePair, LineSlope], temperature: UncertainReal) -> None:
         """Report the phase's resistance; each phase alone stands in the findings."""
-        lines = [slopes[pair].resistance for pair in LINE_PAIRS]
-        ab, bc, ca = (float(line.x) for line in lines)
-        self.bench.standing.lines.read_by_four_wires(
-            (ab, bc, ca), max(3.0 * float(line.u) / float(line.x) for line in lines)
+        ab, bc, ca = (slopes[pair].resistance for pair in LINE_PAIRS)
+        self.bench.state.lines.read_by_four_wires(
+            [float(line.x) for line in (ab, bc, ca)], max(3.0 * float(line.u) / float(line.x) for line in (ab, bc, ca))
         )
         phases = resistance.phase_resistances(ab, bc, ca, self.winding)
-        names = ("AB", "BC", "CA") if self.is_delta else ("A", "B", "C")
-        copper = (self.settings.coefficient, self.settings.reference_temperature)
-        cold: UncertainReal = (lines[0] + lines[1] + lines[2]) / 6.0 * copper_factor(temperature, COLD, *copper)
         self.findings |= {
-            "phase_resistances": dict(zip(names, phases, strict=True)),
+            "phase_resistances": self.by_winding([float(phase.x) for phase in phases]),
             "winding_temperature": float(temperature.x),
         }
-        cold = self._at_first_reading(cold, [slopes[pair].readings for pair in LINE_PAIRS])
+        measured = resistance.from_lines(ab, bc, ca, self.winding)
+        at_first = self._at_first_reading([slopes[pair].readings for pair in LINE_PAIRS])
+        cold = measured.at_temperature(
+            temperature, COLD, self.settings.coefficient, self.settings.reference_temperature
+        )
         self.report(
             "stator_resistance",
-            "Ω",
-            cold,
+            cold.y_equivalent * at_first,
             section="3.2.2",
             estimator="slope of four-wire voltage over current, both polarities, referred to 25 °C",
-            note_value=(1.5 if self.is_delta else 0.5) * (ab + bc + ca) / 3.0,
-            convention="per phase of the Y-equivalent, at 25 °C",
-            winding=3.0 * float(cold.x) if self.is_delta else None,
+            note_value=float(measured.winding.x),
+            winding=float((cold.winding * at_first).x) if self.is_delta else None,
         )
 
     def _reading(self, level: float, *, choose_range: bool) -> tuple[Reading, Reading]:
@@ -232,17 +214,15 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         after = warmed(before, max(rise, 0.0), self.settings.coefficient, self.settings.reference_temperature)
         return check_temperature(self.nameplate, after)
 
-    def _at_first_reading(
-        self, mean: UncertainReal, blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]
-    ) -> UncertainReal:
-        """Return the resistance as it was at the first reading, when its temperature was known, where it clearly drifted."""
+    def _at_first_reading(self, blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> UncertainReal | float:
+        """Return the resistance at the first reading, when its temperature was known, over the mean: 1 unless it clearly drifted."""
         fit = resistance.drift(blocks)
         times = np.concatenate([time for time, _, _ in blocks])
         change = fit.value("drift") * float(np.mean(times - times[0]))
         warmer = fit.value("drift") * float(times[-1] - times[0]) / self.settings.coefficient
         self.findings["warming"] = warmer
         if abs(fit.value("drift")) <= _CLEAR * fit.uncertainty("drift"):
-            return mean
+            return 1.0
         if abs(warmer) > self.settings.heating_limit:
             self.notice(
                 "heating",
@@ -253,4 +233,4 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
                 ),
             )
         # What the readings' time decides is known no better than it is large.
-        return mean * self.bench.uncertainties.limit("drift of the winding's temperature", 1.0 - change, abs(change))
+        return self.bench.uncertainties.limit("drift of the winding's temperature", 1.0 - change, abs(change))

@@ -24,7 +24,6 @@ from procedures.techniques.temperature_settings import (
 )
 from procedures.verification.settings import DrivenWiringSettings
 
-CONVENTION = "per peak phase ampere, amplitude-invariant, at 25 °C"
 #: Estimator of the figure that is not measured on the shaft.
 DERIVED = "1.5 · pole pairs · flux linkage"
 
@@ -79,12 +78,10 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         derived = 1.5 * pairs * self.bench.uncertainties.of_parameter(flux)
         self.report(
             "torque_constant",
-            "N·m/A",
             derived,
             section="2.4",
             estimator=DERIVED,
             note_value=1.5 * pairs * (flux.note_value or flux.value),
-            convention=CONVENTION,
         )
         return derived
 
@@ -149,12 +146,10 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         )
         self.report(
             "torque_constant",
-            "N·m/A",
             slope,
             section="2.4",
             estimator="slope of shaft torque over the inverter's current, both directions",
             note_value=(torques[-1] - torques[0]) / (currents[-1] - currents[0]),
-            convention=CONVENTION,
         )
         if derived is not None and abs(float(slope.x) / float(derived.x) - 1.0) > 0.1:
             self.notice(

@@ -7,11 +7,13 @@ from typing import Any
 
 from drivers.interfaces.text import Text, text
 from procedures.core.nameplate import Nameplate
+from procedures.core.parameter_definition import ParameterTable
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter
+from procedures.known_parameters import Procedures, known_parameters
 from procedures.note.torque_constant import DERIVED
-from procedures.plausibility import factor_errors as mistakes
-from procedures.plausibility.factor_errors import Mistake, Ratio, quotient
+from procedures.plausibility import factor_errors
+from procedures.plausibility.factor_errors import FactorError, Ratio, quotient
 
 Findings = Mapping[str, Mapping[str, Any]]
 _Keyed = tuple[tuple[str, str], Notice]
@@ -30,17 +32,22 @@ _PLATE_BOUNDS, _PLATE_USUAL, _PLATE_CENTRE = (0.3, 1.7), (0.45, 1.4), 0.8
 _TYPE_SLACK, _TYPE_WINDOW = 0.3, 0.12
 
 
-def check_consistency(found: ParameterSet, findings: Findings, nameplate: Nameplate) -> tuple[Notice, ...]:
+def check_consistency(
+    found: ParameterSet, findings: Findings, nameplate: Nameplate, procedures: Procedures | None = None
+) -> tuple[Notice, ...]:
     """Return an alarm for every inconsistency that a known mistake explains; none for a motor whose figures agree.
 
-    `findings` are those of the procedures by name. One mistake raises one alarm: what follows from it is not told again.
+    `findings` are those of the procedures by name; `procedures`, else the installed ones, define the parameters.
+    One mistake raises one alarm: what follows from it is not told again.
     """
     pairs, alarms = _pole_pairs(found, nameplate)
     alarms += _torque(found, pairs) if pairs else []
     if pairs and not alarms:
         alarms += _plate(found, pairs, nameplate)
     alarms += _inductances(found, findings)
-    return (*alarms, *_type_values(found, nameplate, pairs or 1.0, alarmed=bool(alarms)))
+    # What a mistake explains already is not held against the type values besides.
+    type_values = () if alarms else _type_values(found, nameplate, pairs or 1.0, known_parameters(procedures))
+    return (*alarms, *type_values)
 
 
 def _pole_pairs(found: ParameterSet, nameplate: Nameplate) -> tuple[float | None, list[Notice]]:
@@ -93,9 +100,9 @@ def _torque(found: ParameterSet, pairs: float) -> list[Notice]:
     emf_off = emf is not None and emf.deviates(_FLUX_SLACK)
     if torque is not None and torque_off:
         if emf is None:
-            candidates: Sequence[Mistake] = (*mistakes.TORQUE, *mistakes.of_flux(pairs))
+            candidates: Sequence[FactorError] = (*factor_errors.TORQUE, *factor_errors.of_flux(pairs))
         else:
-            candidates = mistakes.of_flux(pairs) if emf_off else mistakes.TORQUE
+            candidates = factor_errors.of_flux(pairs) if emf_off else factor_errors.TORQUE
         return _alarm(
             "consistency-torque-constant",
             torque.shows(candidates),
@@ -103,7 +110,9 @@ def _torque(found: ParameterSet, pairs: float) -> list[Notice]:
         )
     if emf is not None and emf_off:
         candidates = (
-            mistakes.of_emf(pairs) if torque is not None else (*mistakes.of_emf(pairs), *mistakes.of_flux(pairs))
+            factor_errors.of_emf(pairs)
+            if torque is not None
+            else (*factor_errors.of_emf(pairs), *factor_errors.of_flux(pairs))
         )
         return _alarm(
             "consistency-emf",
@@ -127,17 +136,17 @@ def _plate(found: ParameterSet, pairs: float, nameplate: Nameplate) -> list[Noti
         return math.sqrt(3.0) * phase / (nameplate.rated_voltage or 1.0)
 
     now = share(1.0)
-    reach = math.exp(mistakes.COVERAGE * flux.standard_uncertainty / flux.value)
+    reach = math.exp(factor_errors.COVERAGE * flux.standard_uncertainty / flux.value)
     if _PLATE_BOUNDS[0] / reach <= now <= _PLATE_BOUNDS[1] * reach:
         return []
-    fitting = [m for m in mistakes.of_plate(pairs) if _PLATE_USUAL[0] <= share(m.factor) <= _PLATE_USUAL[1]]
+    fitting = [m for m in factor_errors.of_plate(pairs) if _PLATE_USUAL[0] <= share(m.factor) <= _PLATE_USUAL[1]]
     fitting.sort(key=lambda m: abs(math.log(share(m.factor) / _PLATE_CENTRE)))
     named = {m.words.template: m.words for m in fitting}
     return _alarm(
         "consistency-plate",
         tuple(named.values()),
         text(
-            "by p·λ, full torque at the rated speed would ask for {share:.2g} times the rated voltage",
+            "by p·λ, full torque at the rated speed would need {share:.2g} times the rated voltage",
             share=now,
         ),
     )
@@ -170,20 +179,20 @@ def _axis(found: ParameterSet, findings: Findings, axis: str) -> Iterator[_Keyed
     wrong_bridges = [(b, ratio) for b, ratio in against if ratio.deviates(_IRON_SLACK)]
     if _step_is_off(loops, wrong_loops, against, wrong_bridges):
         ratio = against[0][1].inverse()
-        yield from _inductance_alarm(step, ratio.shows(mistakes.INDUCTANCE), ratio)
+        yield from _inductance_alarm(step, ratio.shows(factor_errors.INDUCTANCE), ratio)
         return
     for bridge, ratio in wrong_bridges:
-        named = ratio.shows(mistakes.INDUCTANCE)
+        named = ratio.shows(factor_errors.INDUCTANCE)
         if not loops and len(against) == 1:
-            named += ratio.inverse().shows(mistakes.INDUCTANCE)
+            named += ratio.inverse().shows(factor_errors.INDUCTANCE)
         yield from _inductance_alarm(bridge, named, ratio)
     for resistance, loop in wrong_loops:
         ratio = loop.inverse()
-        named = ratio.shows(mistakes.RESISTANCE, _COPPER_WINDOW)
+        named = ratio.shows(factor_errors.RESISTANCE, _COPPER_WINDOW)
         if not bridges:
-            named += loop.shows(mistakes.INDUCTANCE, _COPPER_WINDOW)
+            named += loop.shows(factor_errors.INDUCTANCE, _COPPER_WINDOW)
         said = text(
-            "{procedure}: the resistance is {ratio:.3g} times what inductance and time constant of the step ask for",
+            "{procedure}: the resistance is {ratio:.3g} times the value that follows from inductance and time constant of the step",
             procedure=resistance.procedure,
             ratio=ratio.value,
         )
@@ -213,7 +222,7 @@ def _bridges_alone(bridges: Sequence[Parameter]) -> Iterator[_Keyed]:
         return
     ratio = quotient(_pair(bridges[1]), _pair(bridges[0]))
     if ratio is not None and ratio.deviates(_IRON_SLACK):
-        named = (*ratio.shows(mistakes.INDUCTANCE), *ratio.inverse().shows(mistakes.INDUCTANCE))
+        named = (*ratio.shows(factor_errors.INDUCTANCE), *ratio.inverse().shows(factor_errors.INDUCTANCE))
         yield from _inductance_alarm(bridges[1], named, ratio)
 
 
@@ -227,16 +236,14 @@ def _inductance_alarm(parameter: Parameter, named: Sequence[Text], ratio: Ratio)
         yield (notice.identifier, parameter.procedure), notice
 
 
-def _type_values(found: ParameterSet, nameplate: Nameplate, pairs: float, *, alarmed: bool) -> list[Notice]:
-    """Hold what was measured against the type values, unless a mistake is known already."""
-    if alarmed:
-        return []
-    alarms = []
+def _type_values(found: ParameterSet, nameplate: Nameplate, pairs: float, definitions: ParameterTable) -> list[Notice]:
+    """Hold what was measured against the type values."""
+    alarms: list[Notice] = []
     for name, expected in nameplate.expected.items():
-        parameter = found.parameters.get(name)
-        candidates = mistakes.of_type_value(name, pairs)
-        if parameter is None or parameter.source != "measured" or not candidates:
+        definition, parameter = definitions.get(name), found.parameters.get(name)
+        if definition is None or parameter is None or parameter.source != "measured":
             continue
+        candidates = factor_errors.of_type_value(definition.factor_errors, pairs)
         ratio = quotient(_pair(parameter), (expected, 0.0))
         if ratio is None or not ratio.deviates(_TYPE_SLACK):
             continue

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drivers.interfaces.text import Text, text
+from procedures.core.parameter_definition import FactorErrors
 
 #: Two figures agree within this multiple of their combined standard uncertainty, on top of their check's slack.
 COVERAGE = 5.0
@@ -16,7 +17,7 @@ _NAMING = 3.0
 
 
 @dataclass(frozen=True)
-class Mistake:
+class FactorError:
     """What somebody may have done, and the factor by which the ratio is then off."""
 
     factor: float
@@ -42,7 +43,7 @@ class Ratio:
         """Return one over it."""
         return Ratio(1.0 / self.value, self.uncertainty)
 
-    def shows(self, mistakes: Sequence[Mistake], window: float = WINDOW) -> tuple[Text, ...]:
+    def shows(self, mistakes: Sequence[FactorError], window: float = WINDOW) -> tuple[Text, ...]:
         """Return the mistakes whose factor it shows, the nearest first, each sentence once."""
         reach = math.hypot(_NAMING * self.uncertainty, window)
         near = sorted((abs(math.log(self.value / m.factor)), k) for k, m in enumerate(mistakes))
@@ -60,113 +61,113 @@ def quotient(over: tuple[float, float], under: tuple[float, float]) -> Ratio | N
 
 #: Of the measured torque constant against 1.5·p·λ, where p and λ are borne out by the EMF at mechanical speed.
 TORQUE = (
-    Mistake(math.sqrt(2.0), text("rms current entered for peak")),
-    Mistake(math.sqrt(0.5), text("peak current taken for rms and converted once more")),
-    Mistake(1.0 / math.sqrt(3.0), text("line voltage entered for phase voltage")),
-    Mistake(math.sqrt(3.0), text("phase voltage taken for line voltage and divided by √3")),
-    Mistake(0.5, text("peak-to-peak voltage entered for peak, or peak-to-peak current for peak")),
-    Mistake(2.0, text("current of one of two parallel leads entered, or the voltage's peak halved")),
-    Mistake(1.5, text("the factor 1.5 of the amplitude-invariant torque counted twice")),
-    Mistake(1.0 / 1.5, text("the factor 1.5 of the amplitude-invariant torque left out")),
-    Mistake(0.1, text("a probe's attenuation of 10 not entered, or entered twice")),
-    Mistake(10.0, text("a probe's attenuation of 10 not entered, or entered twice")),
+    FactorError(math.sqrt(2.0), text("rms current entered for peak")),
+    FactorError(math.sqrt(0.5), text("peak current taken for rms and converted once more")),
+    FactorError(1.0 / math.sqrt(3.0), text("line voltage entered for phase voltage")),
+    FactorError(math.sqrt(3.0), text("phase voltage taken for line voltage and divided by √3")),
+    FactorError(0.5, text("peak-to-peak voltage entered for peak, or peak-to-peak current for peak")),
+    FactorError(2.0, text("current of one of two parallel leads entered, or the voltage's peak halved")),
+    FactorError(1.5, text("the factor 1.5 of the amplitude-invariant torque counted twice")),
+    FactorError(1.0 / 1.5, text("the factor 1.5 of the amplitude-invariant torque left out")),
+    FactorError(0.1, text("a probe's attenuation of 10 not entered, or entered twice")),
+    FactorError(10.0, text("a probe's attenuation of 10 not entered, or entered twice")),
 )
 
 
-def of_flux(pole_pairs: float) -> tuple[Mistake, ...]:
+def of_flux(pole_pairs: float) -> tuple[FactorError, ...]:
     """Return the mistakes of torque or EMF constant against p·λ, where pole pairs or flux linkage themselves are off."""
     return (
-        Mistake(0.5, text("poles entered for pole pairs")),
-        Mistake(2.0, text("pole pairs halved once more")),
-        Mistake(1.0 / pole_pairs, text("mechanical speed taken for electrical speed in the flux linkage")),
-        Mistake(pole_pairs, text("electrical speed multiplied by the pole pairs once more in the flux linkage")),
-        Mistake(2.0 * math.pi, text("rad/s taken for Hz: a factor 2π in the flux linkage")),
-        Mistake(0.5 / math.pi, text("Hz taken for rad/s: a factor 2π in the flux linkage")),
+        FactorError(0.5, text("poles entered for pole pairs")),
+        FactorError(2.0, text("pole pairs halved once more")),
+        FactorError(1.0 / pole_pairs, text("mechanical speed taken for electrical speed in the flux linkage")),
+        FactorError(pole_pairs, text("electrical speed multiplied by the pole pairs once more in the flux linkage")),
+        FactorError(2.0 * math.pi, text("rad/s taken for Hz: a factor 2π in the flux linkage")),
+        FactorError(0.5 / math.pi, text("Hz taken for rad/s: a factor 2π in the flux linkage")),
     )
 
 
-def of_emf(pole_pairs: float) -> tuple[Mistake, ...]:
+def of_emf(pole_pairs: float) -> tuple[FactorError, ...]:
     """Return the mistakes of the EMF constant alone against p·λ."""
     return (
-        Mistake(1.0 / pole_pairs, text("electrical speed taken for mechanical speed in the EMF constant")),
-        Mistake(math.sqrt(3.0), text("line voltage entered for phase voltage in the EMF constant")),
-        Mistake(math.sqrt(0.5), text("rms voltage entered for peak in the EMF constant")),
-        Mistake(2.0, text("peak-to-peak voltage entered for peak in the EMF constant")),
-        Mistake(2.0 * math.pi, text("turns a second taken for rad/s in the EMF constant")),
-        Mistake(math.pi / 30.0, text("rpm taken for rad/s in the EMF constant")),
+        FactorError(1.0 / pole_pairs, text("electrical speed taken for mechanical speed in the EMF constant")),
+        FactorError(math.sqrt(3.0), text("line voltage entered for phase voltage in the EMF constant")),
+        FactorError(math.sqrt(0.5), text("rms voltage entered for peak in the EMF constant")),
+        FactorError(2.0, text("peak-to-peak voltage entered for peak in the EMF constant")),
+        FactorError(2.0 * math.pi, text("turns a second taken for rad/s in the EMF constant")),
+        FactorError(math.pi / 30.0, text("rpm taken for rad/s in the EMF constant")),
     )
 
 
 #: Of an inductance by a bridge, or by the step, against the right one.
 INDUCTANCE = (
-    Mistake(0.75, text("a reading of A against B and C together halved instead of divided by 1.5 (E1)")),
-    Mistake(4.0 / 3.0, text("a reading between two lines divided by 1.5 instead of halved")),
-    Mistake(1.5, text("a reading of A against B and C together not divided by 1.5")),
-    Mistake(2.0, text("a reading between two lines not halved")),
-    Mistake(3.0, text("the winding of a delta entered for the Y-equivalent: wye and delta confused")),
-    Mistake(1.0 / 3.0, text("a wye divided by 3 as if it were a delta: wye and delta confused")),
+    FactorError(0.75, text("a reading of A against B and C together halved instead of divided by 1.5 (E1)")),
+    FactorError(4.0 / 3.0, text("a reading between two lines divided by 1.5 instead of halved")),
+    FactorError(1.5, text("a reading of A against B and C together not divided by 1.5")),
+    FactorError(2.0, text("a reading between two lines not halved")),
+    FactorError(3.0, text("the winding of a delta entered for the Y-equivalent: wye and delta confused")),
+    FactorError(1.0 / 3.0, text("a wye divided by 3 as if it were a delta: wye and delta confused")),
 )
 #: Of a resistance against the one that the step's time constant asks for.
 RESISTANCE = (
-    Mistake(2.0, text("the resistance between two lines entered for the phase's")),
-    Mistake(0.5, text("the phase's resistance halved once more")),
-    Mistake(1.5, text("the resistance of A against B and C together entered for the phase's")),
-    Mistake(3.0, text("the winding of a delta entered for the Y-equivalent: wye and delta confused")),
-    Mistake(1.0 / 3.0, text("a wye divided by 3 as if it were a delta: wye and delta confused")),
+    FactorError(2.0, text("the resistance between two lines entered for the phase's")),
+    FactorError(0.5, text("the phase's resistance halved once more")),
+    FactorError(1.5, text("the resistance of A against B and C together entered for the phase's")),
+    FactorError(3.0, text("the winding of a delta entered for the Y-equivalent: wye and delta confused")),
+    FactorError(1.0 / 3.0, text("a wye divided by 3 as if it were a delta: wye and delta confused")),
 )
 
 
-def of_plate(pole_pairs: float) -> tuple[Mistake, ...]:
+def of_plate(pole_pairs: float) -> tuple[FactorError, ...]:
     """Return the mistakes of p·λ against rated voltage and speed: only factors that no healthy motor shows."""
     return (
-        Mistake(pole_pairs, text("flux linkage per mechanical radian where per electrical radian is meant")),
-        Mistake(1.0 / pole_pairs, text("pole pairs left out, or EMF constant divided by them twice")),
-        Mistake(2.0 * math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
-        Mistake(0.5 / math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
-        Mistake(30.0 / math.pi, text("rpm and rad/s confused")),
-        Mistake(math.pi / 30.0, text("rpm and rad/s confused")),
-        Mistake(10.0, text("a probe's attenuation of 10 not entered, or entered twice")),
-        Mistake(0.1, text("a probe's attenuation of 10 not entered, or entered twice")),
+        FactorError(pole_pairs, text("flux linkage per mechanical radian where per electrical radian is meant")),
+        FactorError(1.0 / pole_pairs, text("pole pairs left out, or EMF constant divided by them twice")),
+        FactorError(2.0 * math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
+        FactorError(0.5 / math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
+        FactorError(30.0 / math.pi, text("rpm and rad/s confused")),
+        FactorError(math.pi / 30.0, text("rpm and rad/s confused")),
+        FactorError(10.0, text("a probe's attenuation of 10 not entered, or entered twice")),
+        FactorError(0.1, text("a probe's attenuation of 10 not entered, or entered twice")),
     )
 
 
 _TYPE_UNITS = (
-    Mistake(1000.0, text("a factor 1000 in a unit of the motor file")),
-    Mistake(1e-3, text("a factor 1000 in a unit of the motor file")),
+    FactorError(1000.0, text("a factor 1000 in a unit of the motor file")),
+    FactorError(1e-3, text("a factor 1000 in a unit of the motor file")),
 )
 _TYPE_IMPEDANCE = (
-    Mistake(0.5, text("the type value holds between two lines")),
-    Mistake(2.0, text("a reading between two lines not halved")),
-    Mistake(1.0 / 3.0, text("the type value is that of a delta's winding: wye and delta confused")),
-    Mistake(3.0, text("the winding of a delta entered for the Y-equivalent: wye and delta confused")),
+    FactorError(0.5, text("the type value holds between two lines")),
+    FactorError(2.0, text("a reading between two lines not halved")),
+    FactorError(1.0 / 3.0, text("the type value is that of a delta's winding: wye and delta confused")),
+    FactorError(3.0, text("the winding of a delta entered for the Y-equivalent: wye and delta confused")),
 )
 _TYPE_FLUX = (
-    Mistake(1.0 / math.sqrt(3.0), text("the type value holds between two lines, or is that of a delta's winding")),
-    Mistake(math.sqrt(3.0), text("line voltage entered for phase voltage")),
-    Mistake(math.sqrt(2.0), text("the type value is rms")),
-    Mistake(0.5, text("the type value is peak to peak")),
-    Mistake(2.0, text("peak-to-peak voltage entered for peak")),
-    Mistake(2.0 * math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
-    Mistake(0.5 / math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
+    FactorError(1.0 / math.sqrt(3.0), text("the type value holds between two lines, or is that of a delta's winding")),
+    FactorError(math.sqrt(3.0), text("line voltage entered for phase voltage")),
+    FactorError(math.sqrt(2.0), text("the type value is rms")),
+    FactorError(0.5, text("the type value is peak to peak")),
+    FactorError(2.0, text("peak-to-peak voltage entered for peak")),
+    FactorError(2.0 * math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
+    FactorError(0.5 / math.pi, text("a factor 2π: Hz, turns a second and rad/s confused")),
 )
 
 
-def of_type_value(name: str, pole_pairs: float) -> tuple[Mistake, ...]:
+def of_type_value(errors: FactorErrors | None, pole_pairs: float) -> tuple[FactorError, ...]:
     """Return the mistakes of a measured parameter against its type value; empty for one that has none of its own."""
-    if name in ("stator_resistance", "d_axis_inductance", "q_axis_inductance"):
+    if errors is FactorErrors.IMPEDANCE:
         return (*_TYPE_IMPEDANCE, *_TYPE_UNITS)
-    if name in ("flux_linkage", "back_emf_constant_mechanical"):
+    if errors is FactorErrors.FLUX:
         per_speed = (
-            Mistake(pole_pairs, text("mechanical and electrical speed confused")),
-            Mistake(1.0 / pole_pairs, text("mechanical and electrical speed confused")),
+            FactorError(pole_pairs, text("mechanical and electrical speed confused")),
+            FactorError(1.0 / pole_pairs, text("mechanical and electrical speed confused")),
         )
         return (*_TYPE_FLUX, *per_speed, *_TYPE_UNITS)
-    if name == "torque_constant":
+    if errors is FactorErrors.TORQUE:
         return (
-            Mistake(math.sqrt(2.0), text("rms current entered for peak")),
-            Mistake(math.sqrt(0.5), text("the type value is per rms ampere")),
-            Mistake(1.5, text("the factor 1.5 of the amplitude-invariant torque counted twice")),
-            Mistake(1.0 / 1.5, text("the factor 1.5 of the amplitude-invariant torque left out")),
+            FactorError(math.sqrt(2.0), text("rms current entered for peak")),
+            FactorError(math.sqrt(0.5), text("the type value is per rms ampere")),
+            FactorError(1.5, text("the factor 1.5 of the amplitude-invariant torque counted twice")),
+            FactorError(1.0 / 1.5, text("the factor 1.5 of the amplitude-invariant torque left out")),
             *_TYPE_UNITS,
         )
     return ()

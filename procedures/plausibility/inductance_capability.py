@@ -16,7 +16,7 @@ _HIGHER = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 REQUESTED = 0.01
 
 
-class BridgeSettings(Protocol):
+class InductanceBridgeSettings(Protocol):
     """The settings of a measurement by bridge."""
 
     @property
@@ -37,7 +37,7 @@ class BridgeSettings(Protocol):
 
 
 def foresee_inductance(
-    procedure: str, bench: Bench, nameplate: Nameplate, settings: BridgeSettings, reading: float
+    procedure: str, bench: Bench, nameplate: Nameplate, settings: InductanceBridgeSettings, reading: float
 ) -> Sequence[Notice]:
     """Hold the bridge's accuracy at the type value against the uncertainty asked for; `reading` is the meter's over the phase's value.
 

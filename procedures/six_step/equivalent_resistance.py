@@ -188,11 +188,9 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         self._report_emf(constant, fit)
         self.report(
             "switch_resistance",
-            "Ω",
             switch,
             section=_SECTION,
             estimator="least squares of mean state voltages over all loads" if given is None else "as given",
-            convention="one switch, R_t",
         )
         return Parts(resistance, inductance, switch, constant)
 
@@ -241,9 +239,9 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
             self.notice(
                 "delta-from-outside",
                 text(
-                    "a delta's winding currents are formed from line currents: differences are seen from outside, a current "
-                    "circulating in the delta is not. It is taken as zero; a third harmonic of the EMF would add copper loss "
-                    "that no terminal shows"
+                    "the winding currents of a delta are calculated from the line currents; a current that circulates "
+                    "inside the delta cannot be seen from outside and is taken as zero. With a third harmonic of the EMF "
+                    "the copper loss is larger than given here"
                 ),
             )
         self._report_at_largest_load(points[-1], rows[-1], parts)
@@ -379,11 +377,9 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
     def _report_emf(self, constant: UncertainReal, fit: Fit) -> None:
         self.report(
             "line_emf_constant",
-            "V·s/rad",
             constant,
             section=_SECTION,
             estimator="least squares of mean state voltages over all loads",
-            convention="mean EMF between the conducting terminals over mechanical speed",
         )
         flux, pairs = self.known_value("flux_linkage"), self.known_value("pole_pairs")
         self.findings["emf_residual"] = fit.residual_rms
@@ -407,35 +403,28 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         current = unc.instrument("drive, bus current", point.bus_current.value, self._typical([point], "bus_current"))
         speed = unc.instrument("tachometer", point.speed.value, point.speed.accuracy)
         equivalent = (voltage - parts.emf_constant * speed) / current
-        convention = "at the largest load"
         self.report(
             "equivalent_resistance",
-            "Ω",
             equivalent,
             section=_SECTION,
             estimator="bus voltage less EMF over bus current",
             note_value=2.0 * float(parts.switch_resistance.x)
             + (2.0 / 3.0 if self.is_delta else 2.0) * float(parts.winding_resistance.x),
-            convention=convention,
         )
         if point.line is None:
             return
         copper = 3.0 * parts.winding_resistance * float(row["winding_rms"] or 0.0) ** 2 / current**2
         self.report(
             "copper_resistance",
-            "Ω",
             copper,
             section=_SECTION,
             estimator="three times R_11·I_eff² over I_s²",
-            convention=convention,
         )
         self.report(
             "commutation_resistance",
-            "Ω",
             equivalent - 2.0 * parts.switch_resistance - copper,
             section=_SECTION,
             estimator="equivalent resistance less switches and copper",
-            convention="at the largest load; exchanged energy, no loss",
         )
 
 

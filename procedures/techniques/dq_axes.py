@@ -1,13 +1,9 @@
 """What the three ways to Ld and Lq share."""
 
-from drivers.interfaces import LcrMeter
 from drivers.interfaces.text import text
-from procedures.core.actions import Connect, SeparateMeterLeads, ShortMeterLeads, Socket
-from procedures.core.bench import Bench, ProcedureError
+from procedures.core.actions import Connect, Socket
+from procedures.core.bench import ProcedureError
 from procedures.estimation.winding.connections import ReadingConnection
-
-#: One sentence for reports: what the figures of Ld and Lq are.
-CONVENTION = "per phase of the Y-equivalent"
 
 
 def connection_of(action: Connect) -> ReadingConnection:
@@ -19,7 +15,11 @@ def connection_of(action: Connect) -> ReadingConnection:
     if (highs, lows) in ((1, 2), (2, 1)):
         return ReadingConnection.SERIES_PARALLEL
     raise ProcedureError(
-        text("the meter is on {highs} and {lows} terminals, and so reads nothing", highs=highs, lows=lows)
+        text(
+            "the meter's high lead is on {highs} terminals and its low lead on {lows}: this gives no reading",
+            highs=highs,
+            lows=lows,
+        )
     )
 
 
@@ -34,10 +34,3 @@ def require(reading: ReadingConnection, wanted: ReadingConnection) -> None:
                 given=reading.name,
             )
         )
-
-
-def short_correct(bench: Bench, bridge: LcrMeter) -> None:
-    """Take the leads' own impedance out of the bridge's readings."""
-    bench.perform(ShortMeterLeads())
-    bridge.correct_short()
-    bench.perform(SeparateMeterLeads())

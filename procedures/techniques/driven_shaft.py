@@ -1,14 +1,30 @@
-"""A motor that the dynamometer drives: how fast it may be turned, and whether it is."""
+"""A motor that the dynamometer drives: how fast it may be turned, whether it is, and the voltages that it shows."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
 
 from drivers.interfaces import Reading
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.nameplate import Nameplate
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.techniques.steady_signals import alternating
 
 #: A tachometer that differs by more than this share from the speed that was commanded reads something else.
 _AGREE = 0.1
+#: Periods of a record, if the pole pairs are what is known of them, and the shortest and longest record (s).
+_PERIODS, _SHORTEST, _LONGEST = 4.0, 0.02, 4.0
+
+
+@dataclass(frozen=True)
+class DrivenRecord:
+    """Voltages (V) of the channels while the shaft is driven, shape (channels, n), and one step of the coarsest channel (V)."""
+
+    voltages: FloatArray
+    resolution: float
 
 
 def check_turning(bench: Bench, read: Reading, commanded: float) -> None:
@@ -17,8 +33,8 @@ def check_turning(bench: Bench, read: Reading, commanded: float) -> None:
         return
     raise ProcedureError(
         text(
-            "the tachometer reads {read:.0f} rpm while the dynamometer drives the shaft at {driven:.0f} rpm: see whether it looks at the "
-            "mark, and at one mark only",
+            "the tachometer reads {read:.0f} rpm while the dynamometer drives the shaft at {driven:.0f} rpm: "
+            "check that it is aimed at the reflective mark, and that there is only one mark",
             read=read.value * 30.0 / math.pi,
             driven=abs(commanded) * 30.0 / math.pi,
         )
@@ -37,4 +53,24 @@ def driving_speed_rad(bench: Bench, nameplate: Nameplate, share: float) -> float
     bound = nameplate.speed_bound_rpm or nameplate.rated_speed_rpm
     return min(
         share * nameplate.rated_speed_rpm * math.pi / 30.0, bound * math.pi / 30.0, bench.dynamometer.maximum_speed
+    )
+
+
+def expected_peak(nameplate: Nameplate, share: float) -> float | None:
+    """Return about what a phase's peak voltage (V) is at a share of the rated speed; None where the plate names no voltage."""
+    rated = nameplate.rated_voltage
+    return share * rated / math.sqrt(3.0) if rated else None
+
+
+def record_driven(
+    bench: Bench, nameplate: Nameplate, channels: Sequence[int], share: float, pole_pairs: float | None
+) -> DrivenRecord:
+    """Return the channels' voltages over some electrical periods, the shaft driven at a share of the rated speed."""
+    speed = driving_speed_rad(bench, nameplate, share)
+    pairs = pole_pairs or nameplate.pole_pairs or 1
+    record_time = min(max(_PERIODS * 2.0 * math.pi / (pairs * speed), _SHORTEST), _LONGEST)
+    with bench.dynamometer.driving_speed(speed):
+        waves = alternating(bench, channels, 1.5 * (expected_peak(nameplate, share) or 1.0), record_time)
+    return DrivenRecord(
+        np.vstack([waves[channel].values for channel in channels]), max(wave.resolution for wave in waves.values())
     )

@@ -1,12 +1,11 @@
 """The last step of both dynamic pole-pair methods: p = 60 f / n."""
 
 import math
-from typing import Any, cast
+from typing import Any
 
 from GTC import ureal
 
 from drivers.interfaces import Reading
-from drivers.interfaces.oscilloscope import ScreenReadings
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.procedure import Procedure
@@ -22,7 +21,7 @@ _ASIDE = 0.25
 def frequency_reading(bench: Bench, channel: int) -> Reading | None:
     """Return the frequency (Hz) read off the screen where the oscilloscope can give no waveform, else None."""
     scope = bench.oscilloscope
-    return None if scope.gives_waveforms else cast("ScreenReadings", scope).measure_frequency(channel)
+    return None if scope.gives_waveforms else scope.measure_frequency(channel)
 
 
 def ratio(frequency: float, uncertainty: float, speed: Reading) -> FrequencyRatio:
@@ -64,8 +63,8 @@ def count(procedure: Procedure[Any], frequency: float, uncertainty: float, speed
     if not is_clear(found):
         raise ProcedureError(
             text(
-                "60·f/n = {ratio:.3f} at {frequency:.4g} Hz and {speed:.4g} rpm, each as uncertain as it is, is not clearly one whole "
-                "number; turn faster, read the speed more finely, or check that it is the motor's and not a gear's",
+                "60·f/n = {ratio:.3f} at {frequency:.4g} Hz and {speed:.4g} rpm is, within the uncertainty of both, not clearly one whole "
+                "number; turn faster, read the speed with more digits, or check that it is the speed of the motor and not of a gearbox",
                 ratio=found.ratio,
                 frequency=frequency,
                 speed=speed_rpm,
@@ -73,10 +72,8 @@ def count(procedure: Procedure[Any], frequency: float, uncertainty: float, speed
         )
     procedure.report(
         "pole_pairs",
-        "1",
         ureal(float(found.pole_pairs), 0.0),
         section=section,
         estimator="nearest whole number to 60 f / n",
         note_value=found.ratio,
-        convention="pole pairs, half the number of poles",
     )

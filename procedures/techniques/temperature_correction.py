@@ -49,13 +49,6 @@ def warmed(temperature: float, rise: float, coefficient: float, reference: float
     return temperature + rise * (1.0 / coefficient + temperature - reference)
 
 
-def copper_factor(
-    measured_at: UncertainReal | float, to: float, coefficient: float, reference: float
-) -> UncertainReal | float:
-    """Return what takes a resistance from one temperature (°C) to another; `coefficient` (1/K) holds at `reference` (°C)."""
-    return (1.0 + coefficient * (to - reference)) / (1.0 + coefficient * (measured_at - reference))
-
-
 def magnet_factor(
     uncertainties: Uncertainties, measured_at: UncertainReal, coefficient: float, half_width: float | None = None
 ) -> UncertainReal:

@@ -1,1 +1,1 @@
-"""Is it wired as told? Every connection is verified by a measurement before anything rests on it."""
+"""Is it connected as intended? Every connection is verified by a measurement before a reading is taken through it."""

@@ -4,14 +4,14 @@ from procedures.core.actions import Action, Connect, LockRotor, ReleaseRotor, Se
 from procedures.verification.lines import Lines
 
 
-class Standing:
-    """The bench as it stands, by what hands were told and what measurements proved of it."""
+class BenchState:
+    """The state of the bench, by the actions done so far and the measurements that verified them."""
 
     def __init__(self) -> None:
         #: The terminals' connection; None where it is not known.
         self.connection: Connect | None = None
-        #: Whether that connection has been proved, and nothing was touched since.
-        self.proved = False
+        #: Whether that connection has been verified, and nothing was touched since.
+        self.verified = False
         #: Whether the shaft was locked by this run, and not released since.
         self.rotor_locked = False
         #: The motor's line resistances, as far as this run has read them.
@@ -21,9 +21,9 @@ class Standing:
         """Take an action into account that has been done."""
         match action:
             case Connect():
-                self.connection, self.proved = action, False
+                self.connection, self.verified = action, False
             case ShortMeterLeads() | SeparateMeterLeads():
-                self.connection, self.proved = None, False
+                self.connection, self.verified = None, False
             case LockRotor():
                 self.rotor_locked = True
             case ReleaseRotor():

@@ -1,15 +1,15 @@
-"""Connections to an LCR meter, proved by its own readings."""
+"""Connections to an LCR meter, verified by a reading of its own at a low frequency."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 
-from drivers.interfaces import ImpedanceReading, SetpointError
-from procedures.core.actions import Connect
+from drivers.interfaces import Aperture, ImpedanceReading, SetpointError
+from procedures.core.actions import Connect, LinePair, meter_across
 from procedures.estimation.winding.wiring import Outcome
-from procedures.verification import by_bridge
-from procedures.verification.by_bridge import BridgeSettings
+from procedures.verification import bridge_evidence
 from procedures.verification.check import Check
+from procedures.verification.lines import Reference
 from procedures.verification.two_poles import poles_of
-from procedures.verification.verification import Proof
+from procedures.verification.verifier import ConnectionVerifier
 
 #: Test frequencies (Hz) up to which a winding shows its direct-current resistance, and the one to ask a bridge for.
 _NEARLY_DIRECT, _LOW = 120.0, 20.0
@@ -18,59 +18,52 @@ _NEARLY_DIRECT, _LOW = 120.0, 20.0
 class BridgeWiring:
     """Connections to the bridge."""
 
-    def __init__(self, proof: Proof) -> None:
-        self._proof = proof
-        self._bench = proof.bench
+    def __init__(self, verifier: ConnectionVerifier) -> None:
+        self._verifier = verifier
+        self._bench = verifier.bench
 
-    def connect(self, connect: Connect, settings: BridgeSettings) -> None:
-        """Connect the terminals to the bridge, prove it with one reading at a low frequency, and leave the bridge set."""
+    def connect(self, connect: Connect, frequency: float, level: float, aperture: Aperture) -> None:
+        """Connect the terminals to the bridge and verify that by one reading; the bridge has these settings and keeps them.
+
+        Where the frequency (Hz) is low, the line's resistance is about to be measured: the reading is taken at that frequency,
+        and is compared with earlier runs and instruments, not with the line before.
+        """
+        bridge = self._bench.lcr_meter
         self._bench.perform(connect)
-        if self._bench.lcr_meter.read_by_hand:
-            self._set(settings)
-            self._proof.verify(connect, lambda: Check(Outcome.UNPROVED, "lcr_meter", reason="by hand"))
+        if bridge.read_by_hand:
+            self._verifier.verify(connect, lambda: Check(Outcome.UNVERIFIED, "lcr_meter", reason="by hand"))
             return
-        try:
-            self._set(BridgeSettings(self._proof.lines.bridge_frequency or _LOW, settings.level, settings.aperture))
-        except SetpointError:
-            # A bridge without such a frequency tells a path from none all the same.
-            self._set(settings)
-            self._proof.verify(connect, lambda: by_bridge.judged(connect, self._read(), None))
+        if frequency > _NEARLY_DIRECT:
+            low = self._verifier.lines.bridge_frequency or _LOW
+            try:
+                bridge.configure(low, level, aperture)
+            except SetpointError:
+                # A bridge without such a frequency tells a path from none all the same.
+                self._verifier.verify(connect, lambda: bridge_evidence.judged(connect, self._read(), None))
+            else:
+                self._verifier.verify(connect, lambda: self._compared_with_others(connect))
+                bridge.configure(frequency, level, aperture)
             return
-        self._proof.verify(connect, lambda: self._held_against_others(connect))
-        self._set(settings)
+        self._verifier.verify(connect, lambda: bridge_evidence.judged(connect, self._read(), self._known()))
 
-    def line(self, connect: Connect, frequency: float) -> ImpedanceReading:
-        """Connect two terminals to the bridge, which is set to a frequency (Hz); prove it by a reading, and return that."""
-        self._bench.perform(connect)
-        lines = self._proof.lines
-        reference = lines.for_bridge(self._proof.known) if frequency <= _NEARLY_DIRECT else None
-        taken: list[ImpedanceReading] = []
+    def lines_to_repeat(self, lines: Mapping[LinePair, float]) -> tuple[LinePair, ...]:
+        """Return which of the readings (Ω) of AB, BC, CA are to be taken again, their connection being corrected; none if all fit."""
+        return self._verifier.lines_to_repeat(
+            {pair: meter_across(*pair) for pair in lines},
+            [bridge_evidence.compared(list(lines.values()), k) for k in range(len(lines))],
+        )
 
-        def check() -> Check:
-            reading = self._read()
-            taken[:] = [] if reading is None else [reading]
-            return by_bridge.judged(connect, reading, reference)
+    def _known(self) -> Reference | None:
+        return self._verifier.lines.for_bridge(self._verifier.known)
 
-        self._proof.verify(connect, check)
-        return taken[0]
-
-    def compare_lines(
-        self, connects: Sequence[Connect], lines: Callable[[], Sequence[float]], read_again: Callable[[int], None]
-    ) -> None:
-        """Hold the readings (Ω) of AB, BC, CA against each other; `read_again` has one of them made anew."""
-        self._proof.compare(connects, lambda which: by_bridge.compared(lines(), which), read_again)
-
-    def _held_against_others(self, connect: Connect) -> Check:
-        lines = self._proof.lines
-        reference = lines.for_bridge(self._proof.known) or lines.supposed_for_bridge()
+    def _compared_with_others(self, connect: Connect) -> Check:
+        lines = self._verifier.lines
+        reference = self._known() or lines.supposed_for_bridge()
         reading = self._read()
-        found = by_bridge.judged(connect, reading, reference)
+        check = bridge_evidence.judged(connect, reading, reference)
         if reference is None and reading is not None:
-            lines.suppose("lcr_meter", poles_of(connect), by_bridge.like(reading))
-        return found
+            lines.suppose("lcr_meter", poles_of(connect), bridge_evidence.like(reading))
+        return check
 
     def _read(self) -> ImpedanceReading | None:
-        return by_bridge.read(self._bench.lcr_meter)
-
-    def _set(self, settings: BridgeSettings) -> None:
-        self._bench.lcr_meter.configure(settings.frequency, settings.level, settings.aperture)
+        return bridge_evidence.read(self._bench.lcr_meter)

@@ -27,7 +27,7 @@ class Check:
 
     `by` is the instrument's role, `possible` the records of mistakes that would read the same (or, of a wrong connection, that
     explain it), `read` the figures in SI units by name, `reason` a key of `words.REASONS`, `evidence` the figures in words,
-    `mendable` false where it shows too late to be mended.
+    `correctable_now` false where it shows too late to be mended.
     """
 
     outcome: Outcome
@@ -36,12 +36,12 @@ class Check:
     read: Mapping[str, float] = field(default_factory=dict)
     reason: str = ""
     evidence: Text | None = None
-    mendable: bool = True
+    correctable_now: bool = True
 
     @property
-    def to_be_mended(self) -> bool:
+    def correctable(self) -> bool:
         """Whether the connection that was checked can be put right now, and may be the wrong one: not only one before it."""
-        return self.mendable and any(not entry.get("earlier") for entry in self.possible)
+        return self.correctable_now and any(not entry.get("earlier") for entry in self.possible)
 
     def record(self) -> dict[str, Any]:
         """Return it for the journal and the findings."""
@@ -91,14 +91,14 @@ def _probe(probe: VoltageProbe | CurrentProbe) -> dict[str, Any]:
 
 
 def mistake_record(
-    mistake: Mistake, told: Leads, channels: tuple[int | None, int | None] = (None, None)
+    mistake: Mistake, expected: Leads, channels: tuple[int | None, int | None] = (None, None)
 ) -> dict[str, Any]:
     """Return a mistake as a record; `channels` are those of a voltage and of a current probe, None for a voltmeter."""
     entry: dict[str, Any] = {"kind": mistake.kind.value, "terminals": _names(mistake.terminals)}
     if mistake.kind in (Kind.VOLTAGE_LEAD, Kind.VOLTAGE_REVERSED):
         entry["channel"] = channels[0]
-    if mistake.kind is Kind.VOLTAGE_LEAD and told.voltage and mistake.leads.voltage:
-        number = 0 if told.voltage[0] != mistake.leads.voltage[0] else 1
+    if mistake.kind is Kind.VOLTAGE_LEAD and expected.voltage and mistake.leads.voltage:
+        number = 0 if expected.voltage[0] != mistake.leads.voltage[0] else 1
         place = mistake.leads.voltage[number]
         entry |= {"side": ("positive", "negative")[number], "at": None if place is None else TERMINALS[place].value}
     if mistake.kind is Kind.CURRENT_PROBE and mistake.leads.current:
@@ -108,11 +108,14 @@ def mistake_record(
 
 
 def records(
-    found: Judgement, earlier: Sequence[Mistake], told: Leads, channels: tuple[int | None, int | None] = (None, None)
+    judgement: Judgement,
+    earlier: Sequence[Mistake],
+    expected: Leads,
+    channels: tuple[int | None, int | None] = (None, None),
 ) -> tuple[dict[str, Any], ...]:
     """Return the records of a judgement, and of mistakes that an earlier connection may have had instead."""
-    before = [{**mistake_record(mistake, told), "earlier": True} for mistake in earlier]
-    return (*(mistake_record(mistake, told, channels) for mistake in found.possible), *before)
+    before = [{**mistake_record(mistake, expected), "earlier": True} for mistake in earlier]
+    return (*(mistake_record(mistake, expected, channels) for mistake in judgement.possible), *before)
 
 
 def _names(terminals: tuple[int, ...]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Connections to an inverter, proved by a harmless current; those to a six-step drive, which knows full voltage only."""
+"""Connections to an inverter, verified by a harmless current; those to a six-step drive, which knows full voltage only."""
 
 import math
 from collections.abc import Callable
@@ -9,19 +9,18 @@ from drivers.interfaces import ReportedError, Waveform
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect, ConnectProbes, CurrentProbe
 from procedures.core.bench import Role
+from procedures.estimation.emf.probed_phases import LEAST_STEPS
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.winding.wiring import Kind, Outcome
 from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.steady_signals import alternating
 from procedures.verification.check import Check
-from procedures.verification.steady import alternating
-from procedures.verification.verification import Proof
+from procedures.verification.verifier import ConnectionVerifier
 
 #: Frequency (Hz) of a harmless rotating field, the time (s) until it has settled, and the periods recorded.
 _FREQUENCY, _SETTLE, _PERIODS = 10.0, 0.1, 3.0
 #: What a probe shows of the current commanded: within the first it is that, below the second it is none.
 _SAME, _NONE = (0.6, 1.5), 0.2
-#: A signal of fewer steps of the converter is too weak to be judged.
-_STEPS = 6.0
 #: Torque readings in each direction of the current, the time (s) between them, and by how many scatters two means must differ.
 _READINGS, _INTERVAL, _CLEAR = 4, 0.05, 4.0
 #: A line's rms current over a six-step drive's bus current is 0.82; below this there is no probe round it.
@@ -31,26 +30,26 @@ _NO_LINE = 0.3
 class InverterWiring:
     """Connections to the inverter or the six-step drive."""
 
-    def __init__(self, proof: Proof) -> None:
-        self._proof = proof
-        self._bench = proof.bench
+    def __init__(self, verifier: ConnectionVerifier) -> None:
+        self._verifier = verifier
+        self._bench = verifier.bench
 
     def probed(self, connect: Connect, probe: CurrentProbe) -> None:
         """Connect the inverter and a current probe, and prove both with a harmless current in a slowly turning field."""
         probes = ConnectProbes((probe,))
         self._bench.perform(connect)
         self._bench.perform(probes)
-        self._proof.verify(connect, lambda: self._by_probe(probe), probes)
+        self._verifier.verify(connect, lambda: self._by_probe(probe), probes)
 
     def direction(self, connect: Connect) -> None:
         """Prove the order of the phases of an inverter that is connected, by the torque of a harmless current on a turned shaft."""
-        self._proof.verify(connect, self._by_torque)
+        self._verifier.verify(connect, self._by_torque)
 
     def judge_slope(self, connect: Connect, fit: Fit) -> None:
         """Refuse a torque (N·m) that falls as the inverter's current (A) rises, clearly."""
         slope, uncertainty = fit.value("torque_constant"), fit.uncertainty("torque_constant")
         if slope < -_CLEAR * uncertainty:
-            self._proof.verify(connect, lambda: _against(slope))
+            self._verifier.verify(connect, lambda: _against(slope))
 
     def full_voltage(self, connect: Connect, probe: CurrentProbe, start: Callable[[], object]) -> None:
         """Connect a drive that knows full voltage only, and a current probe; `start` it, which its own protections may refuse."""
@@ -60,15 +59,15 @@ class InverterWiring:
 
         def check() -> Check:
             start()
-            return Check(Outcome.UNPROVED, Role.DRIVE.value, reason="full voltage")
+            return Check(Outcome.UNVERIFIED, Role.DRIVE.value, reason="full voltage")
 
-        self._proof.verify(connect, lambda: _unless_refused(Role.DRIVE, check), probes)
+        self._verifier.verify(connect, lambda: _unless_refused(Role.DRIVE, check), probes)
 
     def running(self, connect: Connect, probe: CurrentProbe, wave: Waveform, bus: float) -> None:
         """Prove a current probe on a running six-step drive by the current (A) out of its source."""
         line = float(np.sqrt(np.mean(np.square(wave.values))))
-        told = {"sensed_current": line, "current": bus}
-        found = Check(Outcome.PROVED, Role.OSCILLOSCOPE.value, read=told)
+        readings = {"sensed_current": line, "current": bus}
+        found = Check(Outcome.VERIFIED, Role.OSCILLOSCOPE.value, read=readings)
         if line < _NO_LINE * bus:
             evidence = text(
                 "the drive takes {bus:.3g} A, channel {channel} shows {line:.3g} A",
@@ -77,14 +76,20 @@ class InverterWiring:
                 line=line,
             )
             found = Check(
-                Outcome.WRONG, Role.OSCILLOSCOPE.value, (_no_current(probe),), told, "", evidence, mendable=False
+                Outcome.WRONG,
+                Role.OSCILLOSCOPE.value,
+                (_no_current(probe),),
+                readings,
+                "",
+                evidence,
+                correctable_now=False,
             )
-        self._proof.verify(connect, lambda: found, ConnectProbes((probe,)))
+        self._verifier.verify(connect, lambda: found, ConnectProbes((probe,)))
 
     def _by_probe(self, probe: CurrentProbe) -> Check:
         bench = self._bench
         if bench.inverter.read_by_hand or not bench.oscilloscope.gives_waveforms:
-            return Check(Outcome.UNPROVED, Role.INVERTER.value, reason="by hand")
+            return Check(Outcome.UNVERIFIED, Role.INVERTER.value, reason="by hand")
         level = self._harmless()
 
         def shown() -> float:
@@ -92,7 +97,7 @@ class InverterWiring:
             with bench.inverter.driving_frequency(frequency, level):
                 bench.clock.sleep(_SETTLE)
                 wave = alternating(bench, [probe.channel], 1.5 * level, _PERIODS / frequency)[probe.channel]
-            if level < _STEPS * wave.resolution:
+            if level < LEAST_STEPS * wave.resolution:
                 return math.nan
             return math.sqrt(2.0) * float(np.std(wave.values))
 
@@ -101,8 +106,8 @@ class InverterWiring:
     def _by_torque(self) -> Check:
         bench = self._bench
         if bench.inverter.read_by_hand or bench.dynamometer.read_by_hand:
-            return Check(Outcome.UNPROVED, Role.DYNAMOMETER.value, reason="by hand")
-        speed = driving_speed_rad(bench, self._proof.nameplate, self._proof.levels.speed_share)
+            return Check(Outcome.UNVERIFIED, Role.DYNAMOMETER.value, reason="by hand")
+        speed = driving_speed_rad(bench, self._verifier.nameplate, self._verifier.settings.wiring_speed_share)
         level = self._harmless()
 
         def torques() -> np.ndarray:
@@ -126,8 +131,8 @@ class InverterWiring:
         return found
 
     def _harmless(self) -> float:
-        plate = self._proof.nameplate
-        share = self._proof.levels.current_share * plate.rated_current
+        plate = self._verifier.nameplate
+        share = self._verifier.settings.wiring_current_share * plate.rated_current
         return min(share, self._bench.inverter.maximum_current, plate.current_bound)
 
 
@@ -144,8 +149,8 @@ def _unless_refused(role: Role, judged: Callable[[], Check]) -> Check:
 
 def _probe_judged(probe: CurrentProbe, shown: float, level: float) -> Check:
     if math.isnan(shown):
-        return Check(Outcome.UNPROVED, Role.OSCILLOSCOPE.value, reason="weak")
-    told = {"sensed_current": shown, "current": level}
+        return Check(Outcome.UNVERIFIED, Role.OSCILLOSCOPE.value, reason="weak")
+    readings = {"sensed_current": shown, "current": level}
     evidence: Text = text(
         "channel {channel} shows {shown:.3g} A, the inverter drives {level:.3g} A",
         channel=probe.channel,
@@ -154,33 +159,33 @@ def _probe_judged(probe: CurrentProbe, shown: float, level: float) -> Check:
     )
     if shown < _NONE * level:
         open_wire = {"kind": Kind.OPEN.value, "terminals": [probe.terminal.value]}
-        return Check(Outcome.WRONG, Role.OSCILLOSCOPE.value, (_no_current(probe), open_wire), told, "", evidence)
+        return Check(Outcome.WRONG, Role.OSCILLOSCOPE.value, (_no_current(probe), open_wire), readings, "", evidence)
     if _SAME[0] * level <= shown <= _SAME[1] * level:
-        return Check(Outcome.UNPROVED, Role.OSCILLOSCOPE.value, read=told, reason="one line")
-    return Check(Outcome.UNEXPLAINED, Role.OSCILLOSCOPE.value, read=told, evidence=evidence)
+        return Check(Outcome.UNVERIFIED, Role.OSCILLOSCOPE.value, read=readings, reason="one line")
+    return Check(Outcome.UNEXPLAINED, Role.OSCILLOSCOPE.value, read=readings, evidence=evidence)
 
 
 def _torque_judged(forwards: np.ndarray, backwards: np.ndarray, level: float, resolution: float) -> Check:
     difference = float(np.mean(forwards) - np.mean(backwards))
     scatter = float(np.hypot(np.std(forwards, ddof=1), np.std(backwards, ddof=1)) / math.sqrt(_READINGS)) + resolution
-    told = {"torque": 0.5 * difference, "current": level}
+    readings = {"torque": 0.5 * difference, "current": level}
     if abs(difference) < _CLEAR * scatter:
-        return Check(Outcome.UNPROVED, Role.DYNAMOMETER.value, read=told, reason="weak")
+        return Check(Outcome.UNVERIFIED, Role.DYNAMOMETER.value, read=readings, reason="weak")
     if difference > 0.0:
-        return Check(Outcome.PROVED, Role.DYNAMOMETER.value, read=told)
-    return _against(0.5 * difference / level, told)
+        return Check(Outcome.VERIFIED, Role.DYNAMOMETER.value, read=readings)
+    return _against(0.5 * difference / level, readings)
 
 
-def _against(slope: float, told: dict[str, float] | None = None) -> Check:
-    evidence = text("the torque falls by {slope:.3g} N·m for each ampere more", slope=abs(slope))
+def _against(slope: float, readings: dict[str, float] | None = None) -> Check:
+    evidence = text("the torque falls by {slope:.3g} N·m for each additional ampere", slope=abs(slope))
     return Check(
         Outcome.WRONG,
         Role.DYNAMOMETER.value,
         ({"kind": "order"},),
-        told or {"torque_constant": slope},
+        readings or {"torque_constant": slope},
         "",
         evidence,
-        mendable=told is not None,
+        correctable_now=readings is not None,
     )
 
 

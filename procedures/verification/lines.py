@@ -86,7 +86,7 @@ class Lines:
         self._leads = Interval(max(0.0, low * resistance.low - _CONTACT), high * max(resistance.high, 0.0) + _CONTACT)
 
     def suppose(self, by: str, poles: Poles, resistance: Interval) -> None:
-        """Keep the first reading (Ω) of an instrument whose connection could not be proved, to hold the next ones against."""
+        """Keep the first reading (Ω) of an instrument whose connection could not be verified, to hold the next ones against."""
         if resistance.low > 0.0:
             self._supposed.setdefault(by, (poles, resistance))
 

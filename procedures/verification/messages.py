@@ -9,35 +9,39 @@ from procedures.estimation.winding.wiring import Kind, Outcome
 
 Colours = Mapping[str, str]
 
+#: Outcomes as records of earlier versions name them.
+_EARLIER_OUTCOMES = {"proved": Outcome.VERIFIED.value, "not proved": Outcome.UNVERIFIED.value}
 OUTCOMES: Mapping[str, Text] = {
-    Outcome.PROVED.value: text("wiring proved"),
-    Outcome.UNPROVED.value: text("wiring not proved"),
-    Outcome.UNEXPLAINED.value: text("wiring not explained"),
-    Outcome.WRONG.value: text("wiring wrong"),
+    Outcome.VERIFIED.value: text("connection verified"),
+    Outcome.UNVERIFIED.value: text("connection not verified"),
+    Outcome.UNEXPLAINED.value: text("connection not as expected, cause not found"),
+    Outcome.WRONG.value: text("connection wrong"),
 }
 
-#: Why a connection is not proved, or what else there is to say of a check.
+#: Why a connection is not verified, or what else there is to say of a check.
 REASONS: Mapping[str, Text] = {
-    "alike": text("the three lines read alike, so none has its third terminal connected"),
-    "unlike": text("the three lines differ, so a third terminal that is connected cannot be told from an unlike phase"),
-    "by hand": text("the instrument is set and read by hand, and is not asked for more than the step needs"),
-    "no instrument": text("no instrument is connected that could tell"),
+    "alike": text("the three line readings are alike, so the third terminal was open each time"),
+    "unlike": text(
+        "the three line readings differ: this may be an unbalanced winding, or a third terminal that is connected as well"
+    ),
+    "by hand": text("the instrument is set and read by a person, so no extra reading is taken to check the connection"),
+    "no instrument": text("no instrument is connected that could check it"),
     "unknown": text(
-        "the path is there; this run does not know the line resistances yet, so a wire more or less cannot be told"
+        "current flows; the line resistances are not known yet in this run, so a missing or additional wire cannot be detected"
     ),
     "too close": text(
-        "the path is there; so small a winding, or so coarse a reading, does not tell a wire more or less"
+        "current flows; the winding's resistance is too small, or the reading too coarse, to detect a missing or additional wire"
     ),
-    "swinging": text("the path is there; the rotor is free to swing, and it is read again once the shaft is locked"),
-    "unchanged": text("nothing was touched since this connection was proved"),
+    "swinging": text("current flows; the rotor is free to move, so the resistance is checked once the shaft is locked"),
+    "unchanged": text("nothing was changed since this connection was verified"),
     "full voltage": text(
-        "the drive knows full voltage only; its own protections watch for a wire that is missing or out of order"
+        "the drive runs at full voltage only; a missing or interchanged wire is detected by its own protection"
     ),
-    "aligned": text("the locked rotor stands where the connection's current turns it"),
-    "sequence": text("each channel shows its own phase, but they follow each other the other way round"),
-    "one line": text("the current flows in the line that the probe is round; the others are for the inverter to watch"),
-    "weak": text("the signal is too weak beside the instrument's resolution"),
-    "one probe": text("there is a voltage; which two terminals it is taken from makes no difference to its frequency"),
+    "aligned": text("the locked rotor stands at the angle to which this connection aligns it"),
+    "sequence": text("each channel shows its own phase; the phases follow each other in reverse order"),
+    "one line": text("the current flows in the probed line; the other two are monitored by the inverter"),
+    "weak": text("the signal is too small for the instrument's resolution"),
+    "one probe": text("there is a voltage; its frequency is the same between any two terminals"),
 }
 
 
@@ -60,7 +64,7 @@ def found(entries: Sequence[Mapping[str, Any]], colours: Colours) -> Text:
     """Return what a check found, from the records of the mistakes that explain it."""
     if len(entries) > 1 and all(entry["kind"] == Kind.OPEN.value and not entry.get("earlier") for entry in entries):
         wires = [wire(terminal, colours) for entry in entries for terminal in entry["terminals"]]
-        return text("one of these is open, its wire off or its phase broken: {wires}", wires=wires)
+        return text("one of these is open (wire off, or phase broken): {wires}", wires=wires)
     sentences = [_said(entry, colours) for entry in entries]
     # Joined to one pole or to the other is one sentence.
     return either([words for k, words in enumerate(sentences) if words not in sentences[:k]])
@@ -68,7 +72,7 @@ def found(entries: Sequence[Mapping[str, Any]], colours: Colours) -> Text:
 
 def _said(entry: Mapping[str, Any], colours: Colours) -> Text:
     words = mistake(entry, colours)
-    return text("at the connection before, {words}", words=words) if entry.get("earlier") else words
+    return text("in the previous connection, {words}", words=words) if entry.get("earlier") else words
 
 
 def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
@@ -109,7 +113,8 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
             )
         case Fault.SILENT.value:
             return text(
-                "channel {channel} shows no voltage: its tip or its reference touches nothing", channel=entry["channel"]
+                "channel {channel} shows no voltage: its tip or its reference is not connected",
+                channel=entry["channel"],
             )
         case Fault.REVERSED.value:
             return text("channel {channel}: tip and reference are interchanged", channel=entry["channel"])
@@ -127,14 +132,14 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
             return text("two channels or two wires are interchanged, or the dynamometer turns the other way")
         case "third":
             return text(
-                "{wire} is connected as well, or a lead of supply or voltmeter is on it instead of where it should be",
+                "{wire} is connected as well, or a lead of the supply or the voltmeter is on it by mistake",
                 wire=wires[0],
             )
         case "no voltage":
-            return text("no channel shows a voltage: the star point's wires, or the coupling")
+            return text("no channel shows a voltage: check the star point's wires and the coupling")
         case "refused":
             return text(
-                "the {instrument} switches itself off: look for a wire that is off or in another's place",
+                "the {instrument} switches itself off: look for a wire that is off or interchanged with another",
                 instrument=Text(entry["by"]),
             )
         case "order":
@@ -156,8 +161,8 @@ def _lead(entry: Mapping[str, Any]) -> Text:
 
 
 def outcome(entry: Mapping[str, Any], colours: Colours) -> Text:
-    """Return a check's outcome in words from its record: the reason where it is not proved, the mistake where it was wrong."""
-    said = OUTCOMES[entry["outcome"]]
+    """Return a check's outcome in words from its record: the reason where it is not verified, the mistake where it was wrong."""
+    said = OUTCOMES[_EARLIER_OUTCOMES.get(entry["outcome"], entry["outcome"])]
     if entry["outcome"] == Outcome.WRONG.value:
         return Text("{said}: {found}", {"said": said, "found": found(entry["possible"], colours)})
     reason = REASONS.get(entry["reason"])

@@ -1,7 +1,5 @@
 """Settings of the wiring's checks, of every procedure that has a connection made."""
 
-from dataclasses import dataclass, fields
-
 from pydantic import Field
 
 from procedures.core.settings import Settings
@@ -46,20 +44,10 @@ class DrivenWiringSettings(FedWiringSettings, TurnedWiringSettings):
     """Settings where an inverter's current on a turned shaft verifies."""
 
 
-@dataclass(frozen=True)
-class WiringLevels:
-    """The levels that a procedure verifies with: of its settings, or as the settings' defaults have them."""
-
-    attempts: int = 3
-    current_share: float = 0.05
-    leads: float = 0.1
-    settle: float = 0.2
-    speed_share: float = 0.1
+class AllWiringSettings(SupplyWiringSettings, TurnedWiringSettings):
+    """All settings of the connections' checks."""
 
 
-def levels_of(settings: Settings) -> WiringLevels:
-    """Return what a procedure's settings say of the wiring's checks."""
-    said = settings.model_dump()
-    return WiringLevels(
-        **{field.name: said[f"wiring_{field.name}"] for field in fields(WiringLevels) if f"wiring_{field.name}" in said}
-    )
+def wiring_settings(settings: Settings) -> AllWiringSettings:
+    """Return what a procedure's settings say of the connections' checks, the rest as by default."""
+    return AllWiringSettings(**settings.model_dump(include=set(AllWiringSettings.model_fields)))

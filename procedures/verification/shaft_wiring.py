@@ -1,117 +1,96 @@
-"""Open terminals and the probes on them, proved by the voltage of a slowly turned shaft."""
+"""Open terminals and the probes on them, verified by the voltage of a slowly turned shaft."""
 
-import math
 from collections.abc import Sequence
-
-import numpy as np
 
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, ConnectProbes, Terminal, VoltageProbe
-from procedures.estimation.emf.probed_phases import Fault, Pattern, fitting, patterns, phasors
+from procedures.estimation.emf.probed_phases import LEAST_STEPS, Fault, Pattern, fitting, patterns, phasors
 from procedures.estimation.winding.wiring import Outcome
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.driven_shaft import DrivenRecord, expected_peak, record_driven
 from procedures.verification.check import Check
-from procedures.verification.steady import alternating
-from procedures.verification.verification import Proof
+from procedures.verification.verifier import ConnectionVerifier
 
-#: Periods of a record, if the pole pairs are what is known of them, and the shortest and longest record (s).
-_PERIODS, _SHORTEST, _LONGEST = 4.0, 0.02, 4.0
-#: A signal of fewer steps of the converter is too weak to be judged.
-_STEPS = 6.0
 #: Of the voltage that the plate lets expect, less than this share is none.
 _NONE = 0.03
-#: Why a connection that is proved is not as it should be: its phases are in the other order.
+#: The reason of a check that verified the connection and found the phases in the other order.
 SEQUENCE = "sequence"
 
 
 class ShaftWiring:
     """Connections of a motor that is turned from outside."""
 
-    def __init__(self, proof: Proof) -> None:
-        self._proof = proof
-        self._bench = proof.bench
+    def __init__(self, verifier: ConnectionVerifier) -> None:
+        self._verifier = verifier
+        self._bench = verifier.bench
 
     def open_terminals(self) -> None:
-        """Have the terminals opened where no probe is fitted: they are known to be where that was proved and nothing touched since."""
-        standing = self._bench.standing
-        unchanged = standing.proved and standing.connection == ALL_OPEN
+        """Have the terminals opened, no probe being fitted: verified where they were so before and nothing was touched since."""
+        state = self._bench.state
+        unchanged = state.verified and state.connection == ALL_OPEN
         self._bench.perform(ALL_OPEN)
-        known = (Outcome.PROVED, "unchanged") if unchanged else (Outcome.UNPROVED, "no instrument")
-        found = Check(known[0], "", reason=known[1])
-        self._proof.verify(ALL_OPEN, lambda: found)
+        check = Check(Outcome.VERIFIED, "", reason="unchanged")
+        if not unchanged:
+            check = Check(Outcome.UNVERIFIED, "", reason="no instrument")
+        self._verifier.verify(ALL_OPEN, lambda: check)
 
-    def probes(self, probes: Sequence[VoltageProbe]) -> None:
-        """Fit voltage probes to the open terminals of a motor on the dynamometer, and prove them with a slow turn."""
-        if self.sequence(probes).reason == SEQUENCE:
-            self._proof.notice(
-                "phase-order",
-                text(
-                    "with the dynamometer turning forwards the phases follow each other as A, C, B: two channels or two wires are "
-                    "interchanged, or the motor's forwards is the other way. No figure here depends on it, a controller's direction does"
-                ),
-            )
+    def connect_probes(self, probes: Sequence[VoltageProbe], *, report_order: bool = True) -> None:
+        """Fit voltage probes to the open terminals of a motor on the dynamometer, and verify them by turning the shaft slowly.
 
-    def sequence(self, probes: Sequence[VoltageProbe]) -> Check:
-        """Fit and prove the probes likewise; the check's reason is `SEQUENCE` where the phases follow each other backwards."""
+        Phases in the order A, C, B are a warning where `report_order` is set.
+        """
         action = ConnectProbes(tuple(probes))
         self._bench.perform(action)
-        return self._proof.verify(ALL_OPEN, lambda: self._turned(probes), action)
+        check = self._verifier.verify(ALL_OPEN, lambda: self._turned(probes), action)
+        if report_order and check.reason == SEQUENCE:
+            self._verifier.notice(
+                "phase-order",
+                text(
+                    "with the dynamometer turning forwards the phases follow each other as A, C, B: two channels or two "
+                    "wires are interchanged, or the motor's forward direction is the opposite one. The results of this "
+                    "procedure do not depend on it, the direction of rotation under a controller does"
+                ),
+            )
 
     def _turned(self, probes: Sequence[VoltageProbe]) -> Check:
         bench = self._bench
         if bench.dynamometer.read_by_hand or not bench.oscilloscope.gives_waveforms:
-            return Check(Outcome.UNPROVED, "oscilloscope", reason="by hand")
-        share = self._proof.levels.speed_share
-        speed = driving_speed_rad(bench, self._proof.nameplate, share)
-        wanted = self._expected(share)
-        with bench.dynamometer.driving_speed(speed):
-            waves = alternating(
-                bench, [probe.channel for probe in probes], 1.5 * (wanted or 1.0), self._record_time(speed)
-            )
-        samples = np.vstack([waves[probe.channel].values for probe in probes])
-        step = max(waves[probe.channel].resolution for probe in probes)
-        found = _judged(probes, samples, step, wanted)
-        if found.outcome is Outcome.WRONG:
-            # Hands are going to mend it.
+            return Check(Outcome.UNVERIFIED, "oscilloscope", reason="by hand")
+        plate, share = self._verifier.nameplate, self._verifier.settings.wiring_speed_share
+        pole_pairs = self._verifier.known.get("pole_pairs")
+        channels = [probe.channel for probe in probes]
+        record = record_driven(bench, plate, channels, share, pole_pairs.value if pole_pairs else None)
+        check = _judged(probes, record, expected_peak(plate, share))
+        if check.outcome is Outcome.WRONG:
+            # Hands are going to correct it.
             bench.dynamometer.stop()
-        return found
-
-    def _expected(self, share: float) -> float | None:
-        """Return about what a phase's peak is at a share of the rated speed, by the plate; None where it names no voltage."""
-        rated = self._proof.nameplate.rated_voltage
-        return share * rated / math.sqrt(3.0) if rated else None
-
-    def _record_time(self, speed: float) -> float:
-        known = self._proof.known.get("pole_pairs")
-        pairs = known.value if known else self._proof.nameplate.pole_pairs or 1
-        return min(max(_PERIODS * 2.0 * math.pi / (pairs * speed), _SHORTEST), _LONGEST)
+        return check
 
 
-def _judged(probes: Sequence[VoltageProbe], samples: np.ndarray, step: float, wanted: float | None) -> Check:
-    seen = phasors(samples)
+def _judged(probes: Sequence[VoltageProbe], record: DrivenRecord, expected: float | None) -> Check:
+    seen = phasors(record.voltages)
     sizes = {f"channel_{probe.channel}": float(abs(size)) for probe, size in zip(probes, seen, strict=True)}
-    largest = max(sizes.values())
     evidence = text("at low speed the channels show {volts} V, peak", volts=[f"{size:.3g}" for size in sizes.values()])
-    if largest < _STEPS * step:
-        if wanted is None or largest > _NONE * wanted or _STEPS * step > wanted:
-            return Check(Outcome.UNPROVED, "oscilloscope", read=sizes, reason="weak")
+    largest, least = max(sizes.values()), LEAST_STEPS * record.resolution
+    if largest < least:
+        if expected is None or largest > _NONE * expected or least > expected:
+            return Check(Outcome.UNVERIFIED, "oscilloscope", read=sizes, reason="weak")
         silent = tuple({"kind": Fault.SILENT.value, "channel": probe.channel} for probe in probes)
         turning = {"kind": "no voltage"}
         return Check(Outcome.WRONG, "oscilloscope", silent if len(probes) == 1 else (turning,), sizes, "", evidence)
     if len(probes) != len(Terminal):
-        return Check(Outcome.UNPROVED, "oscilloscope", read=sizes, reason="one probe")
+        return Check(Outcome.UNVERIFIED, "oscilloscope", read=sizes, reason="one probe")
     best = next(iter(fitting(seen, list(patterns()))), None)
     if best is None:
         return Check(Outcome.UNEXPLAINED, "oscilloscope", read=sizes, evidence=evidence)
     if best.fault is Fault.NONE:
-        return Check(Outcome.PROVED, "oscilloscope", read=sizes)
-    record = _record(best, probes)
+        return Check(Outcome.VERIFIED, "oscilloscope", read=sizes)
+    finding = (_finding(best, probes),)
     if best.fault is Fault.SEQUENCE:
-        return Check(Outcome.PROVED, "oscilloscope", (record,), sizes, SEQUENCE, evidence)
-    return Check(Outcome.WRONG, "oscilloscope", (record,), sizes, "", evidence)
+        return Check(Outcome.VERIFIED, "oscilloscope", finding, sizes, SEQUENCE, evidence)
+    return Check(Outcome.WRONG, "oscilloscope", finding, sizes, "", evidence)
 
 
-def _record(pattern: Pattern, probes: Sequence[VoltageProbe]) -> dict[str, object]:
+def _finding(pattern: Pattern, probes: Sequence[VoltageProbe]) -> dict[str, object]:
     record: dict[str, object] = {
         "kind": pattern.fault.value,
         "terminals": [tuple(Terminal)[k].value for k in pattern.terminals],

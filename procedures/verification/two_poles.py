@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
+from drivers.interfaces.text import text
 from procedures.core.actions import Connect, Socket, Terminal
 from procedures.estimation.fitting.intervals import Interval
 from procedures.estimation.winding.wiring import (
@@ -17,6 +19,7 @@ from procedures.estimation.winding.wiring import (
     loop_resistance,
     mistakes,
 )
+from procedures.verification.check import Check
 from procedures.verification.lines import Reference
 
 _POLES: Mapping[Socket, Pole] = {
@@ -69,14 +72,14 @@ def judged(
     `observe` gives the observations with their predictions from a reference.
     """
     found = judge(candidates, observe(reference))
-    if reference is None or reference.before is None or found.outcome in (Outcome.PROVED, Outcome.UNPROVED):
+    if reference is None or reference.before is None or found.outcome in (Outcome.VERIFIED, Outcome.UNVERIFIED):
         return found, []
     earlier = [
         mistake
         for mistake in mistakes(reference.before)
         if mistake.kind in (Kind.OPEN, Kind.JOINED)
         and math.isfinite(loop_resistance(ALIKE, mistake.poles))
-        and judge(candidates[:1], observe(reference.had_it_been(mistake.poles))).outcome is Outcome.PROVED
+        and judge(candidates[:1], observe(reference.had_it_been(mistake.poles))).outcome is Outcome.VERIFIED
     ]
     return (Judgement(Outcome.WRONG, found.possible), earlier) if earlier else (found, [])
 
@@ -86,6 +89,20 @@ def alike(lines: Sequence[float]) -> bool:
     return max(lines) < _ALIKE_LINES * min(lines)
 
 
+def one_of_three(by: str, lines: Sequence[float], which: int, finding: Mapping[str, Any], *, odd: bool) -> Check:
+    """Return the check of one of three line readings (Ω) by the instrument `by`; `finding` is what made it the odd one."""
+    reading = {"resistance": lines[which]}
+    if not odd:
+        like = alike(lines)
+        return Check(Outcome.VERIFIED if like else Outcome.UNVERIFIED, by, (), reading, "alike" if like else "unlike")
+    evidence = text(
+        "the reading is {read:.4g} Ω between these terminals, {others} Ω between the others",
+        read=lines[which],
+        others=[f"{line:.4g}" for k, line in enumerate(lines) if k != which],
+    )
+    return Check(Outcome.WRONG, by, (finding,), reading, "", evidence)
+
+
 def expected(connect: Connect, reference: Reference | None) -> float | None:
-    """Return the resistance (Ω) that belongs to the connection as told, leads left out; None where it is not known."""
+    """Return the resistance (Ω) that belongs to the connection as intended, leads left out; None where it is not known."""
     return loop_resistance(reference.phases, poles_of(connect)) if reference else None

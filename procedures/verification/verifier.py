@@ -1,21 +1,102 @@
-"""Connections made and proved, by what they are made to: what procedures call."""
+"""Checks made, recorded, and a wrong connection mended or refused: what all ways of verifying share."""
 
-from procedures.verification.bridge_wiring import BridgeWiring
-from procedures.verification.inverter_wiring import InverterWiring
-from procedures.verification.shaft_wiring import ShaftWiring
-from procedures.verification.supply_wiring import SupplyWiring
-from procedures.verification.verification import Proof
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from drivers.interfaces.text import Text, text
+from procedures.core.actions import Connect, LinePair, Mend
+from procedures.core.bench import Bench, ProcedureError
+from procedures.core.events import WiringChecked
+from procedures.core.nameplate import Nameplate
+from procedures.core.result import Parameter
+from procedures.estimation.winding.wiring import Outcome
+from procedures.verification import messages as words
+from procedures.verification.check import Check, Connection, connection_record
+from procedures.verification.lines import Lines
+from procedures.verification.settings import AllWiringSettings
 
 
-class Wiring:
-    """The connections of one procedure. Each is made, verified and recorded; a wrong one is mended or refused."""
+class WiringError(ProcedureError):
+    """A connection is wrong, and was not corrected."""
 
-    def __init__(self, proof: Proof) -> None:
-        #: To the supply.
-        self.supply = SupplyWiring(proof)
-        #: To the LCR meter.
-        self.bridge = BridgeWiring(proof)
-        #: To nothing but probes, while the shaft is turned from outside.
-        self.shaft = ShaftWiring(proof)
-        #: To the inverter or the six-step drive.
-        self.inverter = InverterWiring(proof)
+
+@dataclass
+class ConnectionVerifier:
+    """Checks the connections of one procedure; `findings` get every check under "wiring", `notice` takes a warning."""
+
+    bench: Bench
+    nameplate: Nameplate
+    settings: AllWiringSettings
+    known: Mapping[str, Parameter]
+    findings: dict[str, Any]
+    notice: Callable[[str, Text], None]
+    #: Line readings that were taken again so far, their connections being corrected.
+    repeated: int = field(default=0, init=False)
+
+    @property
+    def lines(self) -> Lines:
+        """The line resistances that this run knows."""
+        return self.bench.state.lines
+
+    def verify(self, connection: Connection, check: Callable[[], Check], *beside: Connection) -> Check:
+        """Check a connection that has been made; have a wrong one corrected and check again, as often as the settings say.
+
+        `beside` is what was fitted beside it and may be wrong as well. Raises WiringError where it stays wrong.
+        """
+        for left in reversed(range(self.settings.wiring_attempts)):
+            result = check()
+            self.record(connection, result, *beside)
+            if result.outcome is not Outcome.WRONG:
+                break
+            self._have_corrected(result, (connection, *beside), last=not left)
+        if isinstance(connection, Connect):
+            self.bench.state.verified = result.outcome is Outcome.VERIFIED
+        if result.outcome is Outcome.UNEXPLAINED and result.evidence is not None:
+            self.notice(
+                "wiring",
+                text(
+                    "{evidence}, which no single wiring mistake explains: check clips and contacts. Other causes: leads "
+                    "of more resistance than the setting wiring_leads allows, or a winding much warmer or colder than "
+                    "when its resistance was measured",
+                    evidence=result.evidence,
+                ),
+            )
+        return result
+
+    def lines_to_repeat(self, lines: Mapping[LinePair, Connect], checks: Sequence[Check]) -> tuple[LinePair, ...]:
+        """Return the first line whose check is wrong, its connection being corrected; none where no check is wrong.
+
+        Raises WiringError where it is not corrected, or a line was wrong as often as the settings allow.
+        """
+        wrong = next(
+            ((pair, check) for pair, check in zip(lines, checks, strict=True) if check.outcome is Outcome.WRONG), None
+        )
+        if wrong is None:
+            for connect, check in zip(lines.values(), checks, strict=True):
+                self.record(connect, check)
+            return ()
+        pair, check = wrong
+        self.record(lines[pair], check)
+        self.repeated += 1
+        self._have_corrected(check, (lines[pair],), last=self.repeated >= self.settings.wiring_attempts)
+        return (pair,)
+
+    def record(self, connection: Connection, check: Check, *beside: Connection) -> None:
+        """Put a check into the journal and the findings."""
+        entry = check.record()
+        for each in (connection, *beside):
+            entry |= connection_record(each)
+        self.findings.setdefault("wiring", []).append(entry)
+        self.bench.recorder.record(WiringChecked(**entry))
+
+    def _have_corrected(self, check: Check, connections: tuple[Connection, ...], *, last: bool) -> None:
+        """Have hands correct what a check found wrong. Raises WiringError where they cannot, or after the last attempt."""
+        finding = words.found(check.possible, self.nameplate.wire_colours)
+        if check.evidence is not None:
+            finding = Text("{mistakes} ({evidence})", {"mistakes": finding, "evidence": check.evidence})
+        if not last and check.correctable:
+            expected = tuple(line for each in connections for line in each.lines(self.nameplate.wire_colours))
+            if self.bench.mended(Mend(finding, expected)):
+                return
+        raise WiringError(text("the wiring is wrong: {finding}. Correct it and start again", finding=finding))

@@ -8,22 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
-from procedures.estimation.emf.period import peak_amplitude, peak_to_peak, period_of, start_frequency
+from procedures.estimation.emf.period import start_frequency
 from procedures.estimation.fitting.checks import positive, same_length, series, uniform_step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.noise import undithered
 
 ComplexArray = NDArray[np.complex128]
-__all__ = [
-    "BackEmfFit",
-    "FluxEstimate",
-    "fit_back_emf",
-    "flux_by_integration",
-    "line_to_phase",
-    "peak_amplitude",
-    "peak_to_peak",
-    "period_of",
-]
 
 
 @dataclass(frozen=True)

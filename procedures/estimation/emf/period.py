@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from procedures.estimation.fitting.checks import increasing, same_length, series
+from procedures.estimation.fitting.checks import series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.fitting.noise import white_noise
 
 #: Points that suffice for a start value where the record holds a few periods.
 _ENOUGH = 1000
@@ -13,37 +12,6 @@ _ENOUGH = 1000
 _PADDED = 2
 #: With fewer periods leakage moves a spectrum's peak; steps a period in which the best frequency is then looked for.
 _FEW, _FINE = 4.0, 40
-
-
-def crossings(time: FloatArray, values: FloatArray, level: float) -> FloatArray:
-    """Return the times (s) at which the values rise through `level`, one a period, noise around the level ignored."""
-    centred = values - level
-    band = max(0.15 * float(np.max(np.abs(centred))), 3 * white_noise(values))
-    state = np.where(centred > band, 1, np.where(centred < -band, -1, 0))
-    sides = np.flatnonzero(state)
-    found = []
-    for k in np.flatnonzero((state[sides][1:] > 0) & (state[sides][:-1] < 0)):
-        part = slice(int(sides[k]), int(sides[k + 1]) + 1)
-        # A line through the whole transition averages the noise at the crossing.
-        line = np.polynomial.polynomial.polyfit(time[part] - time[part.start], centred[part], 1)
-        found.append(float(time[part.start] - line[0] / line[1]) if line[1] > 0 else float(np.mean(time[part])))
-    return np.array(found)
-
-
-def period_of(time: ArrayLike, values: ArrayLike) -> float:
-    """Return the mean period (s) between rising passages through the mean level (§3.4).
-
-    Raises EstimationError where the record holds no whole period.
-    """
-    t, v = series("time", time, least=8), series("values", values, least=8)
-    same_length(time=t, values=v)
-    increasing(t)
-    if np.ptp(v) == 0:
-        raise EstimationError("the waveform is constant; check the probe and that the shaft turns")
-    rising = crossings(t, v, 0.5 * float(np.max(v) + np.min(v)))
-    if rising.size < 2:
-        raise EstimationError("the record holds no whole period; turn faster or record longer")
-    return float(rising[-1] - rising[0]) / (rising.size - 1)
 
 
 def peak_to_peak(values: ArrayLike) -> float:

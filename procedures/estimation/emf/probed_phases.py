@@ -8,10 +8,12 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
 #: A pattern fits when no channel is farther off than this share of a phase's voltage: gains, unlike phases and harmonics stay below.
 _FITS = 0.2
+#: A signal of fewer steps of the converter is too weak to be judged.
+LEAST_STEPS = 6.0
 
 
 class Fault(Enum):
@@ -93,6 +95,20 @@ def fitting(seen: NDArray[np.complex128], among: Sequence[Pattern]) -> list[Patt
         if abs(size) > 0.0 and off < _FITS * abs(size):
             found.append((off / abs(size), number, pattern))
     return [pattern for _, _, pattern in sorted(found, key=lambda each: each[:2])]
+
+
+def phase_order(voltages: FloatArray, resolution: float) -> int:
+    """Return 1 where three channels' voltages (V, shape (3, n)) follow each other as A, B, C in time, -1 for A, C, B.
+
+    `resolution` (V) is one step of the converter. Raises EstimationError where the signal is weak, or is not that of three phases.
+    """
+    seen = phasors(voltages)
+    if float(np.max(np.abs(seen))) < LEAST_STEPS * resolution:
+        raise EstimationError("the voltages are too weak beside the oscilloscope's resolution; turn the shaft faster")
+    best = next(iter(fitting(seen, list(patterns()))), None)
+    if best is None or best.fault not in (Fault.NONE, Fault.SEQUENCE):
+        raise EstimationError("the voltages are not those of three phases; check the probes and the star point")
+    return 1 if best.fault is Fault.NONE else -1
 
 
 def _with(phases: tuple[complex, complex, complex], channel: int, shown: complex) -> tuple[complex, complex, complex]:

@@ -1,9 +1,17 @@
 """Checks of data before they are estimated from, so that no NaN comes out at the other end."""
 
+from typing import TYPE_CHECKING, TypeVar
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
+
+if TYPE_CHECKING:
+    from GTC.lib import UncertainReal
+
+#: What a formula takes and gives: a float, or an uncertain real number that carries its budget with it.
+Number = TypeVar("Number", float, "UncertainReal")
 
 
 def series(name: str, values: ArrayLike, *, least: int = 1) -> FloatArray:
@@ -54,8 +62,14 @@ def uniform_step(time: FloatArray) -> float:
     return step
 
 
-def positive(name: str, value: float, unit: str) -> float:
-    """Return the value. Raises EstimationError unless it is finite and above zero."""
-    if not (np.isfinite(value) and value > 0):
-        raise EstimationError(f"{name} = {value:g} {unit} is not above zero; check the reading")
-    return float(value)
+def estimate_of(quantity: Number) -> float:
+    """Return a number as it is, and the estimate of an uncertain one."""
+    return float(getattr(quantity, "x", quantity))
+
+
+def positive(name: str, value: Number, unit: str) -> float:
+    """Return the value, the estimate of an uncertain one. Raises EstimationError unless it is finite and above zero."""
+    estimate = estimate_of(value)
+    if not (np.isfinite(estimate) and estimate > 0):
+        raise EstimationError(f"{name} = {estimate:g} {unit} is not above zero; check the reading")
+    return estimate

@@ -1,13 +1,13 @@
 """Inertia and friction from ramps of speed (§3.5, erratum E6)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from procedures.estimation.fitting.checks import increasing, same_length, series
+from procedures.estimation.fitting.checks import Number, estimate_of, increasing, same_length, series
 from procedures.estimation.fitting.first_order import respond, response_and_slope
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.noise import undithered, white_noise
@@ -267,21 +267,26 @@ def fit_coast_down(time: ArrayLike, speed: ArrayLike, *, speed_resolution: float
     return _fit([run], solution[:2] / scale[:2], ("coulomb_deceleration", "viscous_rate"), True)
 
 
-def subtract_tare(total: Fit, tare: Fit) -> Fit:
-    """Return inertia and friction of the motor alone: those of the coupled set less those of dynamometer and coupling.
+def torque_from_power(power: ArrayLike, speed: ArrayLike) -> float:
+    """Return the constant torque (N·m) behind shaft power (W) over mechanical speed (rad/s), both of shape (n,) (erratum E5).
 
-    Raises EstimationError where the tare's inertia is not below the total's.
+    Fast readings count most, for at low speed the power says little of it. Raises EstimationError where nothing turns.
     """
-    if tare.value("inertia") >= total.value("inertia"):
+    p, w = series("power", power), series("speed", speed)
+    same_length(power=p, speed=w)
+    if not np.any(w):
+        raise EstimationError("the shaft stands still, so its power says nothing of the torque; record while it turns")
+    return float(p @ w) / float(w @ w)
+
+
+def subtract_tare(coupled: Mapping[str, Number], tare: Mapping[str, Number]) -> dict[str, Number]:
+    """Return inertia and friction (by the names in `SHARED`) of the motor alone, `tare` being the dynamometer and the coupling.
+
+    Raises EstimationError where the tare's inertia is not below that of the coupled set.
+    """
+    if not tare["inertia"] < coupled["inertia"]:
         raise EstimationError(
-            f"the tare's inertia {tare.value('inertia'):g} kg·m² is not below the total's {total.value('inertia'):g} kg·m²; "
-            "the two runs are interchanged, or the load was not coupled"
+            f"the inertia of dynamometer and coupling, {estimate_of(tare['inertia']):g} kg·m², is not below that of the coupled set, "
+            f"{estimate_of(coupled['inertia']):g} kg·m²; check that the motor was coupled for the second run only"
         )
-    pick = [total.names.index(n) for n in SHARED]
-    tare_pick = [tare.names.index(n) for n in SHARED]
-    covariance = total.covariance[np.ix_(pick, pick)] + tare.covariance[np.ix_(tare_pick, tare_pick)]
-    u_total, u_tare = total.uncertainty("inertia"), tare.uncertainty("inertia")
-    weights = u_total**4 / total.degrees_of_freedom + u_tare**4 / tare.degrees_of_freedom
-    freedom = (u_total**2 + u_tare**2) ** 2 / weights if weights > 0 else total.degrees_of_freedom
-    values = total.values[pick] - tare.values[tare_pick]
-    return Fit(SHARED, values, covariance, float(freedom), total.residuals, total.residual_rms)
+    return {name: coupled[name] - tare[name] for name in SHARED}

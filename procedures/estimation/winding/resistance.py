@@ -1,36 +1,46 @@
 """Stator resistance from line readings, its temperature, and the slope of voltage over current (§3.2)."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from procedures.estimation.fitting.checks import positive, same_length, series
+from procedures.estimation.fitting.checks import Number, estimate_of, positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.linear import least_squares
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 
+#: Copper's temperature coefficient (1/K) and the temperature (°C) at which it holds.
+COPPER, COPPER_REFERENCE = 0.00393, 20.0
 
-class LineMean(NamedTuple):
+
+class PhaseResistance(NamedTuple, Generic[Number]):
     """Mean resistance (Ω) of a winding, and of one leg of the equivalent wye."""
 
-    winding: float
-    y_equivalent: float
+    winding: Number
+    y_equivalent: Number
+
+    def at_temperature(
+        self, measured_at: Number | float, to: float, coefficient: float = COPPER, reference: float = COPPER_REFERENCE
+    ) -> "PhaseResistance[Number]":
+        """Refer both to another temperature (°C), as `at_temperature` does."""
+        winding, y_equivalent = (at_temperature(each, measured_at, to, coefficient, reference) for each in self)
+        return PhaseResistance(winding, y_equivalent)
 
 
-def phase_resistances(ab: float, bc: float, ca: float, connection: Connection) -> tuple[float, float, float]:
-    """Solve three line-to-line readings (Ω) for the three windings: A, B, C of a wye; AB, BC, CA of a delta.
+def phase_resistances(ab: Number, bc: Number, ca: Number, connection: Connection) -> tuple[Number, Number, Number]:
+    """Solve three line-to-line values (Ω) for the three windings: A, B, C of a wye; AB, BC, CA of a delta.
 
-    Raises EstimationError where no three positive resistances give such readings.
+    Raises EstimationError where no three positive resistances give such values.
     """
     for name, value in (("R_AB", ab), ("R_BC", bc), ("R_CA", ca)):
         positive(name, value, "Ω")
     a, b, c = (ab + ca - bc) / 2, (ab + bc - ca) / 2, (bc + ca - ab) / 2
-    if min(a, b, c) <= 0:
+    if not (a > 0 and b > 0 and c > 0):
         raise EstimationError(
-            f"R_AB = {ab:g}, R_BC = {bc:g}, R_CA = {ca:g} Ω: one exceeds the sum of the other two, which no winding does; "
-            "check contacts and leads and read again"
+            f"R_AB = {estimate_of(ab):g}, R_BC = {estimate_of(bc):g}, R_CA = {estimate_of(ca):g} Ω: one exceeds the sum of the "
+            "other two, which no winding does; check contacts and leads and read again"
         )
     phase_factor(connection, ReadingConnection.LINE_TO_LINE)
     if connection == "wye":
@@ -39,57 +49,55 @@ def phase_resistances(ab: float, bc: float, ca: float, connection: Connection) -
     return products / c, products / a, products / b
 
 
-def from_lines(ab: float, bc: float, ca: float, connection: Connection) -> LineMean:
-    """Return winding and equivalent-wye resistance (Ω) from the mean of three line readings (Ω; §3.2.2, erratum E8)."""
+def from_lines(ab: Number, bc: Number, ca: Number, connection: Connection) -> PhaseResistance[Number]:
+    """Return winding and equivalent-wye resistance (Ω) from the mean of three line readings (Ω; §3.2.2, erratum E8).
+
+    Raises EstimationError where a reading is not above zero.
+    """
     for name, value in (("R_AB", ab), ("R_BC", bc), ("R_CA", ca)):
         positive(name, value, "Ω")
     factor = phase_factor(connection, ReadingConnection.LINE_TO_LINE)
     mean = (ab + bc + ca) / 3
-    return LineMean(factor.winding * mean, factor.y_equivalent * mean)
+    return PhaseResistance(factor.winding * mean, factor.y_equivalent * mean)
 
 
 def at_temperature(
-    resistance: float, measured_at: float, to: float, coefficient: float = 0.00393, reference: float = 20.0
-) -> float:
+    resistance: Number,
+    measured_at: Number | float,
+    to: float,
+    coefficient: float = COPPER,
+    reference: float = COPPER_REFERENCE,
+) -> Number:
     """Refer a resistance (Ω) from one temperature (°C) to another (§3.2.1, erratum E7).
 
     `coefficient` (1/K) holds at `reference` (°C); the default is copper's. The note's rule is 0.004 at 25 °C.
+    Raises EstimationError where a value is missing or the linear coefficient does not reach so far.
     """
-    if not all(np.isfinite(x) for x in (resistance, measured_at, to, coefficient, reference)):
+    values = (resistance, measured_at, to, coefficient, reference)
+    if not all(np.isfinite(estimate_of(value)) for value in values):
         raise EstimationError("a temperature or the resistance is missing; enter the winding's temperature")
-    present = 1 + coefficient * (measured_at - reference)
-    wanted = 1 + coefficient * (to - reference)
-    if present <= 0 or wanted <= 0:
+    at_first = 1 + coefficient * (measured_at - reference)
+    at_last = 1 + coefficient * (to - reference)
+    if at_first <= 0 or at_last <= 0:
         raise EstimationError(
-            f"{measured_at:g} °C → {to:g} °C is outside the range of a linear temperature coefficient"
+            f"{estimate_of(measured_at):g} °C → {to:g} °C is outside the range of a linear temperature coefficient"
         )
-    return resistance * wanted / present
+    return resistance * (at_last / at_first)
 
 
-def unbalance(lines: Sequence[float]) -> float:
-    """Return the largest deviation of a line reading from their mean, relative to the mean."""
-    readings = series("line readings", lines, least=2)
-    mean = positive("mean of the line readings", float(np.mean(readings)), "")
-    return float(np.max(np.abs(readings - mean))) / mean
+def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
+    """Fit V = resistance·I + offset − meter·sign(I) to four-wire readings (V, A, shape (n,)).
 
-
-def slope(
-    voltage: ArrayLike, current: ArrayLike, *, voltage_resolution: float = 0.0, both_polarities: bool = True
-) -> Fit:
-    """Fit V = resistance·I + offset to four-wire readings (V, A, shape (n,)); names `resistance`, `offset`.
-
-    The offset takes thermal EMF and the meter's zero, for which currents of both signs are required unless
-    `both_polarities` is False. Raises EstimationError on too few points or one current only.
+    `offset` takes thermal EMF and the voltmeter's zero, `meter` the zero of the current's meter, which reads amounts.
+    Raises EstimationError on too few points, currents of one sign or of one amount only, and a falling voltage.
     """
-    v, i = series("voltage", voltage, least=3), series("current", current, least=3)
+    v, i = series("voltage", voltage, least=4), series("current", current, least=4)
     same_length(voltage=v, current=i)
-    if both_polarities and not (i.min() < 0 < i.max()):
+    if not (i.min() < 0 < i.max()):
         raise EstimationError("all currents have one sign; take readings with both polarities")
-    if np.ptp(i) <= 1e-9 * np.max(np.abs(i)):
+    if np.ptp(np.abs(i)) <= 1e-9 * np.max(np.abs(i)):
         raise EstimationError("all currents are alike; take readings at several currents")
-    fit = least_squares(
-        ("resistance", "offset"), np.column_stack((i, np.ones_like(i))), v, resolution=voltage_resolution
-    )
+    fit = least_squares(("resistance", "offset", "meter"), np.column_stack((i, np.ones_like(i), -np.sign(i))), v)
     if fit.value("resistance") <= 0:
         raise EstimationError(
             "the voltage falls as the current rises: one of the two meters is connected the wrong way round"

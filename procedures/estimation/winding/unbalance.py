@@ -2,18 +2,19 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Generic, NamedTuple
 
 import numpy as np
 
+from procedures.estimation.fitting.checks import Number, estimate_of
 from procedures.estimation.fitting.fit import EstimationError
 
 
-class Deviation(NamedTuple):
-    """The value farthest from the mean of all: which it is, and by how much of the mean (signed)."""
+class Deviation(NamedTuple, Generic[Number]):
+    """The value farthest from the mean of all: which it is, and by what share of the mean, above or below."""
 
     place: int
-    share: float
+    share: Number
 
 
 class Pooled(NamedTuple):
@@ -24,17 +25,23 @@ class Pooled(NamedTuple):
     degrees_of_freedom: float
 
 
-def largest_deviation(values: Sequence[float]) -> Deviation:
+def largest_deviation(values: Sequence[Number]) -> Deviation[Number]:
     """Return which of the values is farthest from their mean, and its deviation over the mean.
 
     The form is that of the voltage unbalance of NEMA MG 1. Raises EstimationError where the mean is not above zero.
     """
-    mean = sum(values) / len(values)
-    if not (math.isfinite(mean) and mean > 0.0):
-        raise EstimationError(f"the mean of {', '.join(f'{value:g}' for value in values)} is not above zero")
-    shares = [value / mean - 1.0 for value in values]
-    place = max(range(len(shares)), key=lambda k: abs(shares[k]))
+    mean = _mean(values)
+    # The size of an uncertain number by abs() would be a plain one.
+    shares = [(value / mean - 1.0) * (1.0 if value >= mean else -1.0) for value in values]
+    place = max(range(len(shares)), key=lambda k: estimate_of(shares[k]))
     return Deviation(place, shares[place])
+
+
+def spread(values: Sequence[Number]) -> Number:
+    """Return the largest less the smallest of the values over their mean. Raises EstimationError where that is not above zero."""
+    ordered = sorted(values, key=estimate_of)
+    share: Number = (ordered[-1] - ordered[0]) / _mean(values)
+    return share
 
 
 def pooled(groups: Sequence[Sequence[float]]) -> Pooled:
@@ -56,3 +63,12 @@ def saliency_share(d_axis: float, q_axis: float) -> float:
     Between two lines a machine of `d_axis` and `q_axis` inductance (H) shows Ld + Lq + (Ld − Lq)·cos(2θ + …).
     """
     return abs(q_axis - d_axis) / (q_axis + d_axis)
+
+
+def _mean(values: Sequence[Number]) -> Number:
+    mean = sum(values[1:], values[0]) / len(values)
+    if not (math.isfinite(estimate_of(mean)) and estimate_of(mean) > 0.0):
+        raise EstimationError(
+            f"the mean of {', '.join(f'{estimate_of(value):g}' for value in values)} is not above zero"
+        )
+    return mean

@@ -110,71 +110,71 @@ def current_sensed(phases: Sequence[float], mistake: Mistake) -> float | None:
     return 0.0 if terminal is None or mistake.kind is Kind.TOUCHING else sign * shares[terminal]
 
 
-def mistakes(told: Poles, leads: Leads = Leads()) -> list[Mistake]:
+def mistakes(expected: Poles, leads: Leads = Leads()) -> list[Mistake]:
     """Return no mistake first, then every single one; each state of the wires once, as the first mistake that leads to it."""
-    found = {told: Mistake(Kind.NONE, (), told, leads)}
-    for mistake in _of_wires(told):
+    found = {expected: Mistake(Kind.NONE, (), expected, leads)}
+    for mistake in _of_wires(expected):
         found.setdefault(mistake.poles, replace(mistake, leads=leads))
-    return [*found.values(), Mistake(Kind.TOUCHING, (), told, leads), *_of_leads(told, leads)]
+    return [*found.values(), Mistake(Kind.TOUCHING, (), expected, leads), *_of_leads(expected, leads)]
 
 
-def _of_wires(told: Poles) -> Iterator[Mistake]:
-    for k, pole in enumerate(told):
+def _of_wires(expected: Poles) -> Iterator[Mistake]:
+    for k, pole in enumerate(expected):
         if pole is not Pole.OPEN:
-            yield Mistake(Kind.OPEN, (k,), _with(told, {k: Pole.OPEN}))
-    for k, pole in enumerate(told):
+            yield Mistake(Kind.OPEN, (k,), _with(expected, {k: Pole.OPEN}))
+    for k, pole in enumerate(expected):
         if pole is Pole.OPEN:
             for other in (Pole.PLUS, Pole.MINUS):
-                yield Mistake(Kind.JOINED, (k,), _with(told, {k: other}))
+                yield Mistake(Kind.JOINED, (k,), _with(expected, {k: other}))
     for k in range(3):
         for m in range(k):
-            if told[k] is not told[m]:
-                yield Mistake(Kind.EXCHANGED, (m, k), _with(told, {k: told[m], m: told[k]}))
+            if expected[k] is not expected[m]:
+                yield Mistake(Kind.EXCHANGED, (m, k), _with(expected, {k: expected[m], m: expected[k]}))
     reversed_ = {Pole.PLUS: Pole.MINUS, Pole.MINUS: Pole.PLUS, Pole.OPEN: Pole.OPEN}
-    a, b, c = (reversed_[pole] for pole in told)
+    a, b, c = (reversed_[pole] for pole in expected)
     yield Mistake(Kind.EXCHANGED, (0, 1, 2), (a, b, c))
-    for k, pole in enumerate(told):
+    for k, pole in enumerate(expected):
         if pole is not Pole.OPEN:
-            yield Mistake(Kind.OTHER_POLE, (k,), _with(told, {k: reversed_[pole]}))
+            yield Mistake(Kind.OTHER_POLE, (k,), _with(expected, {k: reversed_[pole]}))
 
 
-def _of_leads(told: Poles, leads: Leads) -> Iterator[Mistake]:
+def _of_leads(expected: Poles, leads: Leads) -> Iterator[Mistake]:
     places: tuple[int | None, ...] = (0, 1, 2, None)
     if leads.voltage is not None:
         positive, negative = leads.voltage
         wanted = tuple(t for t in leads.voltage if t is not None)
-        yield Mistake(Kind.VOLTAGE_REVERSED, wanted, told, replace(leads, voltage=(negative, positive)))
+        yield Mistake(Kind.VOLTAGE_REVERSED, wanted, expected, replace(leads, voltage=(negative, positive)))
         for place in places:
             if place not in leads.voltage:
-                yield Mistake(Kind.VOLTAGE_LEAD, wanted[:1], told, replace(leads, voltage=(place, negative)))
-                yield Mistake(Kind.VOLTAGE_LEAD, wanted[1:], told, replace(leads, voltage=(positive, place)))
+                yield Mistake(Kind.VOLTAGE_LEAD, wanted[:1], expected, replace(leads, voltage=(place, negative)))
+                yield Mistake(Kind.VOLTAGE_LEAD, wanted[1:], expected, replace(leads, voltage=(positive, place)))
     if leads.current is not None:
         terminal, sign = leads.current
         wanted = () if terminal is None else (terminal,)
         for place in places:
             for arrow in (sign, -sign):
                 if (place, arrow) != leads.current and (place is not None or arrow == sign):
-                    yield Mistake(Kind.CURRENT_PROBE, wanted, told, replace(leads, current=(place, arrow)))
+                    yield Mistake(Kind.CURRENT_PROBE, wanted, expected, replace(leads, current=(place, arrow)))
 
 
 def _conductance(phases: Sequence[float], poles: Poles, pole: Pole) -> float:
     return sum(1.0 / phase for phase, at in zip(phases, poles, strict=True) if at is pole)
 
 
-def _with(told: Poles, changed: Mapping[int, Pole]) -> Poles:
-    a, b, c = (changed.get(k, pole) for k, pole in enumerate(told))
+def _with(expected: Poles, changed: Mapping[int, Pole]) -> Poles:
+    a, b, c = (changed.get(k, pole) for k, pole in enumerate(expected))
     return a, b, c
 
 
 class Outcome(Enum):
     """What readings say of a connection.
 
-    PROVED: no mistake of continuity would read so. UNPROVED: the connection may be right, but so would such a mistake read.
+    VERIFIED: no mistake of continuity would read so. UNVERIFIED: the connection may be right, but so would such a mistake read.
     WRONG: it is not right, and a mistake explains the readings. UNEXPLAINED: neither right nor any one mistake.
     """
 
-    PROVED = "proved"
-    UNPROVED = "not proved"
+    VERIFIED = "verified"
+    UNVERIFIED = "not verified"
     WRONG = "wrong"
     UNEXPLAINED = "unexplained"
 
@@ -202,7 +202,7 @@ def judge(candidates: Sequence[Mistake], observations: Sequence[Observation]) ->
         return Judgement(Outcome.UNEXPLAINED)
     breaking = tuple(mistake for mistake in possible if mistake.kind in CONTINUITY)
     if possible[0].kind is Kind.NONE:
-        return Judgement(Outcome.UNPROVED if breaking else Outcome.PROVED, possible[1:])
+        return Judgement(Outcome.UNVERIFIED if breaking else Outcome.VERIFIED, possible[1:])
     wires = tuple(mistake for mistake in breaking if mistake.kind is not Kind.TOUCHING)
     return Judgement(Outcome.WRONG, wires or possible)
 

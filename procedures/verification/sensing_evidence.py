@@ -18,10 +18,10 @@ from procedures.estimation.winding.wiring import (
     odd_line,
     voltage_sensed,
 )
-from procedures.verification.by_supply import Fed, evidence, figures, middle
 from procedures.verification.check import TERMINALS, Check, records
 from procedures.verification.lines import Reference
-from procedures.verification.two_poles import ALIKE, THIRD, alike, expected, loop, poles_of
+from procedures.verification.supply_evidence import SupplyReading, evidence, figures, middle
+from procedures.verification.two_poles import ALIKE, THIRD, alike, expected, loop, one_of_three, poles_of
 from procedures.verification.two_poles import judged as judged_alike
 
 #: Shares of voltage and current between unlike phases are off by this at most.
@@ -50,9 +50,9 @@ def of_probes(voltage: VoltageProbe, current: CurrentProbe) -> Leads:
 
 
 def judged(
-    connect: Connect, leads: Leads, read: Fed, sensed: Sensed, reference: Reference | None, longest: float
+    connect: Connect, leads: Leads, read: SupplyReading, sensed: Sensed, reference: Reference | None, longest: float
 ) -> Check:
-    """Hold the supply's readings and what is sensed against the connection as told; the supply's leads have at most `longest` Ω."""
+    """Hold the supply's readings and what is sensed against the connection as intended; the supply's leads have at most `longest` Ω."""
     between = reference.leads if reference else Interval(0.0, longest)
 
     def observe(known: Reference | None) -> list[Observation]:
@@ -71,13 +71,13 @@ def judged(
     found, earlier = judged_alike(mistakes(poles_of(connect), leads), observe, reference)
     channels = (sensed.voltage_channel, sensed.current_channel)
     reason = ""
-    if found.outcome is Outcome.UNPROVED:
+    if found.outcome is Outcome.UNVERIFIED:
         reason = "too close" if reference else "unknown"
     return Check(
         found.outcome,
         "voltmeter" if sensed.voltage_channel is None else "oscilloscope",
         records(found, earlier, leads, channels),
-        {**figures(read), **_told(sensed)},
+        {**figures(read), **_sensed_figures(sensed)},
         reason,
         _evidence(read, sensed, expected(connect, reference)),
     )
@@ -85,35 +85,26 @@ def judged(
 
 def compared(lines: Sequence[float], which: int) -> Check:
     """Hold one of three four-wire readings (Ω) against the other two, which stand for what it should be."""
-    told = {"resistance": lines[which]}
-    if which not in (odd_line(lines), odd_line(lines, 0.5)):
-        like = alike(lines)
-        return Check(Outcome.PROVED if like else Outcome.UNPROVED, "voltmeter", (), told, "alike" if like else "unlike")
     third = {"kind": "third", "terminals": [TERMINALS[THIRD[which]].value]}
-    evidence = text(
-        "four wires read {read:.4g} Ω there, and {others} Ω between the other terminals",
-        read=lines[which],
-        others=[f"{line:.4g}" for k, line in enumerate(lines) if k != which],
-    )
-    return Check(Outcome.WRONG, "voltmeter", (third,), told, "", evidence)
+    return one_of_three("voltmeter", lines, which, third, odd=which in (odd_line(lines), odd_line(lines, 0.5)))
 
 
 def both_ways(connect: Connect, forwards: float, backwards: float) -> Check:
     """Hold four-wire readings (Ω) of one pair in both polarities against each other."""
-    told = {"forwards": forwards, "backwards": backwards}
-    if min(told.values()) > 0.0 and alike((forwards, backwards)):
-        return Check(Outcome.PROVED, "voltmeter", (), told)
+    readings = {"forwards": forwards, "backwards": backwards}
+    if min(readings.values()) > 0.0 and alike((forwards, backwards)):
+        return Check(Outcome.VERIFIED, "voltmeter", (), readings)
     (third,) = (t.value for t, socket in connect.complete().items() if socket is Socket.OPEN)
     evidence = text(
-        "four wires read {forwards:.4g} Ω with one polarity and {backwards:.4g} Ω with the other",
+        "the four-wire reading is {forwards:.4g} Ω in one polarity and {backwards:.4g} Ω in the other",
         forwards=forwards,
         backwards=backwards,
     )
     entry = {"kind": "third", "terminals": [third]}
-    return Check(Outcome.WRONG, "voltmeter", (entry,), told, "", evidence, mendable=False)
+    return Check(Outcome.WRONG, "voltmeter", (entry,), readings, "", evidence, correctable_now=False)
 
 
-def _motor_share(read: Fed, leads: Interval) -> Interval:
+def _motor_share(read: SupplyReading, leads: Interval) -> Interval:
     """Return how much of the supply's voltage is at the terminals, its leads taking the rest."""
     taken = leads.over(read.resistance)
     if taken is ANY:
@@ -151,26 +142,26 @@ def _of_current(read: Interval, phases: tuple[float, float, float]) -> Observati
     return Observation(read, predicted)
 
 
-def _told(sensed: Sensed) -> dict[str, float]:
-    told = {"sensed_voltage": sensed.voltage, "sensed_current": sensed.current}
-    return {name: middle(interval) for name, interval in told.items() if interval is not None}
+def _sensed_figures(sensed: Sensed) -> dict[str, float]:
+    readings = {"sensed_voltage": sensed.voltage, "sensed_current": sensed.current}
+    return {name: middle(interval) for name, interval in readings.items() if interval is not None}
 
 
-def _evidence(read: Fed, sensed: Sensed, wanted: float | None) -> Text:
+def _evidence(read: SupplyReading, sensed: Sensed, wanted: float | None) -> Text:
     words = evidence(read, wanted)
     if not read.path:
         return words
     if sensed.voltage is not None:
         words = text(
-            "{words}; {sensed:.3g} V of its {voltage:.3g} V are sensed",
-            words=words,
+            "{evidence}; {sensed:.3g} V of its {voltage:.3g} V are measured at the motor",
+            evidence=words,
             sensed=middle(sensed.voltage),
             voltage=middle(read.voltage),
         )
     if sensed.current is not None:
         words = text(
-            "{words}; {sensed:.3g} A of its {current:.3g} A are sensed",
-            words=words,
+            "{evidence}; {sensed:.3g} A of its {current:.3g} A are measured at the motor",
+            evidence=words,
             sensed=middle(sensed.current),
             current=middle(read.current),
         )

@@ -16,7 +16,7 @@ from procedures.verification.two_poles import judged as judged_alike
 
 
 @dataclass(frozen=True)
-class Fed:
+class SupplyReading:
     """A supply's output at rest: voltage (V) and current (A) within their errors, and whether the current has a path."""
 
     voltage: Interval
@@ -33,18 +33,12 @@ class Fed:
         return Interval(max(0.0, self.voltage.low) / self.current.high, self.voltage.high / self.current.low)
 
 
-def fed(supply: Supply) -> Fed:
+def read(supply: Supply) -> SupplyReading:
     """Read a supply that is on and has settled."""
-    current, voltage = supply.measure_current(), supply.measure_voltage()
-    return fed_by(voltage, current, supply.output_mode())
-
-
-def fed_by(voltage: Reading, current: Reading, mode: OutputMode) -> Fed:
-    """Return what these readings say, the output being in this mode."""
-    flowing = within(current)
+    current, voltage = within(supply.measure_current()), within(supply.measure_voltage())
     # A current too small for the meter still shows by what regulates.
-    path = flowing.low > 0.0 or mode is OutputMode.CONSTANT_CURRENT
-    return Fed(within(voltage), flowing, path)
+    path = supply.output_mode() is OutputMode.CONSTANT_CURRENT or current.low > 0.0
+    return SupplyReading(voltage, current, path)
 
 
 def within(reading: Reading) -> Interval:
@@ -55,8 +49,10 @@ def within(reading: Reading) -> Interval:
     )
 
 
-def judged(connect: Connect, read: Fed, reference: Reference | None, leads: float, *, swinging: bool) -> Check:
-    """Hold a supply's readings against the connection as told.
+def judged(
+    connect: Connect, read: SupplyReading, reference: Reference | None, leads: float, *, swinging: bool
+) -> Check:
+    """Hold a supply's readings against the connection as intended.
 
     `leads` (Ω) is the most that its leads may have. With a rotor free to swing, whose EMF is in the voltage, only the path counts.
     """
@@ -69,30 +65,30 @@ def judged(connect: Connect, read: Fed, reference: Reference | None, leads: floa
         "supply",
         records(found, earlier, Leads()),
         figures(read),
-        "" if found.outcome is not Outcome.UNPROVED else _reason(reference, swinging=swinging),
+        "" if found.outcome is not Outcome.UNVERIFIED else _reason(reference, swinging=swinging),
         evidence(read, expected(connect, reference)),
     )
 
 
-def figures(read: Fed) -> Mapping[str, float]:
+def figures(read: SupplyReading) -> Mapping[str, float]:
     """Return the middle of what was read, for the record."""
-    told = {"voltage": middle(read.voltage), "current": middle(read.current)}
+    readings = {"voltage": middle(read.voltage), "current": middle(read.current)}
     if read.path and read.current.low > 0.0:
-        told["resistance"] = told["voltage"] / told["current"]
-    return told
+        readings["resistance"] = readings["voltage"] / readings["current"]
+    return readings
 
 
-def evidence(read: Fed, wanted: float | None) -> Text:
-    """Return the reading in words, and what belongs to the connection as told."""
+def evidence(read: SupplyReading, wanted: float | None) -> Text:
+    """Return the reading in words, and what belongs to the connection as intended."""
     if not read.path:
         return text("no current flows at {voltage:.3g} V", voltage=middle(read.voltage))
     resistance = middle(read.voltage) / middle(read.current) if read.current.low > 0.0 else math.nan
     if wanted is None:
         return text("the supply reads {read:.4g} Ω", read=resistance)
     return text(
-        "the supply reads {read:.4g} Ω, {wanted:.4g} Ω and its leads belong to the connection as told",
+        "the supply reads {read:.4g} Ω; {expected:.4g} Ω plus its leads are expected for this connection",
         read=resistance,
-        wanted=wanted,
+        expected=wanted,
     )
 
 

@@ -1,0 +1,112 @@
+"""Events of a run's journal: what every event declares of itself, and those that procedures make.
+
+An event's fields are its data in the journal, in this order and by these names.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from procedures.core.actions import Action
+
+#: What hand work gives.
+Given = float | bool | Sequence[float] | None
+
+
+def optional(default: Any = None) -> Any:
+    """Return a field that is left out of the journal where it has its default."""
+    if default == {}:
+        return field(default_factory=dict, metadata={"optional": True})
+    return field(default=default, metadata={"optional": True})
+
+
+class Event:
+    """What happens in a run; a subclass with a `kind` is what the journal calls it, one without is shared by several.
+
+    A `durable` event has reached the disk, not only the operating system, before what follows it happens. A `closing` one
+    tells how something ends: it is still tried when the journal could not be written.
+    """
+
+    kind: ClassVar[str] = ""
+    durable: ClassVar[bool] = False
+    closing: ClassVar[bool] = False
+
+    def __init_subclass__(cls, *, kind: str = "", durable: bool = False, closing: bool = False) -> None:
+        super().__init_subclass__()
+        cls.kind, cls.durable, cls.closing = kind, durable, closing
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepStarted(Event, kind="step_started"):
+    """A step begins: its identifier, its sentence in English, bench time (s)."""
+
+    step: str
+    text: str
+    time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepFinished(Event, kind="step_finished", durable=True):
+    """A step has come to its end, at a bench time (s)."""
+
+    step: str
+    time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepFailed(Event, kind="step_failed", durable=True, closing=True):
+    """A step was left by an error, at a bench time (s)."""
+
+    step: str
+    error: str
+    time: float
+
+
+@dataclass(frozen=True)
+class UnknownAction:
+    """Hand work of another version's journal: its fields as they stand there."""
+
+    details: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActionStarted(Event, kind="action"):
+    """Hand work is asked for: the action's class, the action, and its lines in English."""
+
+    action: str
+    details: Action | UnknownAction
+    text: Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActionDone(Event, kind="action_done"):
+    """Hand work is done: a reading entered, angles (rad) marked, whether something was put right; None for other work."""
+
+    action: str
+    given: Given
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarningGiven(Event, kind="warning"):
+    """A procedure warns: an erratum's id or the finding's name, and the sentence in English."""
+
+    id: str
+    message: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class WiringChecked(Event, kind="wiring_checked"):
+    """A connection was compared with what was measured on it.
+
+    `by` is the role that measured, `read` its readings by name, `possible` the miswirings that explain them; of `terminals`
+    (by motor terminal), `probes` and `voltmeter` (its two terminals), those stand that the check was of.
+    """
+
+    outcome: str
+    by: str
+    reason: str
+    read: Mapping[str, Any]
+    possible: Sequence[Mapping[str, Any]]
+    terminals: Mapping[str, str] | None = optional()
+    probes: Sequence[Mapping[str, Any]] | None = optional()
+    voltmeter: Sequence[str] | None = optional()

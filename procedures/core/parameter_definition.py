@@ -1,0 +1,104 @@
+"""What defines a parameter, and tables of such definitions."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass
+from enum import Enum
+
+from drivers.interfaces.text import Text
+
+
+class FactorErrors(Enum):
+    """Which factor errors are looked for where a figure deviates from its type value."""
+
+    IMPEDANCE = "impedance"
+    FLUX = "flux"
+    TORQUE = "torque"
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Between which values a parameter makes sense, in its unit; `open` leaves the low bound itself out."""
+
+    low: float
+    high: float | None = None
+    open: bool = False
+
+
+ABOVE_ZERO, NOT_NEGATIVE = Bounds(0.0, open=True), Bounds(0.0)
+
+
+@dataclass(frozen=True)
+class ParameterDefinition:
+    """What a parameter is, wherever it is measured, shown, judged or exported.
+
+    `symbol` is plain text, what follows `_` being the index, empty where the field has none; `convention` says per what,
+    peak or rms, at which temperature. `unit` is that of results (`1` for none), `reader_unit` another name of it in tables for readers.
+    Values make sense within `bounds`; counts are `whole` numbers.
+    `type_value`: whether a motor file may expect a value. `controller_uncertainty` is the largest relative standard
+    uncertainty with which the figure goes into a controller. `true_value` says where a virtual motor has it: `motor.` or
+    `drive.` and an attribute, or the name of a formula of `bench.virtual.true_values`; empty where it depends on the test.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    label: Text
+    convention: str = ""
+    _: KW_ONLY
+    bounds: Bounds = ABOVE_ZERO
+    whole: bool = False
+    reader_unit: str = ""
+    type_value: bool = True
+    factor_errors: FactorErrors | None = None
+    controller_uncertainty: float = math.inf
+    true_value: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.name.isidentifier() or self.name != self.name.lower():
+            raise ValueError(
+                f"parameter {self.name!r}: a name is small letters, digits and underscores, as stator_resistance"
+            )
+        if not self.unit:
+            raise ValueError(f"parameter {self.name}: the unit is missing; 1 stands for none")
+
+
+class ParameterTable(Mapping[str, ParameterDefinition]):
+    """Definitions by name, in order; never changed, only extended to another table."""
+
+    def __init__(self, definitions: Iterable[ParameterDefinition]) -> None:
+        """Take the definitions. Raises ValueError for two of one name that differ."""
+        self._rows: dict[str, ParameterDefinition] = {}
+        for definition in definitions:
+            if self._rows.setdefault(definition.name, definition) != definition:
+                raise ValueError(f"parameter {definition.name} is defined twice, and differently; choose another name")
+
+    def __getitem__(self, name: str) -> ParameterDefinition:
+        if name not in self._rows:
+            raise KeyError(f"{name!r} is none of the parameters {', '.join(self._rows)}")
+        return self._rows[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def extended(self, definitions: Iterable[ParameterDefinition]) -> "ParameterTable":
+        """Return a table with further definitions. Raises ValueError for one that contradicts a row."""
+        return ParameterTable((*self._rows.values(), *definitions))
+
+    def resolved(self, given: Iterable[str | ParameterDefinition]) -> "ParameterTable":
+        """Return the table of what a procedure gives: names of rows, and definitions of its own.
+
+        Raises ValueError for a name without a row, and for a definition that contradicts one.
+        """
+        found = []
+        for each in given:
+            if isinstance(each, str) and each not in self._rows:
+                raise ValueError(
+                    f"{each!r} is no known parameter; give a ParameterDefinition of it instead of its name"
+                )
+            found.append(self._rows[each] if isinstance(each, str) else each)
+        self.extended(found)
+        return ParameterTable(found)
