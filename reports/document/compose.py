@@ -2,7 +2,7 @@
 
 from drivers.interfaces.text import Text, text
 from reports.document.identity import motor_section, record_section, signature_section, station_section
-from reports.document.model import Block, Column, Document, Facts, Notices, Paragraph, Row, Section, Table
+from reports.document.model import Block, Column, Document, Facts, Notices, Paragraph, ReportSection, Table, TableRow
 from reports.document.parameters import parameter_table
 from reports.document.procedure import procedure_section
 from reports.document.record import RunRecord
@@ -37,7 +37,7 @@ def compose(run: RunRecord) -> Document:
     )
 
 
-def _summary(run: RunRecord) -> Section:
+def _summary(run: RunRecord) -> ReportSection:
     blocks: list[Block] = []
     if run.status != "completed":
         said = text(
@@ -56,14 +56,14 @@ def _summary(run: RunRecord) -> Section:
         blocks.append(
             Table(
                 [Column(text("Id")), Column(text("Procedure")), Column(text("Warning or erratum"), wide=True)],
-                [Row([identifier, procedure, words]) for identifier, procedure, words in own],
+                [TableRow([identifier, procedure, words]) for identifier, procedure, words in own],
                 title=text("Warnings and errata"),
             )
         )
-    return Section(text("Results"), "results", tuple(blocks))
+    return ReportSection(text("Results"), "results", tuple(blocks))
 
 
-def _plan(run: RunRecord) -> Section:
+def _plan(run: RunRecord) -> ReportSection:
     """Return the procedures as they followed each other, each with its end."""
     rows = []
     for procedure in run.procedures:
@@ -74,7 +74,7 @@ def _plan(run: RunRecord) -> Section:
         )
         given = procedure.result.parameters if procedure.result is not None else ()
         gave = Text("{names}", {"names": [parameter_name(name) for name in dict.fromkeys(p.name for p in given)]})
-        rows.append(Row([procedure.section, procedure.title, procedure.name, gave, ended]))
+        rows.append(TableRow([procedure.section, procedure.title, procedure.name, gave, ended]))
     table = Table(
         [
             Column("§"),
@@ -86,4 +86,4 @@ def _plan(run: RunRecord) -> Section:
         rows,
     )
     facts = Facts(((text("Bench time"), f"{run.bench_time:.0f} s"),))
-    return Section(text("Procedures"), "procedures", (facts, table))
+    return ReportSection(text("Procedures"), "procedures", (facts, table))

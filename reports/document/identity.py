@@ -1,12 +1,23 @@
 """Who and what: the motor, the bench, its instruments and their calibrations, the operator, the record."""
 
 from drivers.interfaces.text import Text, text
-from procedures.core.nameplate import Connection
-from reports.document.model import Block, Cell, Column, Facts, Notices, Paragraph, Row, Section, Signatures, Table
+from procedures.core.nameplate import WindingConnection
+from reports.document.model import (
+    Block,
+    Cell,
+    Column,
+    Facts,
+    Notices,
+    Paragraph,
+    ReportSection,
+    Signatures,
+    Table,
+    TableRow,
+)
 from reports.document.record import InstrumentRecord, RunRecord, SignOff
 from reports.labels import role_name
 
-_CONNECTIONS = {Connection.WYE: text("wye"), Connection.DELTA: text("delta")}
+_CONNECTIONS = {WindingConnection.WYE: text("wye"), WindingConnection.DELTA: text("delta")}
 _PERFORMED: dict[str, Text] = {
     "": text("as the station has it"),
     "terminal": text("a person at the terminal"),
@@ -17,7 +28,7 @@ _PERFORMED: dict[str, Text] = {
 }
 
 
-def motor_section(run: RunRecord) -> Section:
+def motor_section(run: RunRecord) -> ReportSection:
     """Return the motor's plate."""
     plate = run.nameplate
     items: list[tuple[Text, Cell]] = [
@@ -42,10 +53,10 @@ def motor_section(run: RunRecord) -> Section:
             (text("Wires"), ", ".join(f"{terminal} {colour}" for terminal, colour in plate.wire_colours.items()))
         )
     items.append((text("Motor file"), f"{run.motor_file}, SHA-256 {run.motor_sha256[:16]}…"))
-    return Section(text("Motor"), "motor", (Facts(items),))
+    return ReportSection(text("Motor"), "motor", (Facts(items),))
 
 
-def station_section(run: RunRecord) -> Section:
+def station_section(run: RunRecord) -> ReportSection:
     """Return station, operator and instruments; an overdue calibration is flagged."""
     facts = Facts(
         (
@@ -66,7 +77,7 @@ def station_section(run: RunRecord) -> Section:
             roles=[role_name(instrument.role) for instrument in overdue],
         )
         blocks.append(Notices((("calibration-overdue", flagged),), grave=True))
-    return Section(text("Bench"), "bench", tuple(blocks))
+    return ReportSection(text("Bench"), "bench", tuple(blocks))
 
 
 def instrument_table(run: RunRecord) -> Table:
@@ -81,7 +92,7 @@ def instrument_table(run: RunRecord) -> Table:
             Column(text("Calibrated")),
             Column(text("Due")),
         ],
-        [Row(_instrument(instrument), faint=not instrument.used) for instrument in run.instruments],
+        [TableRow(_instrument(instrument), faint=not instrument.used) for instrument in run.instruments],
         remark=None if all(instrument.used for instrument in run.instruments) else unused,
     )
 
@@ -99,7 +110,7 @@ def _instrument(instrument: InstrumentRecord) -> list[Cell]:
     return [*cells, calibration.certificate, calibration.date, due]
 
 
-def record_section(run: RunRecord) -> Section:
+def record_section(run: RunRecord) -> ReportSection:
     """Return where the record ends, and how anyone can prove that it is the one this report is of."""
     blocks: list[Block] = [
         Facts(
@@ -122,10 +133,10 @@ def record_section(run: RunRecord) -> Section:
         blocks.append(
             Notices((("", text("A line after the last event was cut off in writing; it is not part of this report.")),))
         )
-    return Section(text("Record"), "record", tuple(blocks))
+    return ReportSection(text("Record"), "record", tuple(blocks))
 
 
-def signature_section(run: RunRecord) -> Section:
+def signature_section(run: RunRecord) -> ReportSection:
     """Return who has signed already, and the lines to sign on."""
     lines = Signatures((text("Measured by, date"), text("Checked by, date"), text("Approved by, date")))
     blocks: tuple[Block, ...] = (lines,)
@@ -137,9 +148,9 @@ def signature_section(run: RunRecord) -> Section:
             Column(text("Remark"), wide=True),
             Column(text("Concerns"), wide=True),
         ]
-        rows = [Row([one.person, one.role, one.time, one.words or "–", _concerns(one)]) for one in run.signed]
+        rows = [TableRow([one.person, one.role, one.time, one.words or "–", _concerns(one)]) for one in run.signed]
         blocks = (Table(columns, rows, title=text("Signed at the panel")), lines)
-    return Section(text("Signatures"), "signatures", blocks)
+    return ReportSection(text("Signatures"), "signatures", blocks)
 
 
 def _concerns(signature: SignOff) -> Text:

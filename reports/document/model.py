@@ -27,7 +27,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A table's row; `faint` stands below the one before it, `total` sums up."""
 
     cells: Sequence[Cell]
@@ -40,7 +40,7 @@ class Table:
     """Columns and rows, and a remark beneath."""
 
     columns: Sequence[Column]
-    rows: Sequence[Row]
+    rows: Sequence[TableRow]
     title: Text | None = None
     remark: Text | None = None
 
@@ -63,7 +63,7 @@ class Notices:
 
 
 @dataclass(frozen=True)
-class Figure:
+class PlotFigure:
     """A plot with its caption."""
 
     plot: Plot
@@ -76,11 +76,11 @@ class Signatures:
     lines: Sequence[Text]
 
 
-Block = Facts | Table | Paragraph | Notices | Figure | Signatures
+Block = Facts | Table | Paragraph | Notices | PlotFigure | Signatures
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A heading and what stands beneath it; `level` 1 or 2."""
 
     title: Cell
@@ -97,4 +97,4 @@ class Document:
     subtitle: str
     origin: str
     running: str
-    sections: Sequence[Section] = field(default_factory=tuple)
+    sections: Sequence[ReportSection] = field(default_factory=tuple)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Parameter
-from reports.document.model import Cell, Column, Row, Table
+from reports.document.model import Cell, Column, Table, TableRow
 from reports.labels import parameter_name, phrase, unit_for_readers
 from reports.tables.budget import budget_rows, combined, freedom
 from reports.tables.figures import decimals_for, figure, scale_of
@@ -21,7 +21,7 @@ def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
         Column(text("u"), right=True),
         Column(text("u, %"), right=True),
         Column(text("95 % interval"), right=True),
-        Column(text("Note's"), right=True),
+        Column(text("Note's formula"), right=True),
         *([Column(text("Truth"), right=True)] if truth else []),
         Column("§"),
     ]
@@ -39,13 +39,13 @@ def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
         columns,
         rows,
         remark=text(
-            "u: standard uncertainty. 95 % interval: coverage interval. Note's: the note's simple formula on the same readings. "
+            "u: standard uncertainty. 95 % interval: coverage interval. Note's formula: its result on the same readings. "
             "Resistance, inductance and flux linkage are those of the Y-equivalent; what depends on temperature is at 25 °C."
         ),
     )
 
 
-def _row(parameter: Parameter, name: Text, truth: float | None, *, with_truth: bool, faint: bool = False) -> Row:
+def _row(parameter: Parameter, name: Text, truth: float | None, *, with_truth: bool, faint: bool = False) -> TableRow:
     figures = shown(parameter, truth)
     uncertainty: Cell = text("data sheet") if parameter.source != "measured" else figures.uncertainty
     cells: list[Cell] = [
@@ -59,7 +59,7 @@ def _row(parameter: Parameter, name: Text, truth: float | None, *, with_truth: b
     ]
     if with_truth:
         cells.append(figures.truth)
-    return Row([*cells, parameter.section], faint=faint)
+    return TableRow([*cells, parameter.section], faint=faint)
 
 
 def result_table(parameters: tuple[Parameter, ...]) -> Table:
@@ -70,7 +70,7 @@ def result_table(parameters: tuple[Parameter, ...]) -> Table:
         Column(text("Value"), right=True),
         Column(text("Unit")),
         Column(text("u"), right=True),
-        Column(text("Note's"), right=True),
+        Column(text("Note's formula"), right=True),
         *([Column(text("One winding"), right=True)] if winding else []),
         Column(text("Estimator and convention"), wide=True),
     ]
@@ -91,7 +91,7 @@ def result_table(parameters: tuple[Parameter, ...]) -> Table:
         said = phrase(parameter.estimator)
         if parameter.convention:
             said = Text("{estimator}; {convention}", {"estimator": said, "convention": phrase(parameter.convention)})
-        rows.append(Row([*cells, said]))
+        rows.append(TableRow([*cells, said]))
     return Table(columns, rows)
 
 
@@ -102,9 +102,9 @@ def budget_table(parameter: Parameter) -> Table | None:
     scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
     total = combined(parameter)
     decimals = decimals_for(total / scale.factor, 0.0)
-    rows = [Row(cells) for cells in budget_rows(parameter, scale.factor)]
+    rows = [TableRow(cells) for cells in budget_rows(parameter, scale.factor)]
     rows.append(
-        Row(
+        TableRow(
             [text("all rows, root sum of squares"), "", "", "", "", figure(total / scale.factor, decimals), "100 %"],
             total=True,
         )

@@ -4,10 +4,21 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from drivers.interfaces.text import Text, text
 from procedures.core.result import Parameter
-from reports.document.model import Block, Cell, Column, Facts, Figure, Notices, Paragraph, Row, Section, Table
+from reports.document.model import (
+    Block,
+    Cell,
+    Column,
+    Facts,
+    Notices,
+    Paragraph,
+    PlotFigure,
+    ReportSection,
+    Table,
+    TableRow,
+)
 from reports.document.parameters import budget_table, result_table
 from reports.document.readings import readings_table
-from reports.document.record import ProcedureRecord, StepRecord
+from reports.document.record import ProcedureRecord, ProcedureStepRecord
 from reports.document.wiring import wiring_table
 from reports.labels import parameter_name, section_name
 from reports.plots.of_procedures import plots
@@ -20,9 +31,9 @@ STATUS: dict[str, Text] = {
 }
 
 
-def procedure_section(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Section:
+def procedure_section(procedure: ProcedureRecord, colours: Mapping[str, str]) -> ReportSection:
     """Return the procedure's section; one that failed says why and shows how far it came. `colours` are the motor's wires'."""
-    return Section(_heading(procedure), procedure.name, tuple(_blocks(procedure, colours)), level=2)
+    return ReportSection(_heading(procedure), procedure.name, tuple(_blocks(procedure, colours)), level=2)
 
 
 def _heading(procedure: ProcedureRecord) -> Text:
@@ -42,7 +53,7 @@ def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[
         yield Facts(((text("Settings"), _settings(procedure)),))
     checks = wiring_table(result.findings.get("wiring", ()) if result is not None else (), colours)
     yield from (table for table in (checks, readings_table(procedure.steps)) if table is not None)
-    yield from (Figure(plot) for plot in plots(procedure))
+    yield from (PlotFigure(plot) for plot in plots(procedure))
     if result is None or not result.parameters:
         return
     yield result_table(result.parameters)
@@ -80,7 +91,7 @@ def _shares(parameter: Parameter) -> tuple[tuple[str, float], ...]:
     return tuple((row.identity or row.source, round(row.contribution / total, 9)) for row in parameter.budget)
 
 
-def _steps(steps: Sequence[StepRecord]) -> Table:
+def _steps(steps: Sequence[ProcedureStepRecord]) -> Table:
     rows = []
     for step in steps:
         ended: Cell = STATUS.get(step.status, text("not finished"))
@@ -88,7 +99,7 @@ def _steps(steps: Sequence[StepRecord]) -> Table:
         words: Cell = (
             step.words if not step.error else Text("{words}: {error}", {"words": step.words, "error": step.error})
         )
-        rows.append(Row([step.identifier, words, text("by hand") if step.by_hand else "", took, ended]))
+        rows.append(TableRow([step.identifier, words, text("by hand") if step.by_hand else "", took, ended]))
     return Table(
         [
             Column(text("Step")),

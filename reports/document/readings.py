@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 from drivers.interfaces.text import Text, text
-from reports.document.model import Cell, Column, Row, Table
-from reports.document.record import Readings, StepRecord
+from reports.document.model import Cell, Column, Table, TableRow
+from reports.document.record import ProcedureStepRecord, ReadingsRecord
 from reports.labels import role_name
 from reports.tables.figures import scale_of
 
@@ -12,10 +12,12 @@ from reports.tables.figures import scale_of
 _LISTED = 6
 
 
-def readings_table(steps: Iterable[StepRecord]) -> Table | None:
+def readings_table(steps: Iterable[ProcedureStepRecord]) -> Table | None:
     """Return a row for every quantity set or read in a step; None where there was nothing."""
     rows = [
-        Row([step.identifier, role_name(taken.instrument) if taken.instrument else "", _what(taken), *_values(taken)])
+        TableRow(
+            [step.identifier, role_name(taken.instrument) if taken.instrument else "", _what(taken), *_values(taken)]
+        )
         for step in steps
         for taken in step.readings
     ]
@@ -33,11 +35,11 @@ def readings_table(steps: Iterable[StepRecord]) -> Table | None:
     )
 
 
-def _what(taken: Readings) -> Text:
+def _what(taken: ReadingsRecord) -> Text:
     return text("{quantity}, set", quantity=taken.quantity) if taken.was_set else taken.quantity
 
 
-def _values(taken: Readings) -> tuple[Cell, Cell]:
+def _values(taken: ReadingsRecord) -> tuple[Cell, Cell]:
     values = list(taken.values)
     largest = max((abs(value) for value in values), default=0.0)
     scale = scale_of(largest, taken.unit)

@@ -40,7 +40,7 @@ ReadTraces = Callable[[], Sequence[Trace]]
 
 
 @dataclass(frozen=True)
-class Calibration:
+class CalibrationRecord:
     """An instrument's calibration entry: dates as ISO 8601, and whether it was overdue on the day of the run."""
 
     date: str
@@ -57,12 +57,12 @@ class InstrumentRecord:
     driver: str
     address: str
     identity: str
-    calibration: Calibration | None
+    calibration: CalibrationRecord | None
     used: bool
 
 
 @dataclass(frozen=True)
-class Readings:
+class ReadingsRecord:
     """Values of one quantity from one instrument in one step, in the order they came; `was_set` for what it was told."""
 
     instrument: str
@@ -73,7 +73,7 @@ class Readings:
 
 
 @dataclass(frozen=True)
-class StepRecord:
+class ProcedureStepRecord:
     """One passage through a step: bench times (s), what came of it, and what was set and read meanwhile.
 
     `status` is finished, failed or started. `traces` read the records taken in it, in order.
@@ -86,7 +86,7 @@ class StepRecord:
     started: float
     ended: float | None
     error: str = ""
-    readings: Sequence[Readings] = ()
+    readings: Sequence[ReadingsRecord] = ()
     traces: Sequence[ReadTraces] = ()
 
 
@@ -98,7 +98,7 @@ class ProcedureRecord:
     title: Text
     section: str
     settings: Mapping[str, Any]
-    steps: Sequence[StepRecord]
+    steps: Sequence[ProcedureStepRecord]
     result: ProcedureResult | None
     cause: str = ""
 

@@ -3,7 +3,18 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from reports.document.model import Block, Cell, Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table
+from reports.document.model import (
+    Block,
+    Cell,
+    Document,
+    Facts,
+    Notices,
+    Paragraph,
+    PlotFigure,
+    ReportSection,
+    Signatures,
+    Table,
+)
 from reports.document.speech import Speech
 from reports.plots.draw import svg
 
@@ -42,7 +53,7 @@ def clean(words: str) -> str:
     return kept.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def _section(section: Section, speech: Speech, drawn: Mapping[str, str]) -> dict[str, Any]:
+def _section(section: ReportSection, speech: Speech, drawn: Mapping[str, str]) -> dict[str, Any]:
     return {
         "title": _say(section.title, speech),
         "anchor": section.anchor,
@@ -65,7 +76,7 @@ def _block(block: Block, speech: Speech, drawn: Mapping[str, str]) -> dict[str, 
     if isinstance(block, Notices):
         items = [{"id": clean(identifier), "words": _say(words, speech)} for identifier, words in block.items]
         return {"kind": "notices", "items": items, "grave": block.grave}
-    if isinstance(block, Figure):
+    if isinstance(block, PlotFigure):
         caption = _say(block.plot.caption, speech)
         picture = drawn.get(block.plot.name) or svg(block.plot, speech.say)
         return {"kind": "figure", "svg": picture, "caption": caption}

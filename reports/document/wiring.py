@@ -7,14 +7,16 @@ from drivers.interfaces.text import Text, text
 from procedures.core.actions import SOCKET_NAMES, Connect, Socket
 from procedures.verification.check import Connection, connections_of
 from procedures.verification.messages import outcome
-from reports.document.model import Column, Row, Table
+from reports.document.model import Column, Table, TableRow
 from reports.labels import role_name
 
 
 def wiring_table(checks: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Table | None:
     """Return a row for every check, as it stands in a result's findings under "wiring"; None where there was none."""
     rows = [
-        Row([_connected(connections_of(check)), role_name(check["by"]) if check["by"] else "", outcome(check, colours)])
+        TableRow(
+            [_connected(connections_of(check)), role_name(check["by"]) if check["by"] else "", outcome(check, colours)]
+        )
         for check in checks
     ]
     if not rows:

@@ -1,26 +1,15 @@
 """When a figure must not go into a controller: it is missing, it makes no sense, or too little is known of it."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from drivers.interfaces.text import Text, text
+from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Parameter
 from reports.exports.quantities import Fixed, FromPlate, Source
 from reports.exports.subject import Subject
 from reports.tables.figures import percent
-
-#: Largest relative standard uncertainty with which a parameter goes into a controller. A current loop tuned on L and R keeps
-#: its phase margin within about 10 %; the flux linkage scales torque and speed; friction only feeds forward.
-BOUNDS: Mapping[str, float] = {
-    "stator_resistance": 0.10,
-    "d_axis_inductance": 0.10,
-    "q_axis_inductance": 0.10,
-    "flux_linkage": 0.05,
-    "inertia": 0.10,
-    "coulomb_friction": 0.50,
-    "viscous_friction": 0.50,
-}
 
 
 class ExportRefusedError(Exception):
@@ -33,17 +22,17 @@ class ExportRefusedError(Exception):
 
 
 @dataclass(frozen=True)
-class Limits:
+class UncertaintyBounds:
     """The bounds on relative standard uncertainty; `replaced` takes the place of all of them."""
 
     replaced: float | None = None
 
-    def of(self, name: str) -> float:
+    def of(self, definition: ParameterDefinition) -> float:
         """Return the bound of a parameter."""
-        return self.replaced if self.replaced is not None else BOUNDS.get(name, math.inf)
+        return self.replaced if self.replaced is not None else definition.controller_uncertainty
 
 
-def objections(source: Source, subject: Subject, limits: Limits) -> Iterator[tuple[str, Text]]:
+def objections(source: Source, subject: Subject, limits: UncertaintyBounds) -> Iterator[tuple[str, Text]]:
     """Give the parameter (or key of the motor file) and the reason for everything that stands against a quantity."""
     if isinstance(source, Fixed):
         return
@@ -56,14 +45,15 @@ def objections(source: Source, subject: Subject, limits: Limits) -> Iterator[tup
                 ),
             )
         return
-    for name in source.needs:
+    for definition in source.needs:
+        name = definition.name
         parameter = subject.parameters.get(name)
         if parameter is None:
             yield name, _missing(name, subject)
         elif name == "pole_pairs":
             yield from ((name, reason) for reason in _count(parameter, subject))
         else:
-            yield from ((name, reason) for reason in _measured(parameter, limits.of(name)))
+            yield from ((name, reason) for reason in _measured(parameter, limits.of(definition)))
 
 
 def _missing(name: str, subject: Subject) -> Text:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from procedures.core.parameter_definition import ParameterDefinition
+from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Parameter
 from procedures.techniques.temperature_settings import COLD
 from reports.exports.subject import Datasheet
@@ -22,7 +24,7 @@ _KRPM = 2.0 * math.pi * 1000.0 / 60.0
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ExportQuantity:
     """A figure that a controller asks for: from which parameters, by which formula, in which unit, by which convention.
 
     `whole` figures are counts. Convention and unit stand in the files, and so are plain ASCII.
@@ -30,7 +32,7 @@ class Quantity:
 
     unit: str
     convention: str
-    needs: tuple[str, ...]
+    needs: tuple[ParameterDefinition, ...]
     formula: "Callable[[Given], UncertainReal]"
     whole: bool = False
 
@@ -55,7 +57,7 @@ class Fixed:
 
 
 @dataclass(frozen=True)
-class Figure:
+class ExportFigure:
     """A quantity's value in its unit, with standard uncertainty and 95 % coverage interval; `exact` ones have none."""
 
     value: float
@@ -64,70 +66,73 @@ class Figure:
     exact: bool = False
 
 
-POLE_PAIRS = Quantity("", "pole pairs", ("pole_pairs",), lambda g: g["pole_pairs"], whole=True)
-POLES = Quantity("", "poles, twice the pole pairs", ("pole_pairs",), lambda g: 2.0 * g["pole_pairs"], whole=True)
-RESISTANCE = Quantity(
-    "Ohm",
+_POLE_PAIRS, _FLUX = PARAMETERS["pole_pairs"], PARAMETERS["flux_linkage"]
+_D, _Q = PARAMETERS["d_axis_inductance"], PARAMETERS["q_axis_inductance"]
+
+
+def _as_measured(definition: ParameterDefinition, convention: str) -> ExportQuantity:
+    """Return a parameter itself, its unit in ASCII."""
+    unit = "" if definition.unit == "1" else definition.reader_unit or definition.unit
+    for sign, instead in (("Ω", "Ohm"), ("·", "*"), ("²", "^2")):
+        unit = unit.replace(sign, instead)
+    name = definition.name
+    return ExportQuantity(unit, convention, (definition,), lambda g: g[name], whole=definition.whole)
+
+
+POLE_PAIRS = _as_measured(_POLE_PAIRS, "pole pairs")
+POLES = ExportQuantity("", "poles, twice the pole pairs", (_POLE_PAIRS,), lambda g: 2.0 * g["pole_pairs"], whole=True)
+RESISTANCE = _as_measured(
+    PARAMETERS["stator_resistance"],
     "phase to neutral of the Y-equivalent (half of what two terminals measure), at 25 degC",
-    ("stator_resistance",),
-    lambda g: g["stator_resistance"],
 )
-D_INDUCTANCE = Quantity(
-    "H", "d axis, per phase of the Y-equivalent", ("d_axis_inductance",), lambda g: g["d_axis_inductance"]
-)
-Q_INDUCTANCE = Quantity(
-    "H", "q axis, per phase of the Y-equivalent", ("q_axis_inductance",), lambda g: g["q_axis_inductance"]
-)
-MEAN_INDUCTANCE = Quantity(
+D_INDUCTANCE = _as_measured(_D, "d axis, per phase of the Y-equivalent")
+Q_INDUCTANCE = _as_measured(_Q, "q axis, per phase of the Y-equivalent")
+MEAN_INDUCTANCE = ExportQuantity(
     "H",
     "mean of Ld and Lq, per phase of the Y-equivalent",
-    ("d_axis_inductance", "q_axis_inductance"),
+    (_D, _Q),
     lambda g: 0.5 * (g["d_axis_inductance"] + g["q_axis_inductance"]),
 )
-INDUCTANCE_DIFFERENCE = Quantity(
+INDUCTANCE_DIFFERENCE = ExportQuantity(
     "H",
     "Lq - Ld, per phase of the Y-equivalent",
-    ("d_axis_inductance", "q_axis_inductance"),
+    (_D, _Q),
     lambda g: g["q_axis_inductance"] - g["d_axis_inductance"],
 )
-FLUX_LINKAGE = Quantity(
-    "Wb", "peak, phase to neutral of the Y-equivalent, at 25 degC", ("flux_linkage",), lambda g: g["flux_linkage"]
-)
-FLUX_PER_HERTZ = Quantity(
+FLUX_LINKAGE = _as_measured(_FLUX, "peak, phase to neutral of the Y-equivalent, at 25 degC")
+FLUX_PER_HERTZ = ExportQuantity(
     "V/Hz",
     "peak phase-to-neutral volts per electrical hertz: 2 pi lambda",
-    ("flux_linkage",),
+    (_FLUX,),
     lambda g: 2.0 * math.pi * g["flux_linkage"],
 )
-TORQUE_CONSTANT = Quantity(
+TORQUE_CONSTANT = ExportQuantity(
     "N*m/A",
     "per peak phase ampere (amplitude-invariant): 1.5 p lambda",
-    ("pole_pairs", "flux_linkage"),
+    (_POLE_PAIRS, _FLUX),
     lambda g: 1.5 * g["pole_pairs"] * g["flux_linkage"],
 )
-KV = Quantity(
+KV = ExportQuantity(
     "rpm/V",
     "mechanical rpm per peak line-to-line volt: 60 / (2 pi sqrt(3) p lambda)",
-    ("pole_pairs", "flux_linkage"),
+    (_POLE_PAIRS, _FLUX),
     lambda g: 60.0 / (2.0 * math.pi * math.sqrt(3.0) * g["pole_pairs"] * g["flux_linkage"]),
 )
-EMF_PEAK_LINE = Quantity(
+EMF_PEAK_LINE = ExportQuantity(
     "V/krpm",
     "peak line-to-line volts per 1000 mechanical rpm: sqrt(3) lambda p 2 pi 1000/60",
-    ("pole_pairs", "flux_linkage"),
+    (_POLE_PAIRS, _FLUX),
     lambda g: math.sqrt(3.0) * _KRPM * g["pole_pairs"] * g["flux_linkage"],
 )
-EMF_RMS_LINE = Quantity(
+EMF_RMS_LINE = ExportQuantity(
     "V/krpm",
     "rms line-to-line volts per 1000 mechanical rpm: sqrt(3/2) lambda p 2 pi 1000/60",
-    ("pole_pairs", "flux_linkage"),
+    (_POLE_PAIRS, _FLUX),
     lambda g: math.sqrt(1.5) * _KRPM * g["pole_pairs"] * g["flux_linkage"],
 )
-INERTIA = Quantity("kg*m^2", "rotor alone", ("inertia",), lambda g: g["inertia"])
-VISCOUS_FRICTION = Quantity(
-    "N*m*s/rad", "over mechanical speed, rotor alone", ("viscous_friction",), lambda g: g["viscous_friction"]
-)
-COULOMB_FRICTION = Quantity("N*m", "rotor alone", ("coulomb_friction",), lambda g: g["coulomb_friction"])
+INERTIA = _as_measured(PARAMETERS["inertia"], "rotor alone")
+VISCOUS_FRICTION = _as_measured(PARAMETERS["viscous_friction"], "over mechanical speed, rotor alone")
+COULOMB_FRICTION = _as_measured(PARAMETERS["coulomb_friction"], "rotor alone")
 RESISTANCE_TEMPERATURE = Fixed("degC", "winding temperature to which the resistance is referred", COLD)
 RATED_CURRENT = FromPlate("A", "rated current, phase, peak; data sheet", "rated_current", lambda s: s.rated_current)
 MAXIMUM_CURRENT = FromPlate(
@@ -141,7 +146,7 @@ LARGEST_SPEED = FromPlate(
     lambda s: s.maximum_speed_rpm if s.maximum_speed_rpm is not None else s.rated_speed_rpm,
 )
 
-Source = Quantity | FromPlate | Fixed
+Source = ExportQuantity | FromPlate | Fixed
 
 
 def uncertain(parameters: Mapping[str, Parameter]) -> "dict[str, UncertainReal]":
@@ -167,21 +172,21 @@ def correlation(first: Parameter, second: Parameter) -> float:
     return max(-1.0, min(1.0, first.covariance(second) / product)) if product > 0.0 else 0.0
 
 
-def figure(quantity: Source, parameters: Mapping[str, Parameter], datasheet: Datasheet) -> Figure:
+def figure(quantity: Source, parameters: Mapping[str, Parameter], datasheet: Datasheet) -> ExportFigure:
     """Return a quantity's value; its parameters are there. The interval is as wide in uncertainties as theirs at widest."""
     if isinstance(quantity, Fixed):
-        return Figure(quantity.value, exact=True)
+        return ExportFigure(quantity.value, exact=True)
     if isinstance(quantity, FromPlate):
         value = quantity.value(datasheet)
-        return Figure(math.nan if value is None else value, exact=True)
-    taken = {name: parameters[name] for name in quantity.needs}
+        return ExportFigure(math.nan if value is None else value, exact=True)
+    taken = {definition.name: parameters[definition.name] for definition in quantity.needs}
     made = quantity.formula(uncertain(taken))
     value, spread = float(made.x), float(made.u)
     if not spread:
-        return Figure(value, 0.0, (value, value), exact=quantity.whole)
+        return ExportFigure(value, 0.0, (value, value), exact=quantity.whole)
     widest = max(
         (p.coverage_interval[1] - p.value) / p.standard_uncertainty
         for p in taken.values()
         if p.standard_uncertainty > 0.0
     )
-    return Figure(value, spread, (value - widest * spread, value + widest * spread))
+    return ExportFigure(value, spread, (value - widest * spread, value + widest * spread))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivers.interfaces.text import Text, text
-from reports.exports.checks import ExportRefusedError, Limits, objections
-from reports.exports.quantities import Figure, Quantity, Source, figure
+from reports.exports.checks import ExportRefusedError, UncertaintyBounds, objections
+from reports.exports.quantities import ExportFigure, ExportQuantity, Source, figure
 from reports.exports.subject import Subject
 
 
@@ -24,11 +24,11 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Line:
+class ExportLine:
     """One field with its figure."""
 
     name: str
-    figure: Figure
+    figure: ExportFigure
     unit: str
     convention: str
     whole: bool
@@ -67,10 +67,10 @@ class Sheet:
     """What a file is written from: the fields in the target's order, what was left out and why, and the subject."""
 
     subject: Subject
-    lines: tuple[Line, ...]
+    lines: tuple[ExportLine, ...]
     left_out: tuple[Text, ...] = ()
 
-    def line(self, name: str) -> Line:
+    def line(self, name: str) -> ExportLine:
         """Return a field. Raises KeyError where the sheet has none of this name."""
         for line in self.lines:
             if line.name == name:
@@ -92,13 +92,13 @@ class Target:
     write: Callable[[Sheet], str]
 
 
-def sheet_for(target: Target, subject: Subject, limits: Limits | None = None) -> Sheet:
+def sheet_for(target: Target, subject: Subject, limits: UncertaintyBounds | None = None) -> Sheet:
     """Return the target's figures. Raises ExportRefusedError naming every parameter that is missing or will not do."""
     reasons: dict[tuple[str, str], Text] = {}
     left_out: dict[tuple[str, str], Text] = {}
     lines = []
     for field in target.fields:
-        against = list(objections(field.quantity, subject, limits or Limits()))
+        against = list(objections(field.quantity, subject, limits or UncertaintyBounds()))
         if against:
             kept = left_out if field.optional else reasons
             kept.update({(name, str(reason)): reason for name, reason in against})
@@ -111,13 +111,13 @@ def sheet_for(target: Target, subject: Subject, limits: Limits | None = None) ->
     return Sheet(subject, tuple(lines), tuple(left_out.values()))
 
 
-def _line(field: Field, subject: Subject) -> Line:
+def _line(field: Field, subject: Subject) -> ExportLine:
     quantity = field.quantity
-    return Line(
+    return ExportLine(
         name=field.name,
         figure=figure(quantity, subject.parameters, subject.datasheet),
         unit=quantity.unit,
         convention="; ".join(filter(None, (quantity.convention, field.remark))),
-        whole=isinstance(quantity, Quantity) and quantity.whole,
-        from_parameters=quantity.needs if isinstance(quantity, Quantity) else (),
+        whole=isinstance(quantity, ExportQuantity) and quantity.whole,
+        from_parameters=tuple(each.name for each in quantity.needs) if isinstance(quantity, ExportQuantity) else (),
     )

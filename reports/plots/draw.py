@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.fonts import CHINESE, CHINESE_FAMILY, LATIN_FAMILY, REGULAR
-from reports.plots.layout import WIDTH, Layout, Say, named
+from reports.plots.layout import WIDTH, PlotLayout, Say, named
 from reports.plots.model import Axes, Manner, Plot
 from reports.tables.figures import scale_of
 
@@ -69,7 +69,7 @@ def svg(plot: Plot, say: Say) -> str:
             font_manager.fontManager.addfont(str(font))
     style: Any = {**_STYLE, "font.family": [LATIN_FAMILY, CHINESE_FAMILY], "svg.hashsalt": plot.name}
     with mpl.rc_context(style):
-        layout = Layout(plot, say)
+        layout = PlotLayout(plot, say)
         figure = Figure(figsize=(WIDTH, layout.height))
         FigureCanvasSVG(figure)
         for axes, place, columns in layout.places():

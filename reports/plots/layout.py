@@ -19,7 +19,7 @@ _COLUMNS = 4
 _SAMPLE = text("Time")
 
 
-class Layout:
+class PlotLayout:
     """A plot's height (inches), and the places of its axes."""
 
     def __init__(self, plot: Plot, say: Say) -> None:

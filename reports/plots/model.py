@@ -25,7 +25,7 @@ class Manner(Enum):
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlotCurve:
     """One curve: x and y of shape (n,) in the axes' units before scaling (SI)."""
 
     name: Text
@@ -42,7 +42,7 @@ class Axes:
     x_unit: str
     y_label: Text
     y_unit: str
-    curves: Sequence[Curve]
+    curves: Sequence[PlotCurve]
     x_from_zero: bool = False
     y_from_zero: bool = False
 

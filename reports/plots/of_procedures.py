@@ -8,7 +8,7 @@ import numpy as np
 from drivers.interfaces.text import Text, text
 from reports.document.record import ProcedureRecord, Trace
 from reports.plots.envelope import envelope
-from reports.plots.model import Axes, Curve, FloatArray, Manner, Plot
+from reports.plots.model import Axes, FloatArray, Manner, Plot, PlotCurve
 
 _RPM = np.pi / 30.0
 _TIME, _CURRENT, _VOLTAGE, _SPEED = text("Time"), text("Current"), text("Voltage"), text("Speed")
@@ -44,7 +44,7 @@ def _static(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator
                     "",
                     text("Angle, mechanical"),
                     "°",
-                    (Curve(text("marks"), numbers, degrees, Manner.READING),),
+                    (PlotCurve(text("marks"), numbers, degrees, Manner.READING),),
                 ),
             ),
         ),
@@ -68,8 +68,8 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
                 _VOLTAGE,
                 "V",
                 (
-                    Curve(_READ, current, voltage, Manner.READING),
-                    Curve(_FITTED, current[order], (voltage - residual)[order], Manner.FIT),
+                    PlotCurve(_READ, current, voltage, Manner.READING),
+                    PlotCurve(_FITTED, current[order], (voltage - residual)[order], Manner.FIT),
                 ),
             )
         )
@@ -79,7 +79,7 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
                 "A",
                 _RESIDUAL,
                 "V",
-                (Curve(_RESIDUAL, current, residual, Manner.READING),),
+                (PlotCurve(_RESIDUAL, current, residual, Manner.READING),),
             )
         )
     yield Plot(
@@ -95,7 +95,7 @@ def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
     time, inductance = _array(sweep.get("time", ())), _array(sweep.get("inductance", ()))
     if time.size < 2:
         return
-    over_time = Axes(_TIME, "s", _LINE, "H", (Curve(_READ, time - time[0], inductance, Manner.READING),))
+    over_time = Axes(_TIME, "s", _LINE, "H", (PlotCurve(_READ, time - time[0], inductance, Manner.READING),))
     angle, fitted = _array(sweep.get("angle", ())), _array(sweep.get("fitted", ()))
     if angle.size != time.size or fitted.size != time.size:
         yield Plot(procedure.name, text("Inductance between two lines while the shaft is turned"), ((over_time,),))
@@ -108,11 +108,13 @@ def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
         _LINE,
         "H",
         (
-            Curve(_READ, turn, inductance, Manner.READING),
-            Curve(_FITTED, turn[order], fitted[order], Manner.FIT),
+            PlotCurve(_READ, turn, inductance, Manner.READING),
+            PlotCurve(_FITTED, turn[order], fitted[order], Manner.FIT),
         ),
     )
-    left = Axes(_TIME, "s", _RESIDUAL, "H", (Curve(_RESIDUAL, time - time[0], inductance - fitted, Manner.READING),))
+    left = Axes(
+        _TIME, "s", _RESIDUAL, "H", (PlotCurve(_RESIDUAL, time - time[0], inductance - fitted, Manner.READING),)
+    )
     yield Plot(
         procedure.name,
         text(
@@ -136,10 +138,10 @@ def _step(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[P
         traces = _last_record(procedure, f"3.3.1-{axis}/4")
         voltage, current = (_shown(traces, unit) for unit in ("V", "A"))
         if voltage is not None:
-            rows[0].append(Axes(label, "s", _VOLTAGE, "V", (Curve(_RECORDED, *voltage, Manner.RECORD),)))
-        recorded = Curve(_RECORDED, *(current or (time, fitted + residual)), Manner.RECORD)
-        rows[1].append(Axes(label, "s", _CURRENT, "A", (recorded, Curve(_FITTED, time, fitted, Manner.FIT))))
-        rows[2].append(Axes(label, "s", _RESIDUAL, "A", (Curve(_RESIDUAL, time, residual, Manner.RESIDUAL),)))
+            rows[0].append(Axes(label, "s", _VOLTAGE, "V", (PlotCurve(_RECORDED, *voltage, Manner.RECORD),)))
+        recorded = PlotCurve(_RECORDED, *(current or (time, fitted + residual)), Manner.RECORD)
+        rows[1].append(Axes(label, "s", _CURRENT, "A", (recorded, PlotCurve(_FITTED, time, fitted, Manner.FIT))))
+        rows[2].append(Axes(label, "s", _RESIDUAL, "A", (PlotCurve(_RESIDUAL, time, residual, Manner.RESIDUAL),)))
     drawn = [(row, height) for row, height in zip(rows, (0.62, 1.0, 0.62), strict=True) if row]
     if drawn:
         yield Plot(
@@ -160,7 +162,7 @@ def _shown(traces: Sequence[Trace], unit: str) -> tuple[FloatArray, FloatArray] 
 
 def _saturation(name: str, curves: Mapping[str, Sequence[Mapping[str, float]]]) -> Plot:
     drawn = [
-        Curve(
+        PlotCurve(
             text("{axis} axis", axis=axis),
             _array([point["current"] for point in points]),
             _array([point["inductance"] for point in points]),
@@ -184,9 +186,9 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
             measured, curve = _array(wave[f"channel_{channel}"]), _array(wave[f"fitted_{channel}"])
             name = text("channel {number}", number=channel)
             # The records lie beneath their fits and need no name of their own.
-            recorded.append(Curve(Text("_"), time, measured, Manner.RECORD))
-            fitted.append(Curve(name, time, curve, manner))
-            left.append(Curve(name, time, measured - curve, manner))
+            recorded.append(PlotCurve(Text("_"), time, measured, Manner.RECORD))
+            fitted.append(PlotCurve(name, time, curve, manner))
+            left.append(PlotCurve(name, time, measured - curve, manner))
         yield Plot(
             f"{procedure.name}-{number}",
             text(
@@ -211,7 +213,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
                         "rpm",
                         text("Amplitude"),
                         "V",
-                        (Curve(_READ, speed, amplitude, Manner.READING),),
+                        (PlotCurve(_READ, speed, amplitude, Manner.READING),),
                         True,
                         True,
                     ),
@@ -220,7 +222,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
                         "rpm",
                         text("EMF over speed"),
                         "V·s/rad",
-                        (Curve(_READ, speed, constant, Manner.READING),),
+                        (PlotCurve(_READ, speed, constant, Manner.READING),),
                     ),
                 ),
             ),
@@ -249,8 +251,8 @@ def _ramps(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
                     _SPEED,
                     "rpm",
                     (
-                        Curve(_READ, time, speed / _RPM, Manner.BROAD),
-                        Curve(_FITTED, fit_time, fitted / _RPM, Manner.SECOND),
+                        PlotCurve(_READ, time, speed / _RPM, Manner.BROAD),
+                        PlotCurve(_FITTED, fit_time, fitted / _RPM, Manner.SECOND),
                     ),
                 )
             )
@@ -262,7 +264,7 @@ def _ramps(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
                     "s",
                     _RESIDUAL,
                     "rpm",
-                    (Curve(_RESIDUAL, common, (speed[at] - fitted[of]) / _RPM, Manner.RESIDUAL),),
+                    (PlotCurve(_RESIDUAL, common, (speed[at] - fitted[of]) / _RPM, Manner.RESIDUAL),),
                 )
             )
         if len(upper) == 2:
@@ -285,11 +287,11 @@ def _torque(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator
                     text("Torque"),
                     "N·m",
                     (
-                        Curve(_READ, current, torque, Manner.READING),
-                        Curve(_FITTED, current[order], (torque - residual)[order], Manner.FIT),
+                        PlotCurve(_READ, current, torque, Manner.READING),
+                        PlotCurve(_FITTED, current[order], (torque - residual)[order], Manner.FIT),
                     ),
                 ),
-                Axes(_CURRENT, "A", _RESIDUAL, "N·m", (Curve(_RESIDUAL, current, residual, Manner.READING),)),
+                Axes(_CURRENT, "A", _RESIDUAL, "N·m", (PlotCurve(_RESIDUAL, current, residual, Manner.READING),)),
             ),
         ),
     )
@@ -308,7 +310,7 @@ def _equivalent(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
     ):
         values = [p.get(key) for p in points]
         if all(value is not None for value in values):
-            parts.append(Curve(name, speed, _array(values), manner))
+            parts.append(PlotCurve(name, speed, _array(values), manner))
     yield Plot(
         procedure.name,
         text("Equivalent resistance and its parts over speed"),

@@ -1,10 +1,11 @@
 """Figures as engineers write them: a prefix that fits, as many digits as the uncertainty carries."""
 
 import math
+import re
 from dataclasses import dataclass
 
-#: Units that take a prefix, and how the prefixed unit begins.
-_PREFIXED = {"Ω", "H", "Wb", "V·s/rad", "N·m", "N·m·s/rad", "N·m/A", "A", "V"}
+#: Units that take a prefix, at the beginning of a product or quotient too, but not where it is a rate per revolutions.
+_PREFIXED = {"Ω", "H", "Wb", "N", "A", "V", "F", "W", "J", "C", "S", "T"}
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 #: Inertia has its prefix in the square length: kg·mm² is 1e-6 kg·m².
 _SMALL_INERTIA = 1e-2
@@ -25,7 +26,7 @@ def scale_of(value: float, unit: str) -> Scale:
         return Scale(1.0, "")
     if unit == "kg·m²" and 0.0 < size < _SMALL_INERTIA:
         return Scale(1e-6, "kg·mm²")
-    if unit not in _PREFIXED or not size:
+    if re.split("[·/]", unit)[0] not in _PREFIXED or "rpm" in unit or not size:
         return Scale(1.0, unit)
     for factor, prefix in _PREFIXES:
         # Figures down to a tenth read well without a prefix, as 0.034 V·s/rad does not.

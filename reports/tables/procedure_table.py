@@ -19,7 +19,7 @@ def _section(name: str, procedure: type[Procedure[Any]], translate: Translate) -
     lines = [
         f"## {translate(procedure.title)}: `{name}`",
         "",
-        f"{_instruments(procedure)} Gives {', '.join(f'`{parameter}`' for parameter in procedure.gives)}.",
+        f"{_instruments(procedure)} Gives {', '.join(f'`{parameter}`' for parameter in procedure.parameters)}.",
         "",
         f"| document | what happens | by hand | method in `{module}` |",
         "| --- | --- | --- | --- |",

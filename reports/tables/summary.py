@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Row:
+class SummaryRow:
     """One line of the summary, ready to print; `other` marks another procedure's figure of the parameter above."""
 
     name: str
@@ -30,7 +30,7 @@ class Row:
     other: bool = False
 
 
-def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Translate) -> list[Row]:
+def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Translate) -> list[SummaryRow]:
     """Return the lines: every reported figure, and beneath it those of other procedures."""
     found = []
     for name, parameter in parameters.parameters.items():
@@ -55,7 +55,7 @@ def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
     return text("· by another way").render(translate)
 
 
-def table(lines: Sequence[Row], translate: Translate, *, with_truth: bool) -> "Table":
+def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool) -> "Table":
     """Return the summary as a table of about 100 columns."""
     from rich import box
     from rich.table import Table
@@ -66,7 +66,7 @@ def table(lines: Sequence[Row], translate: Translate, *, with_truth: bool) -> "T
     made.add_column(text("Unit").render(translate), no_wrap=True)
     made.add_column(text("u").render(translate), justify="right", no_wrap=True)
     made.add_column(text("u, %").render(translate), justify="right", no_wrap=True)
-    made.add_column(text("Note's").render(translate), justify="right", no_wrap=True)
+    made.add_column(text("Note's formula").render(translate), justify="right", max_width=9)
     if with_truth:
         made.add_column(text("Truth").render(translate), justify="right", no_wrap=True)
     made.add_column("§", no_wrap=True)
@@ -92,7 +92,7 @@ def summary(
     parts: list[Table | Words | Padding] = []
     if parameters.parameters:
         parts.append(table(rows(parameters, truth, translate), translate, with_truth=bool(truth)))
-        legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.")
+        legend = text("u: standard uncertainty. Note's formula: its result on the same readings.")
         parts.append(Words(legend.render(translate), style="dim"))
     else:
         parts.append(Words(text("No parameter was measured.").render(translate)))
@@ -110,10 +110,12 @@ def summary(
     return Group(*parts)
 
 
-def _row(parameter: Parameter, name: str, truth: float | None, translate: Translate, *, other: bool = False) -> Row:
+def _row(
+    parameter: Parameter, name: str, truth: float | None, translate: Translate, *, other: bool = False
+) -> SummaryRow:
     figures = shown(parameter, truth)
     sheet = parameter.source != "measured"
-    return Row(
+    return SummaryRow(
         name=name,
         value=figures.value,
         unit=figures.unit,

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 
 from reports.exports.comments import C
-from reports.exports.target import Line
+from reports.exports.target import ExportLine
 
 
-def defines(lines: Iterable[Line], *, suffix: str = "") -> list[str]:
+def defines(lines: Iterable[ExportLine], *, suffix: str = "") -> list[str]:
     """Return one `#define NAME (value)` a figure; `suffix` makes what is no count a float."""
     shown = [(line, f"({line.text if line.whole else _decimal(line.text) + suffix})") for line in lines]
     name_width = max((len(line.name) for line, _ in shown), default=0)
