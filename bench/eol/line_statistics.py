@@ -14,7 +14,7 @@ from bench.eol.statistics.gauge import GaugeStudy, gauge_study
 from bench.eol.statistics.proportion import Proportion, proportion
 from bench.eol.store.insertion import settled
 from bench.eol.store.selection import Selection, choose
-from bench.eol.store.study import crossed, passages_of
+from bench.eol.store.study import crossed, tests_of
 from bench.eol.store.tallies import (
     Distribution,
     Failures,
@@ -82,7 +82,7 @@ class LineStatistics:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class StatisticsRequest:
     """Which records and what of them; every parameter where none is named. `last` is the chart's number of points."""
 
     batches: Sequence[str] = ()
@@ -94,23 +94,23 @@ class Wanted:
     confidence: float = 0.95
 
 
-def line_statistics(engine: Engine, wanted: Wanted) -> LineStatistics:
+def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics:
     """Return the statistics of a database's records. Raises InputError where there are none, or a name is unknown."""
     with settled(engine) as connection:
         without_compiling(connection)
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
         names = _names(connection, wanted.parameters)
-        found = {name: _parameter(connection, name, selection, wanted) for name in names}
+        statistics = {name: _parameter(connection, name, selection, wanted) for name in names}
         return LineStatistics(
             selection,
             _yield(selection, wanted.confidence),
             tuple(failures_by_parameter(connection, selection)),
             tuple(failures_by_procedure(connection, selection)),
-            {name: each for name, each in found.items() if each is not None},
+            {name: each for name, each in statistics.items() if each is not None},
         )
 
 
-def measured_parameters(engine: Engine, wanted: Wanted) -> list[str]:
+def measured_parameters(engine: Engine, wanted: StatisticsRequest) -> list[str]:
     """Return the parameters of which the wanted records have figures, those that failed most first.
 
     Raises InputError as `line_statistics` does.
@@ -124,28 +124,28 @@ def measured_parameters(engine: Engine, wanted: Wanted) -> list[str]:
 
 
 def gauge_studies(
-    engine: Engine, wanted: Wanted, appraiser: Literal["person", "socket"], alpha: float
+    engine: Engine, wanted: StatisticsRequest, appraiser: Literal["person", "socket"], alpha: float
 ) -> dict[str, tuple[GaugeStudy, str]]:
     """Return the gauge study of each parameter with its unit. Raises InputError where the records are no crossed study."""
     with settled(engine) as connection:
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
-        made = {}
+        studies = {}
         for name in _names(connection, wanted.parameters):
             if not wanted.parameters and not latest(connection, name, selection, 1):
                 continue
             study = crossed(connection, name, selection, appraiser)
-            made[name] = (gauge_study(study.values, alpha=alpha, confidence=wanted.confidence), study.unit)
-        return made
+            studies[name] = (gauge_study(study.values, alpha=alpha, confidence=wanted.confidence), study.unit)
+        return studies
 
 
-def _names(connection: Connection, wished: Sequence[str]) -> list[str]:
-    there = parameters(connection)
-    for name in wished:
-        if name not in there:
+def _names(connection: Connection, requested: Sequence[str]) -> list[str]:
+    known = parameters(connection)
+    for name in requested:
+        if name not in known:
             raise InputError(
-                text("the records have no parameter {name!r}; {hint}", name=name, hint=nearest(name, there))
+                text("the records have no parameter {name!r}; {hint}", name=name, hint=nearest(name, known))
             )
-    return list(wished) or there
+    return list(requested) or known
 
 
 def _yield(selection: Selection, confidence: float) -> Yield:
@@ -158,26 +158,28 @@ def _yield(selection: Selection, confidence: float) -> Yield:
     )
 
 
-def _parameter(connection: Connection, name: str, selection: Selection, wanted: Wanted) -> ParameterStatistics | None:
-    found = distribution(connection, name, selection)
-    if found is None:
+def _parameter(
+    connection: Connection, name: str, selection: Selection, wanted: StatisticsRequest
+) -> ParameterStatistics | None:
+    figures = distribution(connection, name, selection)
+    if figures is None:
         return None
     within, freedom = spread_within(rows_of_neighbours(connection, name, selection))
     points = latest(connection, name, selection, wanted.last)
     values = [value for _, value in points]
-    golden = passages_of(connection, name, wanted.golden) if wanted.golden else {}
-    moments = (found.count, found.mean)
+    golden = tests_of(connection, name, wanted.golden) if wanted.golden else {}
+    moments = (figures.count, figures.mean)
     return ParameterStatistics(
-        distribution=found,
-        within=of_moments(*moments, within, found.limits, wanted.confidence, freedom=freedom),
-        overall=of_moments(*moments, found.standard_deviation, found.limits, wanted.confidence),
+        distribution=figures,
+        within=of_moments(*moments, within, figures.limits, wanted.confidence, freedom=freedom),
+        overall=of_moments(*moments, figures.standard_deviation, figures.limits, wanted.confidence),
         serial_numbers=tuple(serial for serial, _ in points),
         values=tuple(values),
         chart=individuals_chart(values, rules=wanted.rules) if len(values) > 1 else None,
-        golden=tuple(_golden(serial, passages, wanted.confidence) for serial, passages in golden.items()),
+        golden=tuple(_golden(serial, tests, wanted.confidence) for serial, tests in golden.items()),
     )
 
 
-def _golden(serial: str, passages: Sequence[tuple[datetime, float]], confidence: float) -> Golden:
-    times, values = [at for at, _ in passages], [value for _, value in passages]
+def _golden(serial: str, tests: Sequence[tuple[datetime, float]], confidence: float) -> Golden:
+    times, values = [at for at, _ in tests], [value for _, value in tests]
     return Golden(serial, tuple(times), tuple(values), drift([at.timestamp() for at in times], values, confidence))

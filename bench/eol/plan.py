@@ -5,16 +5,18 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from bench.eol.limits import Guard, Limits
-from bench.files.toml_file import Section, nearest, read, validate
-from bench.i18n.errors import InputError, said_by
+from bench.eol.limits import GuardBand, Limits
+from bench.files.toml_file import Section, read, validate
+from bench.i18n.errors import InputError
+from bench.plugins.catalogues import Catalogues
+from bench.plugins.files import PluginsSection, catalogues_of
 from drivers.interfaces.text import text
 
 OnFailure = Literal["stop", "go_on", "retry"]
@@ -36,7 +38,7 @@ class _Plan(Section):
     serial_pattern: str = Field(
         default=r"\S{1,64}", description="regular expression that a whole serial number matches"
     )
-    guard: Guard = Field(default=Guard.STRICT, description="strict, shared or lenient")
+    guard: GuardBand = Field(default=GuardBand.STRICT, description="strict, shared or lenient")
     minimum_ratio: float = Field(
         default=1.0, ge=0.0, le=1000.0, strict=True, description="least tolerance over the width of the 95 % interval"
     )
@@ -58,7 +60,7 @@ class _Plan(Section):
                 text(
                     "serial_pattern = {pattern!r} is no regular expression: {error}",
                     pattern=pattern,
-                    error=said_by(error),
+                    error=error,
                 )
             ) from None
         return pattern
@@ -138,6 +140,7 @@ class PlanFile(Section):
     limit: list[_Limit] = Field(default_factory=list)
     golden: dict[str, float] = Field(default_factory=dict, description="figures of a golden motor by parameter")
     virtual: SpreadSection = Field(default_factory=SpreadSection)
+    plugins: PluginsSection = Field(default_factory=PluginsSection)
 
     @model_validator(mode="after")
     def _consistent(self) -> "PlanFile":
@@ -187,7 +190,7 @@ class Plan:
     name: str
     motor: str
     serial_pattern: str
-    guard: Guard
+    guard: GuardBand
     minimum_ratio: float
     order: str
     checks: tuple[Check, ...]
@@ -195,6 +198,11 @@ class Plan:
     absolute: Mapping[str, Limits]
     keep_waveforms: KeepWaveforms = "all"
     spread: SpreadSection = field(default_factory=SpreadSection)
+    plugins: PluginsSection = field(default_factory=PluginsSection)
+
+    def catalogues(self, base: Catalogues | None = None) -> Catalogues:
+        """Return what can be had with the plan's plug-ins, and with `base`, else with what is installed."""
+        return catalogues_of(self.plugins, self.source, base)
 
     @property
     def limited(self) -> frozenset[str]:
@@ -203,7 +211,7 @@ class Plan:
 
     def limits(self, expected: Mapping[str, float]) -> dict[str, Limits]:
         """Return all limits, per cent taken of the type's `expected` values. Raises InputError where one is missing."""
-        found = dict(self.absolute)
+        limits = dict(self.absolute)
         for parameter, percent in self.relative.items():
             if parameter not in expected:
                 raise InputError(
@@ -215,8 +223,8 @@ class Plan:
                         motor=self.motor,
                     )
                 )
-            found[parameter] = _about(expected[parameter], percent)
-        return found
+            limits[parameter] = _about(expected[parameter], percent)
+        return limits
 
     def check_serial(self, serial: str) -> None:
         """Refuse a serial number (InputError) that does not match the plan's pattern or cannot be printed."""
@@ -232,10 +240,14 @@ class Plan:
             )
 
 
-def load_plan(path: Path, procedures: Sequence[str]) -> Plan:
-    """Read a plan; `procedures` are the names there are. Raises InputError naming file, key and what is allowed."""
+def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
+    """Read a plan; `base` is what can be had besides its own plug-ins, usually what is installed.
+
+    Raises InputError naming file, key and what is allowed.
+    """
     content, data = read(path, text("plan"))
     file = validate(PlanFile, data, str(path))
+    procedures = catalogues_of(file.plugins, str(path), base).procedures
     for check in file.procedure:
         if check.name not in procedures:
             raise InputError(
@@ -243,7 +255,7 @@ def load_plan(path: Path, procedures: Sequence[str]) -> Plan:
                     "{path}: procedure {name!r}: {hint}",
                     path=path,
                     name=check.name,
-                    hint=nearest(check.name, list(procedures)),
+                    hint=procedures.why_not(check.name),
                 )
             )
     plan = file.plan
@@ -281,6 +293,7 @@ def load_plan(path: Path, procedures: Sequence[str]) -> Plan:
         absolute=absolute,
         keep_waveforms=plan.keep_waveforms,
         spread=file.virtual,
+        plugins=file.plugins,
     )
 
 

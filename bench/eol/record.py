@@ -8,7 +8,7 @@ from bench.eol.verdict import Verdict
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredFigure:
     """One figure of a motor: value and standard uncertainty in `unit`, expanded uncertainty (95 %), limits, verdict.
 
     `low` and `high` are infinite where there is no limit.
@@ -37,7 +37,7 @@ class CheckRecord:
 
 @dataclass(frozen=True)
 class MotorRecord:
-    """One motor's passage through a plan. `identifier` is its own for ever: a record that arrives twice is stored once.
+    """One motor's test by a plan. `identifier` is its own for ever: a record that arrives twice is stored once.
 
     `started` and `ended` are UTC. `number` counts within the batch from 1; `first_pass` tells whether it passed with every
     check's first attempt. `run` names the run's folder, `journal_sha256` its journal's end, `waveforms` each file's SHA-256.
@@ -58,7 +58,7 @@ class MotorRecord:
     verdict: Verdict
     first_pass: bool
     bench_time: float
-    measured: tuple[Measured, ...] = ()
+    measured: tuple[MeasuredFigure, ...] = ()
     checks: tuple[CheckRecord, ...] = ()
     cause: str = ""
     run: str = ""

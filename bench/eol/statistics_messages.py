@@ -45,10 +45,10 @@ def bounds(low: float, high: float, scale: Scale, digits: int) -> str:
     return " … ".join(figure(side / scale.factor, digits) if math.isfinite(side) else "–" for side in (low, high))
 
 
-def index(found: Capability, which: str) -> str:
+def index(capability: Capability, which: str) -> str:
     """Return `cp` or `cpk` with its interval."""
-    value = found.cp if which == "cp" else found.cpk
-    low, high = found.cp_interval if which == "cp" else found.cpk_interval
+    value = capability.cp if which == "cp" else capability.cpk
+    low, high = capability.cp_interval if which == "cp" else capability.cpk_interval
     return "–" if math.isnan(value) else f"{value:.2f} [{low:.2f}, {high:.2f}]"
 
 
@@ -79,10 +79,10 @@ def outside(histogram: "Histogram", low: float, high: float) -> list[bool]:
 
 def signals(each: "ParameterStatistics") -> dict[int, list[str]]:
     """Return the serial numbers at which each rule is broken, by rule."""
-    found = each.chart.signals if each.chart is not None else ()
+    broken = each.chart.signals if each.chart is not None else ()
     return {
-        rule: [each.serial_numbers[signal.index] for signal in found if signal.rule == rule]
-        for rule in sorted({signal.rule for signal in found})
+        rule: [each.serial_numbers[signal.index] for signal in broken if signal.rule == rule]
+        for rule in sorted({signal.rule for signal in broken})
     }
 
 
@@ -93,22 +93,22 @@ def latest_of(serial_numbers: list[str]) -> str:
 
 def drift_figures(golden: "Golden", scale: Scale) -> dict[str, str]:
     """Return a golden motor's figures in a scale: mean, s, slope a day with low and high."""
-    found = golden.drift
-    digits = decimals_for(found.standard_deviation / scale.factor, found.mean / scale.factor, 3)
-    slopes = [bound / scale.factor for bound in (found.slope, *found.slope_interval)]
+    drift = golden.drift
+    digits = decimals_for(drift.standard_deviation / scale.factor, drift.mean / scale.factor, 3)
+    slopes = [bound / scale.factor for bound in (drift.slope, *drift.slope_interval)]
     finer = decimals_for(slopes[2] - slopes[1], 0.0) if math.isfinite(slopes[0]) else 0
     slope, low, high = (figure(bound, finer) for bound in slopes)
     return {
-        "mean": figure(found.mean / scale.factor, digits),
-        "s": figure(found.standard_deviation / scale.factor, digits),
+        "mean": figure(drift.mean / scale.factor, digits),
+        "s": figure(drift.standard_deviation / scale.factor, digits),
         "slope": slope,
         "low": low,
         "high": high,
     }
 
 
-def drift_words(found: Drift) -> Text:
+def drift_words(drift: Drift) -> Text:
     """Return what a drift tells of the station."""
-    if math.isnan(found.slope):
+    if math.isnan(drift.slope):
         return text("too few to tell")
-    return text("the station drifts") if found.significant else text("no drift to be seen")
+    return text("the station drifts") if drift.significant else text("no drift to be seen")

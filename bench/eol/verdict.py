@@ -19,5 +19,5 @@ _ORDER = (Verdict.ABORTED, Verdict.FAIL, Verdict.ERROR, Verdict.PASS)
 
 def together(verdicts: Iterable[Verdict]) -> Verdict:
     """Return the verdict on the whole; nothing at all is an error, for nothing was found good."""
-    found = set(verdicts)
-    return next((verdict for verdict in _ORDER if verdict in found), Verdict.ERROR)
+    present = set(verdicts)
+    return next((verdict for verdict in _ORDER if verdict in present), Verdict.ERROR)

@@ -26,13 +26,8 @@ def write_csv(records: Iterable[MotorRecord], file: IO[bytes]) -> int:
 
 
 def harmless(words: str) -> str:
-    """Return words that no spreadsheet takes for a formula; `original` gives them back."""
+    """Return words that no spreadsheet takes for a formula; without the first apostrophe they are as they were."""
     return f"'{words}" if words.startswith(_FORMULA) else words
-
-
-def original(cell: str) -> str:
-    """Return the words of a cell."""
-    return cell[1:] if cell.startswith("'") else cell
 
 
 class _Encoded:

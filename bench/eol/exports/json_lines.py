@@ -2,14 +2,31 @@
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from datetime import datetime
 from enum import Enum
+from pathlib import Path
 from typing import IO, Any
 
-from bench.eol.record import CheckRecord, Measured, MotorRecord
-from bench.eol.verdict import Verdict
+from bench.eol.record import MotorRecord
+from bench.plugins.records import RecordOutput
+
+
+def motor_as_dict(record: MotorRecord) -> dict[str, Any]:
+    """Return a record in JSON's types, as outputs take it."""
+    return {"kind": "motor", **_plain(asdict(record))}
+
+
+def append(record: Mapping[str, Any], folder: Path) -> None:
+    """Append a record to `records.jsonl` in a folder. Raises OSError where that cannot be done."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "records.jsonl").open("a", encoding="utf-8") as file:
+        file.write(json.dumps(record, ensure_ascii=False, separators=(",", ":")) + "\n")
+
+
+#: `json-lines`: a file of all records beside the runs.
+RECORDS = RecordOutput("json-lines", append)
 
 
 def write_json_lines(records: Iterable[MotorRecord], file: IO[bytes]) -> int:
@@ -20,28 +37,6 @@ def write_json_lines(records: Iterable[MotorRecord], file: IO[bytes]) -> int:
         file.write(line.encode("utf-8") + b"\n")
         count += 1
     return count
-
-
-def read_json_line(line: str | bytes) -> MotorRecord:
-    """Return the record of a line."""
-    told = json.loads(line)
-    missing = {
-        "value": math.nan,
-        "standard_uncertainty": math.nan,
-        "expanded": math.nan,
-        "low": -math.inf,
-        "high": math.inf,
-    }
-    measured = tuple(
-        Measured(
-            **{**figure, **{name: none for name, none in missing.items() if figure[name] is None}}
-            | {"verdict": Verdict(figure["verdict"])}
-        )
-        for figure in told["measured"]
-    )
-    checks = tuple(CheckRecord(**{**check, "verdict": Verdict(check["verdict"])}) for check in told["checks"])
-    times = {name: datetime.fromisoformat(told[name]) for name in ("started", "ended")}
-    return MotorRecord(**{**told, **times, "verdict": Verdict(told["verdict"]), "measured": measured, "checks": checks})
 
 
 def _plain(value: Any) -> Any:

@@ -1,66 +1,57 @@
 """JUnit XML: one suite a motor, one test case a parameter; what failed says by which limits."""
 
 import math
+import re
 from collections.abc import Iterable
 from typing import IO
-from xml.sax.saxutils import escape, quoteattr
 
-from bench.eol.record import CheckRecord, Measured, MotorRecord
+from junitparser import Error, Failure, TestCase, TestSuite
+
+from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict
+
+#: What XML 1.0 has no place for (2.2).
+_FORBIDDEN = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write_junit(records: Iterable[MotorRecord], file: IO[bytes]) -> int:
-    """Write records; return how many. The elements are those that Jenkins and GitLab read (junit-10.xsd of the xUnit plugin)."""
+    """Write records, each before the next is read; return how many. Jenkins and GitLab read these elements."""
     count = 0
     file.write(b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="motorbench">\n')
     for record in records:
-        file.write(_suite(record).encode("utf-8"))
+        file.write(_suite(record))
         count += 1
     file.write(b"</testsuites>\n")
     return count
 
 
-def _suite(record: MotorRecord) -> str:
+def _suite(record: MotorRecord) -> bytes:
+    suite = TestSuite(_allowed(f"{record.batch} {record.serial_number}"))
+    suite.timestamp = f"{record.started:%Y-%m-%dT%H:%M:%S}"
+    suite.hostname = _allowed(record.station)
+    for name in ("identifier", "batch", "number", "serial_number", "plan", "plan_sha256", "person", "socket", "run"):
+        suite.add_property(name, _allowed(str(getattr(record, name))))
+    suite.add_property("verdict", record.verdict.value)
+    suite.add_property("first_pass", str(record.first_pass).lower())
+    suite.add_property("journal_sha256", _allowed(record.journal_sha256))
     # What the station could not do has a case of its own where no figure tells of it.
     alone = [] if any(m.verdict is not Verdict.PASS for m in record.measured) else _unmeasured(record)
-    cases = [_figure(record, figure) for figure in record.measured] + alone
-    failures = sum(figure.verdict is Verdict.FAIL for figure in record.measured) + sum(
-        "<failure" in case for case in alone
-    )
-    errors = sum(figure.verdict in (Verdict.ERROR, Verdict.ABORTED) for figure in record.measured)
-    errors += sum("<error" in case for case in alone)
-    name, time = f"{record.batch} {record.serial_number}", f"{max(0.0, record.bench_time):.6f}"
-    properties = {
-        "identifier": record.identifier,
-        "batch": record.batch,
-        "number": str(record.number),
-        "serial_number": record.serial_number,
-        "plan": record.plan,
-        "plan_sha256": record.plan_sha256,
-        "verdict": record.verdict.value,
-        "first_pass": str(record.first_pass).lower(),
-        "person": record.person,
-        "socket": record.socket,
-        "run": record.run,
-        "journal_sha256": record.journal_sha256,
-    }
-    told = "".join(f"<property name={_quoted(key)} value={_quoted(value)}/>" for key, value in properties.items())
-    return (
-        f'<testsuite name={_quoted(name)} tests="{len(cases)}" failures="{failures}" errors="{errors}" skipped="0" '
-        f'time="{time}" timestamp="{record.started:%Y-%m-%dT%H:%M:%S}" hostname={_quoted(record.station)}>'
-        f"<properties>{told}</properties>{''.join(cases)}</testsuite>\n"
-    )
+    suite.add_testcases([_figure(record, figure) for figure in record.measured] + alone)
+    suite.time = max(0.0, record.bench_time)
+    text: bytes = suite.tostring()  # type: ignore[no-untyped-call]
+    return text + b"\n"
 
 
-def _figure(record: MotorRecord, figure: Measured) -> str:
-    said = (
+def _figure(record: MotorRecord, figure: MeasuredFigure) -> TestCase:
+    finding = (
         f"{figure.value:g} {figure.unit} ± {figure.expanded:.3g} (95 %); limits "
         f"{_limit(figure.low)} … {_limit(figure.high)} {figure.unit}"
     )
-    return _case(record, figure.parameter, figure.verdict, f"{figure.parameter} {figure.verdict.value}: {said}", said)
+    message = f"{figure.parameter} {figure.verdict.value}: {finding}"
+    return _case(record, figure.parameter, figure.verdict, message, finding)
 
 
-def _unmeasured(record: MotorRecord) -> list[str]:
+def _unmeasured(record: MotorRecord) -> list[TestCase]:
     """Return a case for each procedure whose last attempt did not pass, and one for a motor that did not for another reason."""
     last: dict[str, CheckRecord] = {check.procedure: check for check in record.checks}
     bad = [check for check in last.values() if check.verdict is not Verdict.PASS]
@@ -74,29 +65,20 @@ def _unmeasured(record: MotorRecord) -> list[str]:
     return [_case(record, "motor", record.verdict, record.cause or record.verdict.value, record.cause)]
 
 
-def _case(record: MotorRecord, name: str, verdict: Verdict, message: str, said: str) -> str:
-    begin = f"<testcase name={_quoted(name)} classname={_quoted(f'{record.plan}.{record.serial_number}')}"
+def _case(record: MotorRecord, name: str, verdict: Verdict, message: str, finding: str) -> TestCase:
+    case = TestCase(_allowed(name), _allowed(f"{record.plan}.{record.serial_number}"))
     if verdict is Verdict.PASS:
-        return f"{begin}><system-out>{_text(said)}</system-out></testcase>"
-    kind = "failure" if verdict is Verdict.FAIL else "error"
-    return f'{begin}><{kind} type="{verdict.value}" message={_quoted(message)}>{_text(said)}</{kind}></testcase>'
+        case.system_out = _allowed(finding)
+        return case
+    result = (Failure if verdict is Verdict.FAIL else Error)(_allowed(message), verdict.value)
+    result.text = _allowed(finding)
+    case.result = [result]
+    return case
 
 
 def _limit(bound: float) -> str:
     return f"{bound:g}" if math.isfinite(bound) else "none"
 
 
-def _text(words: str) -> str:
-    return escape(_allowed(words))
-
-
-def _quoted(words: str) -> str:
-    return quoteattr(_allowed(words))
-
-
 def _allowed(words: str) -> str:
-    """Replace what XML 1.0 has no place for (2.2)."""
-    return "".join(
-        c if c in "\t\n\r" or " " <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd" or c >= "\U00010000" else "�"
-        for c in words
-    )
+    return _FORBIDDEN.sub("\ufffd", words)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from bench.eol.record import Measured, MotorRecord
+from bench.eol.record import MeasuredFigure, MotorRecord
 
 #: Columns of the motor, then of the figure; the latter are empty in the one row of a motor that has no figure.
 MOTOR_COLUMNS = (
@@ -49,7 +49,7 @@ def rows(record: MotorRecord) -> Iterator[dict[str, Any]]:
         yield {**motor, **_figure(figure)}
 
 
-def _figure(figure: Measured) -> dict[str, Any]:
+def _figure(figure: MeasuredFigure) -> dict[str, Any]:
     numbers = {name: getattr(figure, name) for name in ("value", "standard_uncertainty", "expanded", "low", "high")}
     return {
         "parameter": figure.parameter,

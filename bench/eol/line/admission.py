@@ -4,12 +4,12 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from bench.eol.line.batch_log import Begun
-from bench.eol.line.serials import Serials
-from bench.eol.store.records import Passage
+from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.serial_numbers import SerialNumbers
+from bench.eol.store.records import EarlierTest
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError, said_by
-from drivers.interfaces.text import Text, text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, text, text_of
 
 _VERDICTS = {
     Verdict.PASS: text("pass"),
@@ -20,7 +20,7 @@ _VERDICTS = {
 
 
 @dataclass(frozen=True)
-class Refused:
+class RefusedSerial:
     """A serial number that is not measured, and why."""
 
     serial_number: str
@@ -30,16 +30,16 @@ class Refused:
 class Admission:
     """Gives the batch's motors one by one.
 
-    `check` refuses a serial number that the plan does not allow (InputError), `earlier` finds its last passage, `batch` is this one's
-    name; what had a record in it up to number `known` is passed over in silence. With `again`, motors are measured anew.
+    `check` refuses a serial number that the plan does not allow (InputError), `earlier_test` finds its last test. Motors with a
+    record in this `batch` up to number `known` are skipped. With `again`, motors are measured anew.
     """
 
     def __init__(
         self,
-        serials: Serials,
-        cut_off: Iterable[Begun],
+        serials: SerialNumbers,
+        cut_off: Iterable[BatchMotor],
         check: Callable[[str], None],
-        earlier: Callable[[str], Passage | None],
+        earlier_test: Callable[[str], EarlierTest | None],
         *,
         batch: str,
         known: int,
@@ -48,7 +48,7 @@ class Admission:
         self._serials = serials
         self._cut_off = deque(cut_off)
         self._check = check
-        self._earlier = earlier
+        self._earlier_test = earlier_test
         self._batch = batch
         self._known = known
         self._again = again
@@ -65,37 +65,40 @@ class Admission:
         """Whether there will be no more."""
         return not self._cut_off and self._serials.ended
 
-    def take(self) -> Begun | Refused | None:
+    def take(self) -> BatchMotor | RefusedSerial | None:
         """Return the next motor, or a serial number that is refused; None where there is none now."""
         if self._cut_off:
             motor = self._cut_off.popleft()
             self._under_way.add(motor.serial_number)
             return motor
-        while (given := self._serials.take()) is not None:
+        while (serial_number := self._serials.take()) is not None:
             try:
-                self._check(given)
+                self._check(serial_number)
             except InputError as error:
-                return Refused(given, said_by(error))
-            if given in self._under_way:
-                return Refused(given, text("serial number {serial}: this motor is being measured now", serial=given))
-            passage = None if self._again else self._earlier(given)
-            if passage is None:
+                return RefusedSerial(serial_number, text_of(error))
+            if serial_number in self._under_way:
+                return RefusedSerial(
+                    serial_number,
+                    text("serial number {serial}: this motor is being measured now", serial=serial_number),
+                )
+            earlier = None if self._again else self._earlier_test(serial_number)
+            if earlier is None:
                 self._last += 1
-                self._under_way.add(given)
-                return Begun(self._last, given)
-            if passage.batch == self._batch and passage.number <= self._known:
+                self._under_way.add(serial_number)
+                return BatchMotor(self._last, serial_number)
+            if earlier.batch == self._batch and earlier.number <= self._known:
                 continue
-            said = text(
+            why = text(
                 "serial number {serial} was measured already: {verdict} as motor {number} of batch {batch}; "
                 "measure it again with --again",
-                serial=given,
-                verdict=_VERDICTS[passage.verdict],
-                number=passage.number,
-                batch=passage.batch,
+                serial=serial_number,
+                verdict=_VERDICTS[earlier.verdict],
+                number=earlier.number,
+                batch=earlier.batch,
             )
-            return Refused(given, said)
+            return RefusedSerial(serial_number, why)
         return None
 
     def done(self, serial_number: str) -> None:
-        """Know that a motor has its record."""
+        """Note that a motor has its record."""
         self._under_way.discard(serial_number)

@@ -10,7 +10,7 @@ from typing import Any
 
 from bench.i18n.errors import InputError
 from bench.journal.disk import sync_folder, write_all
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, reason_of, text
 
 FILE = "batch.jsonl"
 #: What must be the same for a batch to go on, and what it is called.
@@ -24,17 +24,17 @@ _SAME = {
 
 
 @dataclass(frozen=True)
-class Begun:
+class BatchMotor:
     """A motor that was begun: its number in the batch and its serial number."""
 
     number: int
     serial_number: str
 
 
-class Ledger:
+class BatchLog:
     """Appends to `batch.jsonl`; `uid` is the batch's own for ever, `last` the highest number begun so far."""
 
-    def __init__(self, folder: Path, about: Mapping[str, Any]) -> None:
+    def __init__(self, folder: Path, identity: Mapping[str, Any]) -> None:
         self.path = folder / FILE
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -45,16 +45,16 @@ class Ledger:
                 text(
                     "{folder}: the batch's folder cannot be made: {strerror}; see --runs",
                     folder=folder,
-                    strerror=error.strerror,
+                    strerror=reason_of(error),
                 )
             ) from None
         try:
             head = self._head() if resumed else {}
             if head:
-                self._check(head, about)
+                self._check(head, identity)
                 self._end_torn_line()
             else:
-                head = {"batch": uuid.uuid4().hex, **about}
+                head = {"batch": uuid.uuid4().hex, **identity}
                 self._write(head)
                 os.fsync(self._file)
                 sync_folder(folder)
@@ -62,7 +62,9 @@ class Ledger:
             self.close()
             raise InputError(
                 text(
-                    "{path}: the batch cannot be begun: {strerror}; see --runs", path=self.path, strerror=error.strerror
+                    "{path}: the batch cannot be begun: {strerror}; see --runs",
+                    path=self.path,
+                    strerror=reason_of(error),
                 )
             ) from None
         except InputError:
@@ -72,21 +74,21 @@ class Ledger:
         self.resumed = resumed
         self.last = max((motor.number for motor in self.begun()), default=0)
 
-    def begin(self, motor: Begun, socket: str) -> None:
-        """Note that a motor is begun. Raises OSError."""
+    def begin(self, motor: BatchMotor, socket: str) -> None:
+        """Write that a motor is begun. Raises OSError."""
         self._write({"number": motor.number, "serial_number": motor.serial_number, "socket": socket})
         self.last = max(self.last, motor.number)
 
-    def begun(self) -> Iterator[Begun]:
+    def begun(self) -> Iterator[BatchMotor]:
         """Give the motors that were begun, in order; one begun twice stands there twice."""
         with self.path.open(encoding="utf-8") as file:
             for line in file:
                 entry = _entry(line)
                 if isinstance(entry.get("number"), int) and isinstance(entry.get("serial_number"), str):
-                    yield Begun(entry["number"], entry["serial_number"])
+                    yield BatchMotor(entry["number"], entry["serial_number"])
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         if self._file >= 0:
             os.close(self._file)
             self._file = -1
@@ -107,9 +109,9 @@ class Ledger:
             if file.read(1) != b"\n":
                 write_all(self._file, b"\n")
 
-    def _check(self, head: Mapping[str, Any], about: Mapping[str, Any]) -> None:
+    def _check(self, head: Mapping[str, Any], identity: Mapping[str, Any]) -> None:
         for key, what in _SAME.items():
-            if key in about and head.get(key) != about[key]:
+            if key in identity and head.get(key) != identity[key]:
                 raise InputError(
                     text(
                         "{path}: {what} is not the one that this batch was begun with; "

@@ -5,20 +5,20 @@ import math
 import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bench.eol.limits import Guard, Limits
-from bench.eol.line.accounting import read_times
-from bench.eol.line.admission import Refused
-from bench.eol.line.batch import BatchWishes, Prepared, measure, prepare
-from bench.eol.line.batch_log import Begun
+from bench.eol.limits import GuardBand, Limits
+from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.batch import run_prepared
+from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.line_file import LineSocket
-from bench.eol.line.process import Nursery
+from bench.eol.line.preparation import BatchRequest, Prepared, prepare
+from bench.eol.line.procedure_times import read_times
+from bench.eol.line.worker_process import ForkServer
 from bench.eol.plan import Plan, SpreadSection
-from bench.eol.record import Measured, MotorRecord
-from bench.eol.store.waiting import Waiting
+from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.i18n.errors import InputError
 from bench.rehearsal.assumed import assumed_motor
 from drivers.interfaces.text import Text
@@ -83,33 +83,33 @@ class DryRun:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it in JSON's types."""
-        told = asdict(self)
-        told["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
-        return told | {"overhead": self.overhead, "good": self.good}
+        content = asdict(self)
+        content["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
+        return content | {"overhead": self.overhead, "good": self.good}
 
 
-def dry_run(wishes: BatchWishes, nursery: Nursery | None = None) -> DryRun:
-    """Measure some motors exactly of the type by the plan; nothing of the station is opened, and nothing is kept; `nursery` as for a batch.
+def dry_run(request: BatchRequest, fork_server: ForkServer | None = None) -> DryRun:
+    """Measure some motors exactly of the type by the plan; nothing of the station is opened, nothing is kept; `fork_server` as for a batch.
 
     Raises InputError for a plan, motor or station that is not right.
     """
-    prepared, assumed = _virtually(prepare(wishes.plan, wishes.station, wishes.sockets))
+    prepared, assumed = _virtually(prepare(request.plan, request.station, request.sockets))
     sockets = len(prepared.line.sockets)
     # Sampling tests come with the first motor, the most that one can take.
-    motors = wishes.motors or max(2, sockets)
-    ear = _Ear()
+    motors = request.motors or max(2, sockets)
+    listener = _DryRunListener()
     with tempfile.TemporaryDirectory(prefix="motorbench-check-") as folder:
         tried = replace(
-            wishes,
+            request,
             runs=Path(folder),
             batch="check",
             serials="",
             motors=motors,
             records=str(Path(folder) / "records.sqlite"),
-            accounting=True,
+            procedure_times=True,
         )
-        measure(prepared, tried, ear, io.StringIO(), nursery)
-        return _told(prepared, ear.records, assumed)
+        run_prepared(prepared, tried, listener, io.StringIO(), fork_server)
+        return _summary(prepared, listener.records, assumed)
 
 
 def _virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
@@ -132,7 +132,7 @@ def _virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     return replace(prepared, plan=plan, motor=motor, line=replace(line, sockets=sockets)), assumed
 
 
-def _told(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[str, ...]) -> DryRun:
+def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[str, ...]) -> DryRun:
     times: dict[str, float] = defaultdict(float)
     needless: dict[str, float] = defaultdict(float)
     count = Counter[str]()
@@ -166,18 +166,18 @@ def _told(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[str
 
 
 def _limits(plan: Plan, limits: dict[str, Limits], records: Sequence[MotorRecord]) -> list[LimitFinding]:
-    found = []
+    findings = []
     for parameter, bounds in sorted(limits.items()):
         figures = [figure for record in records for figure in record.measured if figure.parameter == parameter]
         if figures:
-            found.append(_finding(plan, bounds, max(figures, key=lambda figure: figure.expanded)))
+            findings.append(_finding(plan, bounds, max(figures, key=lambda figure: figure.expanded)))
         else:
             nan = math.nan
-            found.append(LimitFinding(parameter, "", nan, nan, bounds.low, bounds.high, nan, "it was not measured"))
-    return found
+            findings.append(LimitFinding(parameter, "", nan, nan, bounds.low, bounds.high, nan, "it was not measured"))
+    return findings
 
 
-def _finding(plan: Plan, bounds: Limits, figure: Measured) -> LimitFinding:
+def _finding(plan: Plan, bounds: Limits, figure: MeasuredFigure) -> LimitFinding:
     expanded = figure.expanded
     ratio = bounds.tolerance / (2.0 * expanded) if expanded > 0.0 else math.inf
     fault = ""
@@ -185,26 +185,20 @@ def _finding(plan: Plan, bounds: Limits, figure: Measured) -> LimitFinding:
         fault = "a motor of the type lies outside"
     elif math.isfinite(bounds.tolerance) and ratio < plan.minimum_ratio:
         fault = f"undecidable: the tolerance is {ratio:.2g} times the 95 % interval's width, {plan.minimum_ratio:g} are asked for"
-    elif plan.guard is Guard.STRICT and ratio <= 1.0:
+    elif plan.guard is GuardBand.STRICT and ratio <= 1.0:
         fault = "the guard bands leave nothing to accept"
     return LimitFinding(figure.parameter, figure.unit, figure.value, expanded, bounds.low, bounds.high, ratio, fault)
 
 
-@dataclass
-class _Ear:
-    records: list[MotorRecord] = field(default_factory=list)
-
-    def begun(self, motor: Begun, socket: str) -> None:
-        pass
+class _DryRunListener(BatchListener):
+    def __init__(self) -> None:
+        self.records: list[MotorRecord] = []
 
     def done(self, record: MotorRecord) -> None:
         self.records.append(record)
 
-    def refused(self, refused: Refused) -> None:
+    def refused(self, refused: RefusedSerial) -> None:
         raise InputError(refused.why)
-
-    def waits(self, waiting: Waiting) -> None:
-        """Pass: a dry run's records are for nobody."""
 
     def trouble(self, words: Text) -> None:
         raise InputError(words)

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from bench.eol.limits import Guard, Limits, judge
+from bench.eol.limits import GuardBand, Limits, judge
 from bench.eol.plan import Check
-from bench.eol.record import CheckRecord, Measured
+from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict, together
 from bench.run.retry_policy import Attempt, Next
 from procedures.core.result import Parameter
-from procedures.verification.verification import WiringError
+from procedures.verification.verifier import WiringError
 
 _NO_LIMITS = Limits()
 
@@ -18,7 +18,7 @@ class MotorJudge:
     """Judges one motor by the limits of its plan; `minimum_ratio` is the least tolerance over the 95 % interval's width."""
 
     def __init__(
-        self, checks: Sequence[Check], limits: Mapping[str, Limits], guard: Guard, minimum_ratio: float
+        self, checks: Sequence[Check], limits: Mapping[str, Limits], guard: GuardBand, minimum_ratio: float
     ) -> None:
         self._checks = {check.name: check for check in checks}
         self._limits = limits
@@ -43,13 +43,13 @@ class MotorJudge:
             return Next.AGAIN
         return Next.STOP
 
-    def measured(self, parameter: Parameter) -> Measured:
+    def measured(self, parameter: Parameter) -> MeasuredFigure:
         """Return a figure held against its limits, if it has any; one that its uncertainty leaves undecided is an error."""
         limits = self._limits.get(parameter.name, _NO_LIMITS)
         expanded = _half(parameter.coverage_interval)
-        found = judge(parameter.value, expanded, limits, self._guard)
-        undecided = not math.isinf(limits.tolerance) and found.ratio < self._minimum_ratio
-        return Measured(
+        judgement = judge(parameter.value, expanded, limits, self._guard)
+        undecided = not math.isinf(limits.tolerance) and judgement.ratio < self._minimum_ratio
+        return MeasuredFigure(
             parameter.name,
             parameter.value,
             parameter.unit,
@@ -57,18 +57,18 @@ class MotorJudge:
             expanded,
             limits.low,
             limits.high,
-            Verdict.ERROR if undecided else found.verdict,
+            Verdict.ERROR if undecided else judgement.verdict,
         )
 
-    def verdict(self, figures: Collection[Measured], *, aborted: bool, planned: int) -> Verdict:
+    def verdict(self, figures: Collection[MeasuredFigure], *, aborted: bool, planned: int) -> Verdict:
         """Return the verdict on the motor: of each check the last attempt's, and of each parameter the best figure's."""
         last = {attempt.procedure: attempt.verdict for attempt in self._attempts}
-        found = [*last.values(), *(figure.verdict for figure in figures if figure.parameter in self._limits)]
+        verdicts = [*last.values(), *(figure.verdict for figure in figures if figure.parameter in self._limits)]
         if aborted:
-            found.append(Verdict.ABORTED)
-        elif len(last) < planned and together(found) is Verdict.PASS:
-            found.append(Verdict.ERROR)
-        return together(found)
+            verdicts.append(Verdict.ABORTED)
+        elif len(last) < planned and together(verdicts) is Verdict.PASS:
+            verdicts.append(Verdict.ERROR)
+        return together(verdicts)
 
     def first_pass(self, verdict: Verdict) -> bool:
         """Tell whether the motor passed without any check's second attempt."""
@@ -80,14 +80,16 @@ class MotorJudge:
             return (Verdict.FAIL if isinstance(attempt.error, WiringError) else Verdict.ERROR), attempt.cause
         figures = [self.measured(parameter) for parameter in attempt.result.parameters]
         bad = [figure for figure in figures if figure.verdict is not Verdict.PASS and figure.parameter in self._limits]
-        missing = (set(attempt.planned.procedure.gives) & set(self._limits)) - {figure.parameter for figure in figures}
+        missing = (set(attempt.planned.procedure.parameters) & set(self._limits)) - {
+            figure.parameter for figure in figures
+        }
         verdict = together([*(figure.verdict for figure in bad), *(Verdict.ERROR for _ in missing), Verdict.PASS])
-        said = [described(figure) for figure in bad]
-        said += [f"{name} was not found" for name in sorted(missing)]
-        return verdict, "; ".join(said)
+        causes = [described(figure) for figure in bad]
+        causes += [f"{name} was not found" for name in sorted(missing)]
+        return verdict, "; ".join(causes)
 
 
-def described(figure: Measured) -> str:
+def described(figure: MeasuredFigure) -> str:
     """Return a figure with what speaks against it, in one line."""
     value = f"{figure.parameter} = {figure.value:.5g} ± {figure.expanded:.2g} {figure.unit}".rstrip()
     limits = f"{figure.low:.5g} … {figure.high:.5g}"

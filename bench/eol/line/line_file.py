@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field
+from tomli_w import dumps as toml_text
 
 from bench.files.toml_file import Section, read, validate
-from bench.files.toml_text import toml_text
 from bench.i18n.errors import InputError, UsageError
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
+from bench.plugins.catalogues import Catalogues, installed
 from bench.station.shutdown_sequence import OFF_BY
 from bench.station.station_file import VIRTUAL, Station, make_station
 from bench.station.watchdog_relay_entries import check_addresses
@@ -67,6 +68,16 @@ class Line:
     timeout: float
 
     @property
+    def catalogues(self) -> Catalogues:
+        """What can be had at its sockets, the file's plug-ins included."""
+        return self.sockets[0].station.catalogues if self.sockets[0].station else installed()
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of the outputs that finished records are handed to."""
+        return self.sockets[0].station.outputs if self.sockets[0].station else ()
+
+    @property
     def is_virtual(self) -> bool:
         """Whether its sockets are virtual benches in the workers' processes."""
         return self.sockets[0].station is None
@@ -96,22 +107,22 @@ def load_line(reference: str, sockets: int | None) -> Line:
             raise InputError(
                 text('{reference}: line.{key} goes with line.bench = "virtual"', reference=reference, key=key)
             )
-    made = _real(data, reference, content, line)
-    if sockets is not None and sockets != len(made.sockets):
+    station_line = _real(data, reference, content, line)
+    if sockets is not None and sockets != len(station_line.sockets):
         raise UsageError(
             text(
                 "--sockets {sockets}: {reference} has {count}; leave it out",
                 sockets=sockets,
                 reference=reference,
-                count=len(made.sockets),
+                count=len(station_line.sockets),
             )
         )
-    return made
+    return station_line
 
 
 def _virtual(line: _Line, source: str) -> Line:
-    named = tuple(LineSocket(str(number + 1), None) for number in range(line.sockets))
-    return Line(source, line.name, named, line.shared if line.sockets > 1 else frozenset(), line.timeout)
+    virtual_sockets = tuple(LineSocket(str(number + 1), None) for number in range(line.sockets))
+    return Line(source, line.name, virtual_sockets, line.shared if line.sockets > 1 else frozenset(), line.timeout)
 
 
 def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> Line:

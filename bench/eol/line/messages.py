@@ -1,10 +1,11 @@
-"""What a line's coordinator and its workers say to each other."""
+"""The messages between a line's coordinator and its workers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bench.eol.limits import Limits
-from bench.eol.line.arbiter import Answer
+from bench.eol.line.instrument_sharing import LeaseRelease, LeaseReply, LeaseRequest
+from bench.eol.line.preparation import BatchRequest
 from bench.eol.plan import Check, Plan
 from bench.eol.record import MotorRecord
 from bench.motor.motor_file import MotorFile
@@ -21,42 +22,26 @@ class Batch:
     limits: Mapping[str, Limits]
     motor: MotorFile
     line: str
-    person: str
-    seed: int
     folder: str
-    language: str
-    operator: str
-    accounting: bool = False
+    request: BatchRequest
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where one socket's worker works: `content` is its station's text, empty on a virtual bench.
+class WorkerSetup:
+    """The first message to a worker: the batch, and its socket, one of so many `sockets`.
 
-    `lifeline` is the file descriptor that is open for as long as the worker or its guardian lives, `times` that of the sockets'
-    times, and `owner` that of the batch's claims, whose name is `owner_name`; the worker, which gets them, fills them in.
-    A line of virtual benches has no claims.
+    `content` is the text of the socket's station from the file `source`, empty on a virtual bench; `shared` are the roles
+    that sockets use in turn. `owner_name` is the name of the batch's claims; a line of virtual benches has none.
     """
 
-    socket: int
+    batch: Batch
+    number: int
     name: str
     sockets: int
     source: str
     content: str
     shared: tuple[str, ...]
-    timeout: float
-    lifeline: int
-    times: int
     owner_name: str = ""
-    owner: int = -1
-
-
-@dataclass(frozen=True)
-class Setup:
-    """The first message to a worker."""
-
-    batch: Batch
-    place: Place
 
 
 @dataclass(frozen=True)
@@ -70,16 +55,8 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Told:
-    """The answer to a ticket."""
-
-    ticket: int
-    answer: Answer
-
-
-@dataclass(frozen=True)
 class Stop:
-    """What is under way is to take its way down, for this reason."""
+    """The run under way is to shut down, for this reason."""
 
     by: str
 
@@ -95,43 +72,26 @@ class Ready:
 
 
 @dataclass(frozen=True)
-class Want:
-    """A worker's run waits for shared instruments; `time` is its bench's (s). The answer names the ticket."""
-
-    ticket: int
-    time: float
-    wanted: tuple[str, ...]
-    purpose: str
-
-
-@dataclass(frozen=True)
-class GaveBack:
-    """A worker's run has given back what it had."""
+class TimeReached:
+    """A worker's bench has passed the time (s) that others wait for."""
 
     time: float
 
 
 @dataclass(frozen=True)
-class Passed:
-    """A worker's bench has passed the time that others wait for."""
-
-    time: float
-
-
-@dataclass(frozen=True)
-class Done:
-    """A motor's run has ended; its record is not kept yet. `floor` is the least bench time (s) that it could have taken."""
+class MotorDone:
+    """A motor's run has ended at this time (s); its record is not kept yet."""
 
     record: MotorRecord
     time: float
 
 
 @dataclass(frozen=True)
-class Broken:
+class WorkerFailed:
     """A worker cannot work at all: what is wrong with its station."""
 
-    words: Text
+    reason: Text
 
 
-ToWorker = Setup | Task | Told | Stop | Leave
-FromWorker = Ready | Want | GaveBack | Passed | Done | Broken
+ToWorker = WorkerSetup | Task | LeaseReply | Stop | Leave
+FromWorker = Ready | LeaseRequest | LeaseRelease | TimeReached | MotorDone | WorkerFailed

@@ -1,67 +1,204 @@
-"""A motor's record from what is known of its passage."""
+"""One motor's test and what is left of it: its run's folder, its waveforms, and its record, cut off or not."""
 
-from collections.abc import Sequence
+import re
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
+from datetime import UTC, datetime
+from itertools import takewhile
+from pathlib import Path
 
-from bench.eol.line.ended_record import ended_record
 from bench.eol.line.judging import MotorJudge, described
-from bench.eol.line.kept_waveforms import KeptWaveforms
 from bench.eol.line.messages import Batch, Task
-from bench.eol.record import Measured, MotorRecord
+from bench.eol.plan import KeepWaveforms
+from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError
+from bench.i18n.language import translator
 from bench.journal.errors import RecordError
+from bench.journal.events.instruments import WaveformsTaken
+from bench.journal.events.run import ProcedureStarted
+from bench.journal.journal_file import JournalFile, read_journal
+from bench.journal.recording import WaveformSink
 from bench.journal.run_folder import RunFolder
-from bench.run.run import Finished
+from bench.journal.waveforms import LateWaveforms, NoWaveforms, WaveformFolder
+from bench.run.request import Finished
+from drivers.interfaces.text import Text, text
+from procedures.core.events import Event, StepStarted
+
+_UNSAFE_IN_NAMES = re.compile(r"[^\w.-]+")
+#: No folder gets more runs than this, however long the batch.
+_RUNS_IN_FOLDER = 1000
+_MAXIMUM_RUNS_OF_MOTOR = 1000
+
+
+class KeptWaveforms:
+    """The waveforms of one motor that stay, as its plan has it."""
+
+    def __init__(self, keep: KeepWaveforms) -> None:
+        self._keep = keep
+        self._late: LateWaveforms | None = None
+        self._files: dict[str, str] = {}
+
+    def sink(self, folder: Path) -> WaveformSink:
+        """Return where a run's samples go."""
+        if self._keep == "all":
+            return WaveformFolder(folder)
+        if self._keep == "none":
+            return NoWaveforms()
+        self._late = LateWaveforms(folder)
+        return self._late
+
+    def on_event(self, event: Event) -> None:
+        """Note a file that was written at once."""
+        if isinstance(event, WaveformsTaken) and event.file.sha256:
+            self._files[event.file.path] = event.file.sha256
+
+    def files(self, verdict: Verdict) -> Mapping[str, str]:
+        """Return each file's SHA-256 by path, those written that were held until this verdict. Raises RecordError."""
+        if self._late is not None and verdict is not Verdict.PASS:
+            self._files |= {stored.path: stored.sha256 for stored in self._late.write()}
+        return self._files
 
 
 @dataclass
-class Passage:
-    """What is known of one motor's passage so far; `cause` is what kept its run from being made, or its end from being told."""
+class UnitTest:
+    """The test of one motor so far; `cause` is what kept its run from beginning, or its end from being recorded."""
 
     task: Task
     judge: MotorJudge
     waveforms: KeptWaveforms
     started: datetime
     folder: RunFolder | None = None
-    done: Finished | None = None
+    finished: Finished | None = None
     cause: str = ""
 
 
-def record_of(passage: Passage, batch: Batch, socket: str) -> MotorRecord:
-    """Return the record of a passage that has ended, whatever became of it."""
-    task, judge, done = passage.task, passage.judge, passage.done
-    figures: tuple[Measured, ...] = ()
-    bench_time, cause, aborted = 0.0, passage.cause, False
-    if done is not None:
-        figures = tuple(judge.measured(each) for each in done.view.parameters().parameters.values())
-        bench_time, aborted = done.view.bench_time, done.view.status == "aborted"
-        cause = cause or done.view.cause
+def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
+    """Return the record of a test that has ended, whatever became of it."""
+    task, judge, finished = test.task, test.judge, test.finished
+    figures: tuple[MeasuredFigure, ...] = ()
+    bench_time, cause, aborted = 0.0, test.cause, False
+    if finished is not None:
+        figures = tuple(judge.measured(each) for each in finished.view.parameters().parameters.values())
+        bench_time, aborted = finished.view.bench_time, finished.view.status == "aborted"
+        cause = cause or finished.view.cause
     verdict = judge.verdict(figures, aborted=aborted, planned=len(task.checks))
-    if verdict is Verdict.PASS and (done is None or done.view.status != "completed"):
-        # Everything was measured, and the way down or the record of it was not as it should be.
+    if verdict is Verdict.PASS and (finished is None or finished.view.status != "completed"):
+        # Everything was measured, and the shutdown or the record of it was not as it should be.
         verdict = Verdict.ERROR
     try:
-        waveforms = passage.waveforms.of(verdict)
+        waveforms = test.waveforms.files(verdict)
     except RecordError as error:
         waveforms, cause = {}, f"{cause}; {error}" if cause else str(error)
         verdict = Verdict.ERROR if verdict is Verdict.PASS else verdict
-    first_pass = judge.first_pass(verdict)
     return replace(
-        ended_record(batch, socket, task, passage.started, verdict, first_pass=first_pass, bench_time=bench_time),
+        _ended_now(batch, socket, task, test.started, verdict, bench_time),
+        first_pass=judge.first_pass(verdict),
         measured=figures,
         checks=judge.attempts,
         cause="" if verdict is Verdict.PASS else _cause(judge, figures, cause),
-        run=str(passage.folder.path) if passage.folder else "",
-        journal_sha256=done.journal_sha256 if done else "",
+        run=str(test.folder.path) if test.folder else "",
+        journal_sha256=finished.journal_sha256 if finished else "",
         waveforms=waveforms,
     )
 
 
-def _cause(judge: MotorJudge, figures: Sequence[Measured], cause: str) -> str:
-    """Return why a motor did not pass: what its last attempts said, else its figures, else what ended the run."""
+def cut_off_record(batch: Batch, socket: str, task: Task, started: datetime, how: Text, *, stopped: str) -> MotorRecord:
+    """Return the record of a motor whose worker died, from what its journal still holds.
+
+    It is an error, or aborted where the batch was `stopped`; `how` says what became of the worker.
+    """
+    folders = run_folders(Path(batch.folder), task)
+    journal = _journal(folders[-1]) if folders else None
+    died = text("the process of socket {name} {how}", name=socket, how=how)
+    cause = Text("{died}{where}", {"died": died, "where": _where(journal)})
+    verdict = Verdict.ABORTED if stopped else Verdict.ERROR
+    bench_time = journal.events[-1].time if journal and journal.events else 0.0
+    return replace(
+        _ended_now(batch, socket, task, started, verdict, bench_time),
+        cause=cause.render(translator(batch.request.language)),
+        run=str(folders[-1]) if folders else "",
+        journal_sha256=journal.last_hash if journal else "",
+    )
+
+
+def new_folder(runs: Path, task: Task) -> RunFolder:
+    """Make the folder of a motor's run, by its number and serial number; one that was cut off keeps its own. Raises OSError."""
+    for path in _folder_names(runs, task):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            path.mkdir()
+        except FileExistsError:
+            continue
+        return RunFolder(path)
+    raise FileExistsError(f"{runs}: motor {task.number} was begun {_MAXIMUM_RUNS_OF_MOTOR} times")
+
+
+def run_folders(runs: Path, task: Task) -> list[Path]:
+    """Return the folders of a motor's runs, in the order in which they were made."""
+    return list(takewhile(Path.is_dir, _folder_names(runs, task)))
+
+
+def _folder_names(runs: Path, task: Task) -> Iterator[Path]:
+    serial = _UNSAFE_IN_NAMES.sub("-", task.serial_number).strip("-.") or "motor"
+    path = runs / f"{task.number // _RUNS_IN_FOLDER:03d}" / f"{task.number:06d}-{serial}"
+    yield path
+    for count in range(2, _MAXIMUM_RUNS_OF_MOTOR + 1):
+        yield path.with_name(f"{path.name}-{count}")
+
+
+def _ended_now(
+    batch: Batch, socket: str, task: Task, started: datetime, verdict: Verdict, bench_time: float
+) -> MotorRecord:
+    """Return what the record of every motor has, without what was measured; `bench_time` in s."""
+    return MotorRecord(
+        # The same for the same motor of the same batch.
+        identifier=str(uuid.uuid5(uuid.UUID(batch.uid), str(task.number))),
+        batch=batch.name,
+        number=task.number,
+        plan=batch.plan.name,
+        plan_sha256=batch.plan.sha256,
+        station=batch.line,
+        socket=socket,
+        person=batch.request.person,
+        model=batch.motor.nameplate.name,
+        serial_number=task.serial_number,
+        started=started,
+        ended=datetime.now(UTC),
+        verdict=verdict,
+        first_pass=False,
+        bench_time=bench_time,
+    )
+
+
+def _cause(judge: MotorJudge, figures: Sequence[MeasuredFigure], cause: str) -> str:
+    """Return why a motor did not pass: the causes of its last attempts, else its figures, else what ended the run."""
     last = {attempt.procedure: attempt.cause for attempt in judge.attempts}
-    said = [f"{procedure}: {words}" for procedure, words in last.items() if words]
-    if not said:
-        said = [described(figure) for figure in figures if figure.verdict is not Verdict.PASS]
-    return "; ".join(said) or cause
+    causes = [f"{procedure}: {reason}" for procedure, reason in last.items() if reason]
+    if not causes:
+        causes = [described(figure) for figure in figures if figure.verdict is not Verdict.PASS]
+    return "; ".join(causes) or cause
+
+
+def _journal(folder: Path) -> JournalFile | None:
+    try:
+        return read_journal(folder / "journal.jsonl")
+    except InputError:
+        # Cut off before its first event was written.
+        return None
+
+
+def _where(journal: JournalFile | None) -> Text:
+    """Return in which procedure and step it was."""
+    procedure = step = ""
+    for recorded in journal.events if journal else ():
+        if isinstance(recorded.event, ProcedureStarted):
+            procedure, step = recorded.event.procedure, ""
+        elif isinstance(recorded.event, StepStarted):
+            step = recorded.event.step
+    if not procedure:
+        return text(", before the first procedure")
+    if not step:
+        return text(", in {procedure}", procedure=procedure)
+    return text(", in {procedure} at step {step}", procedure=procedure, step=step)

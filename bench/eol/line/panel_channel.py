@@ -1,4 +1,4 @@
-"""A batch's line to panels: serial numbers and wishes come in, what stands in which socket goes out."""
+"""A batch's connection to panels: serial numbers and requests come in, what stands in which socket goes out."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -8,10 +8,10 @@ from threading import Lock
 from typing import Any
 
 from bench.eol.labels import label_of
-from bench.eol.line.admission import Refused
-from bench.eol.line.batch_log import Begun
-from bench.eol.line.coordinator import Hears
-from bench.eol.line.serials import Given
+from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.batch_listener import BatchListener
+from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.serial_numbers import QueuedSerials
 from bench.eol.record import MotorRecord
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
@@ -19,7 +19,7 @@ from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
 from drivers.interfaces.text import Text, text
 
-#: The file in a batch's folder that says where its line is.
+#: The file in a batch's folder that says where panels reach its line.
 FILE = "line.json"
 #: Serial numbers that wait for a socket, at most: what is scanned beyond them is refused.
 _WAITING = 100
@@ -45,26 +45,25 @@ class _Counts:
     refused: int = 0
 
 
-class Desk:
-    """Hears what happens on a line, passes it on to `ears`, and tells it whole to every panel at each change.
+class PanelChannel(BatchListener):
+    """Hears what happens on a line, and sends its whole state to every panel at each change.
 
-    A panel says `{"serial": NUMBER}`, `{"finish": PERSON}`: no more motors, those in the sockets to their end, or
-    `{"stop": PERSON}`: the way down now.
+    A panel sends `{"serial": NUMBER}`, `{"finish": PERSON}`: no more motors, those in the sockets to their end, or
+    `{"stop": PERSON}`: shut down now.
     """
 
-    def __init__(self, batch: str, plan: str, sockets: Sequence[str], serials: Given, ears: Hears) -> None:
+    def __init__(self, batch: str, plan: str, sockets: Sequence[str], serials: QueuedSerials) -> None:
         self._about = {"batch": batch, "plan": plan}
         self._sockets = {name: _Socket(name) for name in sockets}
         self._serials = serials
-        self._ears = ears
         self._counts = _Counts(_now())
         self._message: dict[str, Any] | None = None
         self._records = _waiting(Waiting())
         self._ending: Text | None = None
         self._stop: Callable[[str], None] = lambda _: None
         self._lock = Lock()
-        self._line = OperatorLine(self._hear)
-        self._tell()
+        self._line = OperatorLine(self._receive)
+        self._send()
 
     def open(self, folder: Path, stop: Callable[[str], None]) -> None:
         """Announce the line in the batch's folder; `stop` ends the batch. Raises OSError."""
@@ -72,24 +71,23 @@ class Desk:
         self._line.announce(folder, FILE)
 
     def close(self) -> None:
-        """Hang up and take the announcement back."""
+        """Close the connections and withdraw the announcement."""
         self._line.close()
 
-    def begun(self, motor: Begun, socket: str) -> None:
+    def begun(self, motor: BatchMotor, socket: str) -> None:
         """Hear that a motor is measured from now on."""
         with self._lock:
-            place = self._sockets[socket]
-            place.serial_number, place.since = motor.serial_number, _now()
+            socket_state = self._sockets[socket]
+            socket_state.serial_number, socket_state.since = motor.serial_number, _now()
             self._message = {"kind": "begun", "words": motor.serial_number, "socket": socket}
-        self._ears.begun(motor, socket)
-        self._tell()
+        self._send()
 
     def done(self, record: MotorRecord) -> None:
         """Hear that a motor's record is kept."""
         with self._lock:
-            place = self._sockets[record.socket]
-            place.serial_number = place.since = ""
-            place.last = {
+            socket_state = self._sockets[record.socket]
+            socket_state.serial_number = socket_state.since = ""
+            socket_state.last = {
                 "serial_number": record.serial_number,
                 "verdict": record.verdict.value,
                 "cause": record.cause,
@@ -98,35 +96,31 @@ class Desk:
             }
             self._counts.verdicts[record.verdict.value] += 1
             self._counts.first_pass += record.first_pass
-        self._ears.done(record)
-        self._tell()
+        self._send()
 
-    def refused(self, refused: Refused) -> None:
+    def refused(self, refused: RefusedSerial) -> None:
         """Hear that a serial number is not measured."""
         with self._lock:
             self._counts.refused += 1
-            self._message = _told("refused", refused.why)
-        self._ears.refused(refused)
-        self._tell()
+            self._message = _message("refused", refused.why)
+        self._send()
 
     def trouble(self, words: Text) -> None:
         """Hear of something that went wrong and concerns no motor's figures."""
         with self._lock:
-            self._message = _told("trouble", words)
-        self._ears.trouble(words)
-        self._tell()
+            self._message = _message("trouble", words)
+        self._send()
 
     def waits(self, waiting: Waiting) -> None:
         """Hear what of the records waits to be stored or forwarded."""
         with self._lock:
             self._records = _waiting(waiting)
-        self._ears.waits(waiting)
-        self._tell()
+        self._send()
 
-    def _hear(self, message: Mapping[str, Any]) -> Text | None:
+    def _receive(self, message: Mapping[str, Any]) -> Text | None:
         match message:
             case {"serial": str(serial)}:
-                return self._given(serial)
+                return self._take_serial(serial)
             case {"finish": str(person)}:
                 self._ending = text("finished by {person}", person=person)
                 self._serials.end()
@@ -137,10 +131,10 @@ class Desk:
                 return None
             case _:
                 return text('allowed are {{"serial": NUMBER}}, {{"finish": PERSON}} and {{"stop": PERSON}}')
-        self._tell()
+        self._send()
         return None
 
-    def _given(self, serial: str) -> Text | None:
+    def _take_serial(self, serial: str) -> Text | None:
         serial = serial.strip()
         if self._ending is not None:
             return text("serial number {serial}: the batch is {ending}", serial=serial, ending=self._ending)
@@ -148,13 +142,13 @@ class Desk:
             return text("no serial number was given")
         if self._serials.waiting >= _WAITING:
             return text("serial number {serial}: {number} wait for a socket already", serial=serial, number=_WAITING)
-        self._serials.give(serial)
-        self._tell()
+        self._serials.put(serial)
+        self._send()
         return None
 
-    def _tell(self) -> None:
+    def _send(self) -> None:
         with self._lock:
-            told = {
+            state = {
                 **self._about,
                 "sockets": [asdict(socket) for socket in self._sockets.values()],
                 "counts": asdict(self._counts),
@@ -163,10 +157,10 @@ class Desk:
                 "message": self._message,
                 "ending": None if self._ending is None else store_text(self._ending),
             }
-        self._line.say({"line": told})
+        self._line.say({"line": state})
 
 
-def _told(kind: str, words: Text) -> dict[str, Any]:
+def _message(kind: str, words: Text) -> dict[str, Any]:
     return {"kind": kind, "words": str(words), "text": store_text(words)}
 
 

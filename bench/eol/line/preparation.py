@@ -1,22 +1,72 @@
-"""A plan's checks as runs take them, held against its limits and the line's instruments before anything is measured."""
+"""Before a batch begins: its plan, motor and line read and checked against one another, and the procedures' order."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-from bench.eol.line.line_file import Line
-from bench.eol.plan import Check, Plan
+from bench.eol.limits import Limits
+from bench.eol.line.line_file import Line, load_line
+from bench.eol.plan import Check, Plan, load_plan
 from bench.files.toml_file import nearest, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, UsageError
+from bench.motor.motor_file import MotorFile, load_motor
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
-from bench.run.plan import Planned, check_roles
+from bench.run.plan import Catalogue, Planned, check_roles
 from bench.station.station_file import Station
 from bench.virtual.virtual_station import virtual_roles
 from drivers.interfaces.text import text
-from procedures.catalogue import catalogue
+from procedures.known_parameters import givers
 
 
-def planned_of(checks: Iterable[Check], source: str) -> list[Planned]:
-    """Return checks as a run takes them. Raises InputError for settings that their procedure does not allow."""
-    known = catalogue()
+@dataclass(frozen=True)
+class BatchRequest:
+    """What the command line asks for. `motors` is the batch's size on virtual benches without serial numbers.
+
+    With `procedure_times`, each run's folder on a virtual bench gets its procedures' times and what of them was needless.
+    """
+
+    plan: Path
+    station: str
+    runs: Path
+    sockets: int | None = None
+    batch: str = ""
+    serials: str = ""
+    motors: int | None = None
+    records: str = "records.sqlite"
+    person: str = ""
+    operator: str = ""
+    language: str = "en"
+    seed: int = 0
+    again: bool = False
+    procedure_times: bool = False
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A plan with its motor and line, read and checked against one another."""
+
+    plan: Plan
+    motor: MotorFile
+    line: Line
+    limits: dict[str, Limits]
+
+
+def prepare(plan_file: Path, station: str, sockets: int | None) -> Prepared:
+    """Read plan, motor and station and check them against one another. Raises InputError for whatever does not go together."""
+    line = load_line(station, sockets)
+    plan = load_plan(plan_file, line.catalogues)
+    catalogues = plan.catalogues(line.catalogues)
+    motor = load_motor(plan.motor, catalogues.procedures)
+    planned = planned_of(plan.checks, plan.source, catalogues.procedures)
+    check_parameters(plan, planned, catalogues.procedures)
+    check_station(line, planned)
+    if line.is_virtual:
+        motor.virtual_motor()
+    return Prepared(plan, motor, line, plan.limits(motor.nameplate.expected))
+
+
+def planned_of(checks: Iterable[Check], source: str, known: Catalogue) -> list[Planned]:
+    """Return checks as a run takes them, from the procedures there are. Raises InputError for settings that one does not allow."""
     return [
         Planned(
             check.name,
@@ -27,21 +77,21 @@ def planned_of(checks: Iterable[Check], source: str) -> list[Planned]:
     ]
 
 
-def operator_of(wished: str, station: Station | None) -> str:
-    """Return who does the hand work at a socket: as wished, else its fixture where it has one, else the usual one."""
-    if wished or station is None:
-        return wished
+def operator_of(requested: str, station: Station | None) -> str:
+    """Return who does the hand work at a socket: as requested, else its fixture where it has one, else the usual one."""
+    if requested or station is None:
+        return requested
     return "fixture" if FIXTURE_ROLES & station.entries.keys() else ""
 
 
-def check_parameters(plan: Plan, planned: Sequence[Planned]) -> None:
+def check_parameters(plan: Plan, planned: Sequence[Planned], known: Catalogue) -> None:
     """Raise InputError for a limit on a parameter that none of the plan's procedures gives."""
-    given = sorted({name for each in planned for name in each.procedure.gives})
+    available = sorted({name for each in planned for name in each.procedure.parameters})
     for parameter in sorted(plan.limited):
-        if parameter in given:
+        if parameter in available:
             continue
-        owners = [name for name, procedure in catalogue().items() if parameter in procedure.gives]
-        hint = text("add the procedure {names}", names=" or ".join(owners)) if owners else nearest(parameter, given)
+        owners = givers(known).get(parameter)
+        hint = text("add the procedure {names}", names=" or ".join(owners)) if owners else nearest(parameter, available)
         raise InputError(
             text(
                 "{source}: limit on {parameter}: no procedure of the plan gives it; {hint}",
@@ -58,9 +108,9 @@ def check_station(line: Line, planned: Sequence[Planned]) -> None:
         if socket.station is not None:
             check_roles(planned, socket.station)
             continue
-        there = virtual_roles()
+        available = virtual_roles()
         for each in planned:
-            missing = sorted(role.value for role in each.procedure.roles if role.value not in there)
+            missing = sorted(role.value for role in each.procedure.roles if role.value not in available)
             if missing:
                 raise InputError(
                     text(
@@ -69,3 +119,62 @@ def check_station(line: Line, planned: Sequence[Planned]) -> None:
                         names=", ".join(missing),
                     )
                 )
+
+
+def check_operator(request: BatchRequest, line: Line) -> None:
+    """Raise UsageError for an operator that the line's sockets cannot have."""
+    if request.operator not in ("", "fixture", "virtual", "terminal"):
+        raise UsageError(
+            text("--operator {operator}: allowed are fixture, virtual, terminal", operator=request.operator)
+        )
+    if line.is_virtual:
+        if request.operator == "terminal":
+            raise UsageError(
+                text("--operator terminal: on the virtual bench only a fixture or virtual hands can do anything")
+            )
+        return
+    by_hand = any(
+        operator_of(request.operator, socket.station) in ("", "terminal")
+        and not (socket.station and socket.station.control)
+        for socket in line.sockets
+    )
+    if by_hand and (len(line.sockets) > 1 or request.serials in ("", "-")):
+        raise UsageError(
+            text(
+                "a person at the terminal serves one socket, and the keyboard answers the questions: give --serials FILE, "
+                "or each socket a fixture ([sockets.NAME.instruments.switch_matrix], rotor_actuator)"
+            )
+        )
+
+
+def by_time_over_failures(
+    checks: Sequence[Check], experience: Mapping[str, tuple[int, int, float]]
+) -> tuple[Check, ...]:
+    """Return the checks with the least time over failure rate first, none before those that it comes after.
+
+    `experience` gives by procedure how many attempts were made, how many did not pass, and their mean time (s). The rate is
+    estimated by (failures + 1)/(attempts + 2) (Laplace's rule of succession), so that few motors decide little.
+    Where one procedure has no experience the listed order stays, for nothing can be compared.
+    Source: W. E. Smith, Naval Research Logistics Quarterly 3 (1956) 59: for independent tests that end with the first
+    failure, the order by time over failure probability has the least expected time.
+    """
+    if any(check.name not in experience for check in checks):
+        return tuple(checks)
+
+    def cost(check: Check) -> float:
+        attempts, failures, time = experience[check.name]
+        return time * (attempts + 2) / (failures + 1)
+
+    remaining, ordered = list(checks), list[Check]()
+    while remaining:
+        waiting = {check.name for check in remaining}
+        free = [check for check in remaining if not waiting & set(check.after)]
+        best = min(free, key=cost)
+        remaining.remove(best)
+        ordered.append(best)
+    return tuple(ordered)
+
+
+def sampled(checks: Sequence[Check], number: int) -> tuple[Check, ...]:
+    """Return the checks that a batch's motor of this number (from 1) has: those of every n-th begin with the first."""
+    return tuple(check for check in checks if (number - 1) % check.every == 0)

@@ -2,29 +2,42 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from multiprocessing.connection import wait
 from pathlib import Path
+from time import monotonic
+from typing import Protocol
 
 from sqlalchemy import Engine
 
+from bench.eol.line.stop_request import StopRequest
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import database_url, open_database
 from bench.eol.store.faults import FAULTS, StoreError, fault_of
 from bench.eol.store.forwarder import Forwarder
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.insertion import settle
-from bench.eol.store.records import Passage, Records
+from bench.eol.store.records import EarlierTest, Records
 from bench.eol.store.spool import FOLDER, Spool
 from bench.eol.store.waiting import Waiting
-from bench.i18n.errors import InputError, said_by
-from drivers.interfaces.text import text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, reason_of, text, text_of
 
 #: The file among the runs that keeps records until their server has them.
 FILE = "records.sqlite"
 #: How long (s) the batch's end waits for what is being stored or forwarded.
 _AT_THE_END = 20.0
+#: How often and for how long (s) a record that is not taken is tried again.
+_RETRY_INTERVAL, _RETRY_TIME = 1.0, 30.0
 
 
-class Keeper:
+class RecordDestination(Protocol):
+    """Where a record is saved."""
+
+    def save(self, record: MotorRecord) -> None:
+        """Keep a record, durably. Raises StoreError."""
+
+
+class RecordWriter:
     """Keeps records in one database; with a server, that is the station's own, and what it holds is forwarded.
 
     What the database does not take now is kept in files of `spool` and stored later.
@@ -52,14 +65,14 @@ class Keeper:
         if self._has_server or self._forwarding.own_fault or self._forwarding.refused:
             self._forwarder.news()
 
-    def earlier(self, serial_number: str) -> Passage | None:
-        """Return the last passage of a serial number, in any batch, or None. Raises StoreError where that cannot be looked up."""
+    def earlier_test(self, serial_number: str) -> EarlierTest | None:
+        """Return the last test of a serial number, in any batch, or None. Raises StoreError where that cannot be looked up."""
         with _reading():
             spooled = [record for record in self._spooled() if record.serial_number == serial_number]
             if spooled:
                 last = spooled[-1]
-                return Passage(last.batch, last.number, last.verdict)
-            return self.records.last_passage(serial_number)
+                return EarlierTest(last.batch, last.number, last.verdict)
+            return self.records.last_test(serial_number)
 
     def numbers(self, batch: str) -> Iterator[int]:
         """Give the numbers of a batch's motors that have a record. Raises StoreError where that cannot be looked up."""
@@ -102,18 +115,18 @@ def _reading() -> Iterator[None]:
         yield
     except FAULTS as error:
         raise StoreError(
-            text("the station's records cannot be read: {error}", error=said_by(fault_of(error)))
+            text("the station's records cannot be read: {error}", error=text_of(fault_of(error)))
         ) from error
 
 
-def open_keeper(reference: str, runs: Path) -> Keeper:
+def open_record_writer(reference: str, runs: Path) -> RecordWriter:
     """Return where records are kept: a file's path or an address as `database_url` takes it.
 
     Raises InputError where it cannot be used; a server that is away can.
     """
     if database_url(reference).get_backend_name() != "postgresql":
         own = str(database_url(reference).database)
-        return Keeper(open_database(reference), Spool(runs / FOLDER, own))
+        return RecordWriter(open_database(reference), Spool(runs / FOLDER, own))
     try:
         runs.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -121,16 +134,16 @@ def open_keeper(reference: str, runs: Path) -> Keeper:
             text(
                 "{runs}: the folder of the runs cannot be made: {strerror}; see --runs",
                 runs=runs,
-                strerror=error.strerror,
+                strerror=reason_of(error),
             )
         ) from None
     own = str((runs / FILE).absolute())
-    return Keeper(open_database(own), Spool(runs / FOLDER, own), reference)
+    return RecordWriter(open_database(own), Spool(runs / FOLDER, own), reference)
 
 
 @contextmanager
 def own_records(reference: str) -> Iterator[Records]:
-    """Give the records of a database as `open_keeper` takes it. Raises InputError where there are none."""
+    """Give the records of a database as `open_record_writer` takes it. Raises InputError where there are none."""
     if "://" not in reference and not Path(reference).is_file():
         raise InputError(
             text("{reference}: there are no records here; name their file or server by --records", reference=reference)
@@ -140,3 +153,39 @@ def own_records(reference: str) -> Iterator[Records]:
         yield Records(engine)
     finally:
         engine.dispose()
+
+
+def save_with_retries(
+    destination: RecordDestination, record: MotorRecord, stop: StopRequest, trouble: Callable[[Text], None]
+) -> None:
+    """Keep a record, durably; where the disk is full for a while, that is reported to `trouble` once and tried again.
+
+    Raises StoreError where it takes too long, or the batch is to stop meanwhile.
+    """
+    names: dict[str, object] = {"number": record.number, "serial_number": record.serial_number}
+    until = monotonic() + _RETRY_TIME
+    reported = False
+    while True:
+        try:
+            destination.save(record)
+        except StoreError as error:
+            if not reported:
+                trouble(
+                    text(
+                        "the record of motor {number} ({serial_number}) is not kept yet: {error}", error=error, **names
+                    )
+                )
+            reported = True
+            if monotonic() > until or stop.by:
+                raise StoreError(
+                    text(
+                        "the record of motor {number} ({serial_number}) could not be kept: {error}. Its run is in "
+                        "{run}; mend that and begin the batch again: it goes on where it is",
+                        error=error,
+                        run=record.run,
+                        **names,
+                    )
+                ) from error
+            wait([stop.descriptor], timeout=_RETRY_INTERVAL)
+        else:
+            return

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from bench.eol.limits import Limits
 from bench.eol.statistics.control_chart import D2
@@ -26,15 +25,6 @@ class Capability:
     cp_interval: tuple[float, float]
     cpk: float
     cpk_interval: tuple[float, float]
-
-
-def capability(values: ArrayLike, limits: Limits, confidence: float = 0.95) -> Capability:
-    """Return the capability of values within limits, both in one unit, by the overall standard deviation."""
-    data = np.asarray(values, dtype=np.float64)
-    count = int(data.size)
-    mean = float(data.mean()) if count else math.nan
-    spread = float(data.std(ddof=1)) if count > 1 else math.nan
-    return of_moments(count, mean, spread, limits, confidence)
 
 
 def of_moments(

@@ -46,11 +46,11 @@ def individuals_chart(
     centre = float(base.mean())
     mean_range = float(np.abs(np.diff(base)).mean())
     sigma = mean_range / D2
-    found = sorted(
+    signals = sorted(
         (Signal(int(index), rule) for rule in rules for index in _broken(rule, data - centre, sigma)),
         key=lambda signal: (signal.index, signal.rule),
     )
-    return Chart(centre, sigma, centre - 3.0 * sigma, centre + 3.0 * sigma, _D4 * mean_range, tuple(found))
+    return Chart(centre, sigma, centre - 3.0 * sigma, centre + 3.0 * sigma, _D4 * mean_range, tuple(signals))
 
 
 def _broken(rule: int, off: NDArray[np.float64], sigma: float) -> NDArray[np.intp]:

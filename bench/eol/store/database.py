@@ -14,8 +14,8 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
-from bench.i18n.errors import InputError, at, said_by
-from drivers.interfaces.text import text
+from bench.i18n.errors import InputError, at
+from drivers.interfaces.text import text, text_of
 
 _KINDS = ("sqlite", "postgresql")
 #: How long (s) a writer waits for another one, and a client for a server that does not answer.
@@ -41,7 +41,7 @@ def database_url(reference: str) -> URL:
         url = make_url(reference)
     except (ArgumentError, ValueError) as error:
         raise InputError(
-            text("{reference}: this is no address of a database: {error}", reference=reference, error=said_by(error))
+            text("{reference}: this is no address of a database: {error}", reference=reference, error=error)
         ) from None
     if url.get_backend_name() not in _KINDS:
         raise InputError(
@@ -71,16 +71,15 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
     try:
         engine = create_engine(url, pool_pre_ping=url.get_backend_name() != "sqlite", connect_args=_arguments(url))
     except NoSuchModuleError as error:
-        raise InputError(at(_named(url), said_by(error))) from None
+        raise InputError(at(_named(url), text_of(error))) from None
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "connect", _durable)
     try:
         _bring_up(engine)
-    except DBAPIError as error:
+    except BaseException as error:
         engine.dispose()
-        raise InputError(at(_named(url), reason(error))) from None
-    except InputError:
-        engine.dispose()
+        if isinstance(error, DBAPIError):
+            raise InputError(at(_named(url), reason(error))) from None
         raise
     return engine
 

@@ -3,8 +3,8 @@
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyError, StatementError
 
 from bench.eol.store.database import reason
-from bench.i18n.errors import InputError, said_by
-from drivers.interfaces.text import Text, text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, reason_of, text, text_of
 
 #: SQLSTATE classes of what is wrong with the data: data, integrity, a trigger's own exception, a view's check.
 _CONTENT = ("22", "23", "P0", "44")
@@ -18,9 +18,9 @@ FAULTS = (SQLAlchemyError, InputError, OSError, ValueError, TypeError, OverflowE
 class StoreError(Exception):
     """A record could not be kept now; trying again later may help."""
 
-    def __init__(self, said: Text | str) -> None:
-        super().__init__(said)
-        self.text = said if isinstance(said, Text) else Text("{said}", {"said": said})
+    def __init__(self, message: Text | str) -> None:
+        super().__init__(message)
+        self.text = message if isinstance(message, Text) else Text("{message}", {"message": message})
 
 
 class RefusedError(StoreError):
@@ -38,18 +38,18 @@ def fault_of(error: Exception) -> StoreError:
     if isinstance(error, DBAPIError):
         return _by_database(error)
     if isinstance(error, InputError):
-        return StoreError(said_by(error))
+        return StoreError(text_of(error))
     if isinstance(error, StatementError | ValueError | TypeError | OverflowError):
         # The driver cannot put it into the database's words, whatever state that is in.
         return RefusedError(_foreign(error))
     if isinstance(error, OSError):
-        return StoreError(error.strerror or str(error))
+        return StoreError(reason_of(error))
     return StoreError(_foreign(error))
 
 
 def program_fault(error: BaseException) -> Text:
     """Return what is said of an error that nobody foresaw."""
-    return text("a fault of the program, {kind}: {error}", kind=type(error).__name__, error=str(error))
+    return text("a fault of the program, {kind}: {error}", kind=type(error).__name__, error=error)
 
 
 def _foreign(error: Exception) -> Text:

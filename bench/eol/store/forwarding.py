@@ -13,8 +13,7 @@ from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records
 from bench.eol.store.schema import OUTBOX
 from bench.eol.store.spool import Spool, SpooledFileError
-from bench.i18n.errors import said_by
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, text_of
 
 #: Forwarded at one go, so that a long outage does not hold up the line when it ends.
 _AT_ONCE = 50
@@ -71,9 +70,9 @@ class ForwardingRecords:
         except StoreError as error:
             self._spool.keep(record)
             if isinstance(error, RefusedError):
-                self._refuse(record.identifier, _named(record), said_by(error))
+                self._refuse(record.identifier, _named(record), text_of(error))
             else:
-                self.own_fault = said_by(error)
+                self.own_fault = text_of(error)
             return True
 
     def store_spooled(self) -> int:
@@ -88,7 +87,7 @@ class ForwardingRecords:
             if not names and self.own_fault:
                 self._probe()
         except FAULTS_AND_OWN as error:
-            self.own_fault = said_by(fault_of(error))
+            self.own_fault = text_of(fault_of(error))
         else:
             self.own_fault = ""
         return stored
@@ -108,7 +107,7 @@ class ForwardingRecords:
             with self._own.connect() as connection:
                 self._last_count = int(connection.execute(select(func.count()).select_from(OUTBOX)).scalar_one())
         except FAULTS as error:
-            self.own_fault = self.own_fault or said_by(fault_of(error))
+            self.own_fault = self.own_fault or text_of(fault_of(error))
         return self._last_count
 
     def forward(self) -> int:
@@ -118,7 +117,7 @@ class ForwardingRecords:
         try:
             return self._forward()
         except FAULTS_AND_OWN as error:
-            self.own_fault = said_by(fault_of(error))
+            self.own_fault = text_of(fault_of(error))
             return 0
 
     def close(self) -> None:
@@ -142,14 +141,14 @@ class ForwardingRecords:
             record = self._spool.read(name)
         except SpooledFileError as error:
             where = Text("{folder}/{name}.json", {"folder": str(self._spool.folder), "name": name})
-            self._refuse(name, where, text("it is no record as it was written: {error}", error=str(error)))
+            self._refuse(name, where, text("it is no record as it was written: {error}", error=error))
             return False
         if record is None:
             return False
         try:
             self._store(record)
         except RefusedError as error:
-            self._refuse(name, _named(record), said_by(error))
+            self._refuse(name, _named(record), text_of(error))
             return False
         return True
 
@@ -205,7 +204,7 @@ class ForwardingRecords:
             raise fault_of(error) from error
 
     def _stopped(self, error: StoreError, done: int) -> int:
-        self.fault = said_by(error)
+        self.fault = text_of(error)
         # When it answers again it may have been replaced: its version is looked at anew.
         self._hang_up()
         return done
@@ -220,7 +219,7 @@ class ForwardingRecords:
             connection.execute(delete(OUTBOX).where(OUTBOX.c.identifier == identifier))
 
     def _refuse_by_server(self, record: MotorRecord, error: StoreError) -> None:
-        self._refuse(record.identifier, _named(record), text("the server: {why}", why=said_by(error)))
+        self._refuse(record.identifier, _named(record), text("the server: {why}", why=error))
         with self._own.begin() as connection:
             connection.execute(
                 update(OUTBOX)

@@ -51,8 +51,8 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     own_file = connection.dialect.name == "sqlite"
     for table, rows in ((FRESH_FIGURE if own_file else FIGURE, figures), (CHECK, checks), (WAVEFORM, waves)):
         if rows:
-            sql, given = _part(table, connection.dialect)
-            connection.exec_driver_sql(sql, given(rows))
+            sql, parameters_of = _part(table, connection.dialect)
+            connection.exec_driver_sql(sql, parameters_of(rows))
     if own_file and _motors_with_fresh_figures(connection) >= _TOGETHER:
         _settle(connection)
     return True
@@ -101,8 +101,8 @@ def _settle(connection: Connection) -> None:
 @lru_cache(maxsize=4)
 def _motor(dialect: Dialect) -> tuple[str, Callable[[Sequence[Any]], Any]]:
     """Return the insertion of a motor that gives its key, or nothing where its identifier is known; and what makes its values."""
-    made = (postgresql if dialect.name == "postgresql" else sqlite).insert(MOTOR)
-    statement = made.on_conflict_do_nothing(index_elements=[MOTOR.c.identifier]).returning(MOTOR.c.id)
+    insertion = (postgresql if dialect.name == "postgresql" else sqlite).insert(MOTOR)
+    statement = insertion.on_conflict_do_nothing(index_elements=[MOTOR.c.identifier]).returning(MOTOR.c.id)
     names = [column.name for column in _MOTOR_COLUMNS]
     compiled = statement.compile(dialect=dialect, column_keys=names)
     converts = [_conversion(column, dialect) for column in _MOTOR_COLUMNS]

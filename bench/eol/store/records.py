@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, func, select, union_all
 
-from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.faults import FAULTS, fault_of
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
@@ -20,8 +20,8 @@ _PLAIN = tuple(column.name for column in MOTOR.columns if column.name not in ("i
 
 
 @dataclass(frozen=True)
-class Passage:
-    """A motor's passage in short: its batch, its number in it, and the verdict."""
+class EarlierTest:
+    """An earlier test of a motor: its batch, its number in it, and the verdict."""
 
     batch: str
     number: int
@@ -58,8 +58,8 @@ class Records:
         with self._engine.connect() as connection:
             return set(connection.execute(select(MOTOR.c.serial_number).where(MOTOR.c.batch == batch)).scalars())
 
-    def last_passage(self, serial_number: str) -> Passage | None:
-        """Return the last passage of a serial number, or None."""
+    def last_test(self, serial_number: str) -> EarlierTest | None:
+        """Return the last test of a serial number, or None."""
         query = (
             select(MOTOR.c.batch, MOTOR.c.number, MOTOR.c.verdict)
             .where(MOTOR.c.serial_number == serial_number)
@@ -68,7 +68,7 @@ class Records:
         )
         with self._engine.connect() as connection:
             row = connection.execute(query).first()
-        return None if row is None else Passage(row.batch, row.number, Verdict(row.verdict))
+        return None if row is None else EarlierTest(row.batch, row.number, Verdict(row.verdict))
 
     def numbers(self, batch: str) -> Iterator[int]:
         """Give the numbers of a batch's motors that have a record."""
@@ -103,8 +103,8 @@ class Records:
                 query = query.where(MOTOR.c.batch == batch)
             with self._engine.connect() as connection:
                 rows = connection.execute(query).mappings().all()
-                found = _restored(connection, rows)
-            yield from found
+                records = _restored(connection, rows)
+            yield from records
             if len(rows) < _AT_ONCE:
                 return
             last = rows[-1]["id"]
@@ -113,8 +113,8 @@ class Records:
         """Return one record."""
         with self._engine.connect() as connection:
             rows = connection.execute(select(MOTOR).where(MOTOR.c.identifier == identifier)).mappings().all()
-            found = _restored(connection, rows)
-        return found[0] if found else None
+            records = _restored(connection, rows)
+        return records[0] if records else None
 
 
 def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list[MotorRecord]:
@@ -152,8 +152,8 @@ def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list
     ]
 
 
-def _measured(row: Mapping[Any, Any]) -> Measured:
-    return Measured(
+def _measured(row: Mapping[Any, Any]) -> MeasuredFigure:
+    return MeasuredFigure(
         row["parameter"],
         _or(row["value"], math.nan),
         row["unit"],

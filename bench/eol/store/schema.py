@@ -1,4 +1,4 @@
-"""The tables. A motor's passage is one row; its figures, checks and waveforms refer to it."""
+"""The tables. A motor's test is one row; its figures, checks and waveforms refer to it."""
 
 from sqlalchemy import (
     Boolean,

@@ -30,7 +30,7 @@ class Selection:
 
     @property
     def count(self) -> int:
-        """Return how many passages of motors were chosen."""
+        """Return how many tests of motors were chosen."""
         return sum(self.verdicts.values())
 
     def holds(self, motor: ColumnElement[int], *, walk: bool = False) -> ColumnElement[bool]:
@@ -53,7 +53,7 @@ class Selection:
 
 
 def golden_keys(serial_numbers: Sequence[str]) -> Select[int]:
-    """Return the query for the keys of golden motors' passages."""
+    """Return the query for the keys of golden motors' tests."""
     return select(MOTOR.c.id).where(MOTOR.c.serial_number.in_(serial_numbers))
 
 
@@ -110,7 +110,7 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
             verdicts[Verdict(row[0])] -= row[2]
             first_pass -= row[2] if row[1] and row[0] == Verdict.PASS.value else 0
     return Selection(
-        batches=tuple(name for *_, name in sorted(ranges, key=lambda found: found[1], reverse=True)),
+        batches=tuple(name for *_, name in sorted(ranges, key=lambda item: item[1], reverse=True)),
         model=chosen[0].model,
         verdicts=verdicts,
         first_pass=first_pass,
@@ -123,13 +123,13 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
 
 def _merged(ranges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
     """Return ranges in order, those that touch or overlap made one."""
-    made: list[tuple[int, int]] = []
+    merged: list[tuple[int, int]] = []
     for first, last in ranges:
-        if made and first <= made[-1][1] + 1:
-            made[-1] = (made[-1][0], max(made[-1][1], last))
+        if merged and first <= merged[-1][1] + 1:
+            merged[-1] = (merged[-1][0], max(merged[-1][1], last))
         else:
-            made.append((first, last))
-    return made
+            merged.append((first, last))
+    return merged
 
 
 def _nothing(connection: Connection, missing: Sequence[str]) -> Text:

@@ -17,7 +17,7 @@ from bench.i18n.errors import InputError
 from bench.journal.disk import Reserve, sync_folder, write_file
 from bench.journal.encoding import dumps, plain, to_bytes
 from bench.journal.errors import RecordError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, reason_of, text
 
 #: The folder among the runs.
 FOLDER = "unstored"
@@ -54,7 +54,7 @@ class Spool:
                 text(
                     "{folder}: the folder of records that no database takes cannot be made: {strerror}; see --runs",
                     folder=self._folder,
-                    strerror=error.strerror,
+                    strerror=reason_of(error),
                 )
             ) from None
         self._reserve = Reserve(self._folder / ".reserve", _ROOM)
@@ -98,9 +98,9 @@ class Spool:
     def read(self, name: str) -> MotorRecord | None:
         """Return a record, None where it is not here any more. Raises SpooledFileError for a file that was changed."""
         try:
-            told = json.loads(self._file(name).read_bytes())
-            changed = told["sha256"] != _digest(told["record"])
-            record = _form().validate_python(told["record"])
+            content = json.loads(self._file(name).read_bytes())
+            changed = content["sha256"] != _digest(content["record"])
+            record = _form().validate_python(content["record"])
         except FileNotFoundError:
             return None
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -131,8 +131,8 @@ class Spool:
     def _make(self) -> None:
         if not self._folder.is_dir():
             self._folder.mkdir(parents=True, exist_ok=True)
-            for made in (self._folder.parent, self._folder.parent.parent):
-                sync_folder(made)
+            for parent in (self._folder.parent, self._folder.parent.parent):
+                sync_folder(parent)
 
     def _release(self) -> None:
         if self._reserve is not None:
@@ -143,9 +143,9 @@ class Spool:
         return self._folder / f"{name}.json"
 
 
-def _why(error: OSError) -> str:
+def _why(error: OSError) -> Text:
     cause = error.cause if isinstance(error, RecordError) else error
-    return cause.strerror or str(cause)
+    return reason_of(cause)
 
 
 def _digest(content: object) -> str:

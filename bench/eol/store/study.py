@@ -92,14 +92,14 @@ def crossed(
     return Crossed(parameter, rows[0][3], tuple(appraisers), tuple(parts), values)
 
 
-def passages_of(
+def tests_of(
     connection: Connection, parameter: str, serial_numbers: Sequence[str]
 ) -> dict[str, list[tuple[datetime, float]]]:
     """Return when (UTC) and with which value each of some motors was measured, by serial number, the earliest first.
 
-    Of very many passages the latest 10 000.
+    Of very many tests the latest 10 000.
     """
-    passages = connection.execute(
+    tests = connection.execute(
         select(MOTOR.c.id, MOTOR.c.serial_number, MOTOR.c.started)
         .where(MOTOR.c.serial_number.in_(serial_numbers))
         .order_by(MOTOR.c.started.desc(), MOTOR.c.id.desc())
@@ -107,12 +107,12 @@ def passages_of(
     ).all()[::-1]
     figures = select(FIGURE.c.motor, FIGURE.c.value).where(
         FIGURE.c.parameter == parameter,
-        FIGURE.c.motor.in_([passage.id for passage in passages]),
+        FIGURE.c.motor.in_([test.id for test in tests]),
         FIGURE.c.value.is_not(None),
     )
     values = {row.motor: row.value for row in connection.execute(figures)}
-    found: dict[str, list[tuple[datetime, float]]] = {}
-    for key, serial, started in passages:
+    values_by_serial: dict[str, list[tuple[datetime, float]]] = {}
+    for key, serial, started in tests:
         if key in values:
-            found.setdefault(serial, []).append((utc(started), values[key]))
-    return found
+            values_by_serial.setdefault(serial, []).append((utc(started), values[key]))
+    return values_by_serial

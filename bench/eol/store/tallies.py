@@ -70,15 +70,15 @@ def without_compiling(connection: Connection) -> None:
 
 def parameters(connection: Connection) -> list[str]:
     """Return the names of all parameters, from one to the next without reading what lies between."""
-    found: list[str] = []
+    names: list[str] = []
     while True:
         query = select(func.min(FIGURE.c.parameter))
-        if found:
-            query = query.where(FIGURE.c.parameter > found[-1])
+        if names:
+            query = query.where(FIGURE.c.parameter > names[-1])
         name = connection.execute(query).scalar()
         if name is None:
-            return found
-        found.append(name)
+            return names
+        names.append(name)
 
 
 def failures_by_parameter(connection: Connection, selection: Selection) -> list[Failures]:
@@ -205,9 +205,9 @@ def _ends(
     close = columns.where(
         _of(parameter), which, FIGURE.c.motor.between(*near), selection.holds(FIGURE.c.motor, walk=True)
     )
-    found = connection.execute(close.order_by(order).limit(count)).all()
-    if len(found) == count or last - first <= _NEAR:
-        return found
+    rows = connection.execute(close.order_by(order).limit(count)).all()
+    if len(rows) == count or last - first <= _NEAR:
+        return rows
     anywhere = FIGURE.c.motor + 0
     far = columns.where(FIGURE.c.parameter == parameter, which, selection.holds(FIGURE.c.motor))
     far = far.order_by(anywhere if earliest else anywhere.desc())
@@ -218,11 +218,11 @@ def _failures(rows: Sequence[Sequence[object]]) -> list[Failures]:
     counts: dict[str, dict[str, int]] = {}
     for name, verdict, count in rows:
         counts.setdefault(str(name), {})[str(verdict)] = int(str(count))
-    made = [
-        Failures(name, found.get(Verdict.FAIL.value, 0), found.get(Verdict.ERROR.value, 0))
-        for name, found in counts.items()
+    failures = [
+        Failures(name, verdicts.get(Verdict.FAIL.value, 0), verdicts.get(Verdict.ERROR.value, 0))
+        for name, verdicts in counts.items()
     ]
-    return sorted(made, key=lambda each: (-each.failed, -each.errors, each.name))
+    return sorted(failures, key=lambda each: (-each.failed, -each.errors, each.name))
 
 
 def _edges(limits: Limits, middle: float, seen: Sequence[float]) -> list[float]:

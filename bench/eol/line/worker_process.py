@@ -1,4 +1,4 @@
-"""The processes of a line, as the coordinator sees them: the nursery, and one worker a socket that comes from it."""
+"""The processes of a line, as the coordinator sees them: the fork server, and a worker for each socket forked from it."""
 
 import os
 import select
@@ -11,45 +11,45 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from bench.eol.line.messages import Setup, ToWorker
+from bench.eol.line.messages import ToWorker, WorkerSetup
 from drivers.interfaces.text import Text, text
 
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-#: How long (s) a worker that has nothing to do may take to leave, and the nursery to tell of an end that has come.
+#: How long (s) a worker that has nothing to do may take to leave, and the fork server to report an end that has come.
 _LEAVE = 5.0
 
 
-class Nursery:
-    """Has workers forked by a process of its own, which is begun at once and again where it has died; close it after use."""
+class ForkServer:
+    """A process that forks workers; it is started at once, and again where it has died. Close it after use."""
 
     def __init__(self) -> None:
-        self._begin()
+        self._start()
 
     @property
     def pid(self) -> int:
-        """Its process, the workers' parent."""
+        """The process's identifier, the workers' parent."""
         return self._process.pid
 
     def fork(self, descriptors: list[int]) -> None:
-        """Have a worker begin that gets these descriptors (`bench.eol.line.fork_server.DESCRIPTORS`)."""
+        """Fork a worker that gets these descriptors (`bench.eol.line.fork_server.DESCRIPTORS`)."""
         try:
-            socket.send_fds(self._wishes, [b"w"], descriptors)
+            socket.send_fds(self._requests, [b"w"], descriptors)
         except OSError:
             self.close()
-            self._begin()
-            socket.send_fds(self._wishes, [b"w"], descriptors)
+            self._start()
+            socket.send_fds(self._requests, [b"w"], descriptors)
 
     def close(self) -> None:
-        """Let it go; workers that are there go on."""
-        self._wishes.close()
+        """End it; workers that are there go on."""
+        self._requests.close()
         try:
             self._process.wait(_LEAVE)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
 
-    def _begin(self) -> None:
-        self._wishes, theirs = socket.socketpair()
+    def _start(self) -> None:
+        self._requests, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  this program's own
                 [sys.executable, "-P", "-m", "bench.eol.line.fork_server", str(theirs.fileno())],
@@ -63,16 +63,16 @@ class Nursery:
 class WorkerProcess:
     """A started worker: `connection` to it, and `lifeline`, which ends when both it and its guardian are gone.
 
-    It gets copies of the descriptors `times` and `owner`.
+    It gets copies of the descriptors `status` and `owner`.
     """
 
-    def __init__(self, nursery: Nursery, setup: Setup, times: int, owner: Sequence[int] = ()) -> None:
+    def __init__(self, fork_server: ForkServer, setup: WorkerSetup, status: int, owner: Sequence[int] = ()) -> None:
         ours, theirs = socket.socketpair()
         self.lifeline, far = os.pipe()
         self._report, reporting = socket.socketpair(type=socket.SOCK_SEQPACKET)
         self._report.settimeout(_LEAVE)
         try:
-            nursery.fork([theirs.fileno(), far, times, reporting.fileno(), *owner])
+            fork_server.fork([theirs.fileno(), far, status, reporting.fileno(), *owner])
         finally:
             theirs.close()
             os.close(far)
@@ -81,8 +81,8 @@ class WorkerProcess:
         self.connection = Connection(ours.detach())
         self.send(setup)
 
-    def send(self, message: ToWorker | Setup) -> None:
-        """Tell it something; one that has died is heard of on its connection."""
+    def send(self, message: ToWorker) -> None:
+        """Send it a message; that one has died is seen on its connection."""
         with suppress(OSError):
             self.connection.send(message)
 
@@ -94,7 +94,7 @@ class WorkerProcess:
                 signal.pidfd_send_signal(handle, signal.SIGKILL)
 
     def close(self) -> Text | None:
-        """Wait for its end, and say how that was, None where it left by itself; the lifeline is let go of."""
+        """Wait for its end, and say how that was, None where it left by itself; the lifeline is closed."""
         self.connection.close()
         os.close(self.lifeline)
         with self._report:
@@ -119,12 +119,12 @@ class WorkerProcess:
         return self._pidfd
 
     def _status(self) -> Text | None:
-        told = b""
+        status = b""
         with suppress(OSError):
-            told = self._report.recv(16)
-        if not told:
-            return text("ended, and the nursery did not tell how")
-        code = int(told)
+            status = self._report.recv(16)
+        if not status:
+            return text("ended, and the fork server did not report how")
+        code = int(status)
         if code < 0:
             return text("was ended by {signal}", signal=signal.Signals(-code).name)
         return text("ended with status {code}", code=code) if code else None

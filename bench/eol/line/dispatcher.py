@@ -1,0 +1,154 @@
+"""Gives motors and shared instruments to sockets, in the order of the sockets' times."""
+
+import math
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from time import monotonic
+
+from bench.eol.line.admission import Admission
+from bench.eol.line.batch_listener import BatchListener
+from bench.eol.line.batch_log import BatchLog, BatchMotor
+from bench.eol.line.instrument_sharing import Arbiter, LeaseDecision, LeaseReply, LeaseRequest
+from bench.eol.line.line_file import Line
+from bench.eol.line.messages import Leave, Task
+from bench.eol.line.preparation import sampled
+from bench.eol.line.stop_request import StopRequest
+from bench.eol.line.worker_slots import WorkerSlot, WorkerSlots
+from bench.eol.plan import Check
+
+
+class Dispatcher:
+    """Decides by the time (s) that each socket has reached: its bench's on a virtual line, else the wall's."""
+
+    def __init__(
+        self,
+        line: Line,
+        checks: Sequence[Check],
+        admission: Admission,
+        log: BatchLog,
+        listener: BatchListener,
+        slots: WorkerSlots,
+        stop: StopRequest,
+    ) -> None:
+        self._checks = tuple(checks)
+        self._admission, self._log, self._listener = admission, log, listener
+        self._slots, self._status, self._stop = slots, slots.status, stop
+        self._virtual, self._timeout = line.is_virtual, line.timeout
+        self._start = monotonic()
+        self._arbiter = Arbiter({number: socket.name for number, socket in enumerate(line.sockets)})
+
+    @property
+    def undecided(self) -> bool:
+        """Whether a request waits for its decision."""
+        return self._arbiter.waited_for() < math.inf
+
+    def time(self, bench_time: float) -> float:
+        """Return the line's time (s) when a bench's is this."""
+        return bench_time if self._virtual else monotonic() - self._start
+
+    def request_motor(self, slot: WorkerSlot) -> None:
+        """Have a socket get the next motor, in its turn; none once the batch is to stop."""
+        if self._stop.by:
+            self.dismiss(slot)
+            return
+        slot.waits_for_motor = True
+        self._arbiter.request(slot.number, self.time(slot.time), (), "the next motor")
+
+    def request_lease(self, slot: WorkerSlot, request: LeaseRequest) -> None:
+        """Have a socket get shared instruments, in its turn."""
+        slot.ticket = request.ticket
+        time = self.time(request.time)
+        self._arbiter.request(slot.number, time, request.instruments, request.purpose, self._timeout)
+
+    def release(self, slot: WorkerSlot, bench_time: float) -> None:
+        """Take back the shared instruments that a socket has, or its request for them."""
+        self._arbiter.release(slot.number, self.time(bench_time))
+
+    def advance(self, slot: WorkerSlot, bench_time: float) -> None:
+        """Note that a virtual bench has reached this time (s)."""
+        self._arbiter.advance(slot.number, bench_time)
+
+    def dismiss(self, slot: WorkerSlot) -> None:
+        """Have a worker leave, and nobody wait for its socket."""
+        slot.idle = slot.waits_for_motor = False
+        slot.leaving = True
+        self._arbiter.leave(slot.number, slot.time)
+        slot.process.send(Leave())
+
+    def leave(self, slot: WorkerSlot) -> None:
+        """Have nobody wait for a socket whose worker has ended; what it held is free."""
+        self._arbiter.leave(slot.number, self.time(self._status.reached(slot.number)))
+
+    def rejoin(self, slot: WorkerSlot, time: float) -> None:
+        """Take a socket with a new worker in again at this time (s)."""
+        slot.time = time
+        self._status.reach(slot.number, time)
+        self._arbiter.join(slot.number, self.time(time))
+
+    def dispatch(self) -> None:
+        """Give out what can be given now."""
+        self._serve_idle()
+        while decisions := self._decisions():
+            for decision in decisions:
+                slot = self._slots.at[decision.socket]
+                if slot.waits_for_motor:
+                    self._give_motor(slot, decision.at)
+                else:
+                    slot.process.send(LeaseReply(slot.ticket, decision))
+
+    def _give_motor(self, slot: WorkerSlot, at: float) -> None:
+        """Give a socket its motor; without one it is idle, and nobody waits for its time."""
+        slot.waits_for_motor = False
+        motor = None if self._stop.by else self._next_motor()
+        # What was requested has been decided; it holds nothing.
+        self._arbiter.release(slot.number, at)
+        if motor is not None:
+            slot.task = Task(motor.number, motor.serial_number, sampled(self._checks, motor.number), at)
+            slot.started, slot.time = datetime.now(UTC), at
+            self._status.reach(slot.number, at)
+            self._log.begin(motor, slot.name)
+            self._listener.begun(motor, slot.name)
+            slot.process.send(slot.task)
+        elif self._stop.by or self._admission.ended:
+            self.dismiss(slot)
+        else:
+            slot.idle, slot.time = True, at
+            self._arbiter.leave(slot.number, at)
+
+    def _next_motor(self) -> BatchMotor | None:
+        while (motor := self._admission.take()) is not None:
+            if isinstance(motor, BatchMotor):
+                return motor
+            self._listener.refused(motor)
+        return None
+
+    def _serve_idle(self) -> None:
+        """Give idle sockets what has come meanwhile."""
+        for slot in list(self._slots.at.values()):
+            if slot.idle:
+                now = self.time(max([slot.time, *(self._status.reached(number) for number in self._slots.at)]))
+                slot.idle = False
+                self._arbiter.join(slot.number, now)
+                self._give_motor(slot, now)
+
+    def _decisions(self) -> list[LeaseDecision]:
+        """Return what can be decided now; nothing where a worker must get further first."""
+        while True:
+            for slot in self._slots.at.values():
+                if not slot.idle:
+                    self._arbiter.advance(slot.number, self.time(self._status.reached(slot.number)))
+            decisions = self._arbiter.decide()
+            if decisions or not self._await_times():
+                return decisions
+
+    def _await_times(self) -> bool:
+        """Have sockets report when they pass the time that others wait for; true where one has passed it meanwhile."""
+        awaited = self._arbiter.waited_for()
+        if not self._virtual or awaited == math.inf:
+            return False
+        passed = False
+        for slot in self._slots.at.values():
+            if slot.task is not None and self._arbiter.reached(slot.number) <= awaited:
+                self._status.wait_for(slot.number, awaited or 1e-9)
+                passed = passed or self._status.reached(slot.number) > awaited
+        return passed
