@@ -1,1 +1,1 @@
-"""What keeps a run harmless: limits, interrupts and the way down."""
+"""What keeps a run harmless: limits, interrupts and the shutdown."""

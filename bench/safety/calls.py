@@ -4,22 +4,30 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from time import monotonic
 from types import TracebackType
-from typing import Any
 
+from bench.journal.events.instruments import (
+    Commanding,
+    DeEnergised,
+    Energising,
+    InstrumentCall,
+    InstrumentFailed,
+    ReadingTaken,
+    SettingDone,
+)
+from bench.journal.events.safety import MadeSafe
 from bench.safety.interrupts import Interrupts
 from bench.station.shutdown_sequence import OFF_BY
-from procedures.core.bench import Role
+from drivers.interfaces import Role
+from drivers.interfaces.declarations import Lasting, declarations
+from procedures.core.events import Event
 
 #: The first of two tries at a reply gets this share of the time that an energised source has.
 _FIRST_TRY = 0.5
 #: What switches off is given at least so long (s) for a reply.
 _SWITCHING_OFF = 0.2
 _LEAST = 0.02
-#: What is energised as long as the call itself lasts, and what stays so until it is told to stop.
-_BY_CALL = {(Role.INSULATION_TESTER.value, "measure"), (Role.ROTOR_ACTUATOR.value, "move_by")}
-_UNTIL_STOPPED = {(Role.ROTOR_ACTUATOR.value, "turn")}
-_STOPS = ("stop", "make_safe")
-_CALLED = ("setting", "reading", "instrument_error")
+#: Calls that end what an instrument does.
+STOPS = ("stop", "make_safe")
 
 
 class CallWatch:
@@ -32,9 +40,17 @@ class CallWatch:
         self.energised = 0
         #: Since when (s, monotonic) an answer is awaited, tries that failed included; 0 where none is.
         self.since = 0.0
+        #: Since when (s, monotonic) the first call was awaited that failed; 0 once a later one is answered, for which
+        #: what the run does to switch off does not count.
+        self.failed_since = 0.0
         self.depth = 0
         self._interrupts = interrupts
         self._interruptible = interruptible
+
+    @property
+    def unanswered_since(self) -> float:
+        """Since when (s, monotonic) the instrument owes the run an answer; 0 where it does not."""
+        return self.failed_since or self.since
 
     @property
     def patience(self) -> float | None:
@@ -49,6 +65,16 @@ class CallWatch:
     def exchange(self, *, interruptible: bool = False) -> AbstractContextManager[None]:
         """Have an exchange watched; raises Interrupted before it where a stop was requested."""
         return _Exchange(self, self._interrupts.waiting(interruptible=interruptible and self._interruptible))
+
+    def ended(self, error: type[BaseException] | None) -> None:
+        """Take it that an exchange has ended, with an answer or an error; `depth` is what it was before."""
+        if error is None:
+            # Within another exchange the instrument has answered, but not yet what was asked first.
+            self.since = monotonic() if self.depth else 0.0
+            if not self._interrupts.is_switching_off:
+                self.failed_since = 0.0
+        elif issubclass(error, Exception):
+            self.failed_since = self.failed_since or self.since
 
     def making_safe(self) -> AbstractContextManager[None]:
         """Let what switches off pass, whatever was requested."""
@@ -71,12 +97,9 @@ class _Exchange:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._waiting.__exit__(kind, error, trace)
-        watch = self._watch
         # Not counted down: an interruption may have kept a count from being made.
-        watch.depth = self._depth
-        if kind is None:
-            # Within another exchange the instrument has answered, but not yet what was asked first.
-            watch.since = monotonic() if watch.depth else 0.0
+        self._watch.depth = self._depth
+        self._watch.ended(kind)
 
 
 class CallWatches:
@@ -97,35 +120,49 @@ class CallWatches:
         """Return the watch of a role."""
         return self._watches[role]
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event of the run's journal."""
-        watch = self._sources.get(data.get("instrument", ""))
+        if not isinstance(event, InstrumentCall | InstrumentFailed | MadeSafe):
+            return
+        watch = self._sources.get(event.instrument)
         if watch is None:
             return
-        called = data.get("call", "")
-        by_call = (watch.role.value, called) in _BY_CALL
-        if kind == "energising" or (kind == "commanding" and (by_call or (watch.role.value, called) in _UNTIL_STOPPED)):
-            watch.energised += 1
-        elif kind == "de_energised" and "error" not in data:
-            watch.energised = max(0, watch.energised - 1)
-        elif _is_off(watch.role, kind, data) or (kind in _CALLED and (by_call or called in _STOPS)):
-            watch.energised = 0
+        if isinstance(event, MadeSafe):
+            if event.outcome == "safe" and event.item == OFF_BY[watch.role].value:
+                # The shutdown has taken the energy away.
+                watch.energised = 0
+            return
+        declaration = declarations(watch.role.interface).get(event.call)
+        lasting = declaration.lasting if declaration else None
+        match event:
+            case Energising():
+                watch.energised += 1
+            case Commanding() if lasting is not None:
+                watch.energised += 1
+            case DeEnergised(error=None):
+                watch.energised = max(0, watch.energised - 1)
+            case SettingDone() | ReadingTaken() | InstrumentFailed() if lasting is Lasting.CALL or event.call in STOPS:
+                watch.energised = 0
 
     @property
-    def any_energised(self) -> bool:
-        """Whether anything is energised, as far as the journal says."""
-        return any(watch.energised for watch in self._sources.values())
+    def energised(self) -> frozenset[str]:
+        """The roles that are energised, as far as the journal says."""
+        return frozenset(name for name, watch in self._sources.items() if watch.energised)
+
+    def silent(self) -> frozenset[Role]:
+        """Return the roles whose last call failed, or is awaited for longer than an energised source may take."""
+        now = monotonic()
+        return frozenset(
+            role
+            for role, watch in self._watches.items()
+            if watch.failed_since or (watch.since and now - watch.since >= watch.reply_time)
+        )
 
     def unanswered(self) -> CallWatch | None:
         """Return an energised source that has not answered for longer than it may."""
         now = monotonic()
         for watch in self._sources.values():
-            since = watch.since
+            since = watch.unanswered_since
             if watch.energised and since and now - since >= watch.reply_time:
                 return watch
         return None
-
-
-def _is_off(role: Role, kind: str, data: Mapping[str, Any]) -> bool:
-    """Tell whether an event says that the shutdown has taken the energy away."""
-    return kind == "made_safe" and data.get("outcome") == "safe" and data.get("item") == OFF_BY[role].value

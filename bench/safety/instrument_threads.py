@@ -3,7 +3,7 @@
 import queue
 import threading
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -27,21 +27,36 @@ class Call(Generic[T]):
             self.done.set()
 
 
-class Lane:
-    """Makes calls one after the other on a thread of its own, which a call that never returns may keep for ever."""
+class InstrumentThreads:
+    """A thread for each instrument, by name: calls to one are made one after the other, whoever asks for them.
 
-    def __init__(self, name: str) -> None:
-        self._calls: queue.SimpleQueue[Call[object] | None] = queue.SimpleQueue()
-        threading.Thread(target=self._run, name=f"way down: {name}", daemon=True).start()
+    A call that never returns keeps its instrument's thread for ever, and no other.
+    """
 
-    def submit(self, call: "Call[object]") -> None:
+    def __init__(self) -> None:
+        self._queues: dict[str, queue.SimpleQueue[Call[Any] | None]] = {}
+        self._latest: dict[str, Call[Any]] = {}
+
+    def submit(self, name: str, call: Call[Any]) -> None:
         """Have a call made after those before it."""
-        self._calls.put(call)
+        if name not in self._queues:
+            self._queues[name] = queue.SimpleQueue()
+            threading.Thread(
+                target=self._run, args=(self._queues[name],), name=f"shutdown: {name}", daemon=True
+            ).start()
+        self._latest[name] = call
+        self._queues[name].put(call)
+
+    def is_busy(self, name: str) -> bool:
+        """Tell whether calls to an instrument are still under way."""
+        return name in self._latest and not self._latest[name].done.is_set()
 
     def end(self) -> None:
-        """Let the thread go once everything is done."""
-        self._calls.put(None)
+        """Let each thread go once its calls are done."""
+        for calls in self._queues.values():
+            calls.put(None)
 
-    def _run(self) -> None:
-        while (call := self._calls.get()) is not None:
+    @staticmethod
+    def _run(calls: "queue.SimpleQueue[Call[Any] | None]") -> None:
+        while (call := calls.get()) is not None:
             call.run()

@@ -1,24 +1,28 @@
 """Interlocks watched: each contact on a thread of its own, and whoever is concerned told when one opens."""
 
+import math
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from typing import Any
+from time import monotonic
 
-from bench.i18n.errors import InputError, at, said_by
+from bench.i18n.errors import InputError, at
+from bench.journal.events.safety import InterlockOpened, InterlocksStart
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.state_folder import StateFolder
 from bench.safety.trip_latch import Latch, Trip
 from bench.station.interlock_entries import InterlockEntry
 from bench.station.station_file import Station
 from drivers.interfaces import InstrumentError, Interlock
-from drivers.interfaces.text import Text, lines, text
+from drivers.interfaces.text import Text, lines, text, text_of
 from drivers.interlocks.catalogue import open_interlock
 from procedures.core.bench import Recorder
 
 #: How often (s) a contact is read; one that is sent by itself is waited for.
 _POLL = 0.01
+#: How often (s) this process looks whether it gets its time, and how much later than that is late.
+_TICK, _LATE = 0.05, 0.05
 
 _OPEN = "open"
 #: Told the interlock's name and how it is: open, or silent and why.
@@ -33,6 +37,26 @@ def state(interlock: Interlock) -> str:
         return f"silent, which counts as open ({error})"
 
 
+class Delays:
+    """Knows when this process got no time: frozen, or on a machine that was."""
+
+    def __init__(self, now: Callable[[], float] = monotonic) -> None:
+        self._now = now
+        self._ticked = now()
+        self._late = -math.inf
+
+    def tick(self) -> None:
+        """Be called every `_TICK` (s)."""
+        now = self._now()
+        if now - self._ticked > _TICK + _LATE:
+            self._late = now
+        self._ticked = now
+
+    def since(self, begun: float) -> bool:
+        """Tell whether it was late at some time since `begun` (s, monotonic), even if the next tick has not come yet."""
+        return self._late >= begun or self._now() - self._ticked > _TICK + _LATE
+
+
 class Interlocks:
     """The contacts of a station, opened when this is made. Raises InstrumentError where one cannot be."""
 
@@ -40,6 +64,7 @@ class Interlocks:
         self._opened: dict[str, Interlock] = {}
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
+        self._delays = Delays()
         try:
             for entry in entries:
                 self._opened[entry.name] = open_interlock(entry.address, entry.options, name=f"interlock {entry.name}")
@@ -59,12 +84,10 @@ class Interlocks:
 
     def watch(self, opened: Opened) -> None:
         """Call `opened` once for each contact that opens from now on, on the thread that has seen it."""
+        self._delays.tick()
+        self._start("interlock delays", self._tick)
         for name, interlock in self._opened.items():
-            thread = threading.Thread(
-                target=self._watch, args=(name, interlock, opened), name=f"interlock {name}", daemon=True
-            )
-            self._threads.append(thread)
-            thread.start()
+            self._start(f"interlock {name}", self._watch, name, interlock, opened)
 
     def close(self) -> None:
         """Stop watching and let go of the contacts."""
@@ -74,9 +97,22 @@ class Interlocks:
         for interlock in self._opened.values():
             interlock.close()
 
+    def _start(self, name: str, work: Callable[..., None], *arguments: object) -> None:
+        thread = threading.Thread(target=work, args=arguments, name=name, daemon=True)
+        self._threads.append(thread)
+        thread.start()
+
+    def _tick(self) -> None:
+        while not self._stopping.wait(_TICK):
+            self._delays.tick()
+
     def _watch(self, name: str, interlock: Interlock, opened: Opened) -> None:
         while not self._stopping.is_set():
+            begun = monotonic()
             how = state(interlock)
+            if how not in ("", _OPEN) and self._delays.since(begun):
+                # Whoever got no time himself has heard nothing meanwhile.
+                how = state(interlock)
             if how:
                 opened(name, how)
                 return
@@ -90,19 +126,19 @@ class Watched:
         self._interlocks = interlocks
         self._latch = latch
 
-    def about(self) -> dict[str, Any]:
+    def about(self) -> InterlocksStart:
         """Return what a run's record says of them at its beginning: their names, and a reset that no record holds yet."""
         reset = self._latch.take_reset()
-        return {"names": self._interlocks.names, "reset": None if reset is None else asdict(reset)}
+        return InterlocksStart(self._interlocks.names, None if reset is None else asdict(reset))
 
     def watch(self, recorder: Recorder, interrupts: Interrupts) -> None:
         """End the run once one opens, and keep the station still until a person has reset it."""
 
         def opened(name: str, how: str) -> None:
             interrupts.request(cause(name, how))
-            lost = remember(self._latch, name, how)
+            not_kept = remember(self._latch, name, how)
             with suppress(OSError):
-                recorder.event("interlock_opened", interlock=name, how=how, **lost)
+                recorder.record(InterlockOpened(interlock=name, how=how, not_kept=not_kept))
 
         self._interlocks.watch(opened)
 
@@ -110,21 +146,21 @@ class Watched:
 class Uninterlocked:
     """Stands for the interlocks of a station that has none."""
 
-    def about(self) -> dict[str, Any]:
+    def about(self) -> InterlocksStart:
         """Return what a run's record says of them."""
-        return {"names": [], "reset": None}
+        return InterlocksStart()
 
     def watch(self, recorder: Recorder, interrupts: Interrupts) -> None:
         """Pass."""
 
 
-def remember(latch: Latch, name: str, how: str) -> dict[str, str]:
-    """Keep a trip; return what a record says besides where that failed."""
+def remember(latch: Latch, name: str, how: str) -> str | None:
+    """Keep a trip; return why that failed, None where it did not."""
     try:
         latch.trip(name, how)
     except (OSError, InputError) as error:
-        return {"not_kept": str(said_by(error))}
-    return {}
+        return str(text_of(error))
+    return None
 
 
 def _standing(name: str, how: str) -> Text:
@@ -205,7 +241,7 @@ def _opened(station: Station) -> Iterator[Interlocks]:
     try:
         interlocks = Interlocks(station.interlocks)
     except InstrumentError as error:
-        raise InputError(at(station.source, said_by(error))) from error
+        raise InputError(at(station.source, text_of(error))) from error
     try:
         yield interlocks
     finally:

@@ -4,14 +4,13 @@ import os
 import select
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from time import monotonic
 from types import FrameType, TracebackType
-from typing import Any
 
-from bench.journal.journal import CLOSING
 from drivers.interfaces.text import Text, text
+from procedures.core.events import Event
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: What wakes the main thread out of a system call; its handler raises.
@@ -116,11 +115,13 @@ class Interrupts:
             and self._thread == threading.get_ident()
         ):
             self._raised = self._raised or monotonic()
+            # The thread behind the wake-up descriptor may not have got on yet.
+            self._seen = self._seen or self._raised
             raise Interrupted(self.requested_by)
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event of the run's journal, and look; what tells how something ends is let pass."""
-        if kind not in CLOSING:
+        if not event.closing:
             self.check()
 
     def waiting(self, *, interruptible: bool = True) -> AbstractContextManager[None]:

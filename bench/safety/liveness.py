@@ -7,6 +7,7 @@ from time import monotonic
 from bench.safety.interrupts import Interrupts
 from bench.station.sharing import Sharing
 from drivers.interfaces import Clock
+from drivers.interfaces.text import Text
 from drivers.manual.prompt import Prompt
 from procedures.core.actions import Action
 from procedures.core.bench import Operator, Role
@@ -122,15 +123,15 @@ class WatchedPrompt:
         self._prompt = prompt
         self._waits = waits
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the number given."""
         with self._waits.asking():
             return self._prompt.ask(quantity, unit, minimum, maximum, context)
 
-    def confirm(self, text: str) -> None:
+    def confirm(self, task: Text) -> None:
         """Return once it is done."""
         with self._waits.asking():
-            self._prompt.confirm(text)
+            self._prompt.confirm(task)
 
 
 def watched_prompts(prompts: Callable[[Role], Prompt | None], waits: Waits) -> Callable[[Role], Prompt | None]:

@@ -2,16 +2,17 @@
 
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import monotonic
 from typing import Any
 
-from bench.safety.instrument_threads import Call, Lane
+from bench.journal.events.safety import MadeSafe
+from bench.safety.instrument_threads import Call, InstrumentThreads
 from bench.safety.interrupts import Flag
 from bench.safety.shutdown_items import Hurry, Measured, NotReachedError, perform
-from bench.station.shutdown_sequence import Item, ShutdownSequence
+from bench.station.shutdown_sequence import Do, Item, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.core.bench import Recorder, Role
 
@@ -31,13 +32,22 @@ class Outcome:
     item: Item
     error: str = ""
     found: Measured | None = None
-    #: Whether the instrument is still busy with it.
-    pending: bool = False
 
     @property
     def words(self) -> str:
         """What was not done, for a person."""
         return f"{self.item.role.value} could not be made safe ({self.item.do.value}): {self.error}"
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as an event's data."""
+        return {
+            "instrument": self.item.role.value,
+            "item": self.item.do.value,
+            "outcome": "failed" if self.error else "safe",
+            "error": self.error,
+            "value": self.found.value if self.found else None,
+            "unit": self.found.unit if self.found else None,
+        }
 
 
 def shut_down(
@@ -49,28 +59,59 @@ def shut_down(
     hurry: Hurry | None = None,
     patience: float = PATIENCE,
     longest: float = LONGEST,
+    silent: Collection[Role] = (),
+    wanted: Callable[[Item], bool] | None = None,
+    threads: InstrumentThreads | None = None,
 ) -> list[Outcome]:
     """Do every item whose instrument is there, in order, whatever becomes of those before; return the outcomes.
 
     One that does not answer within `patience` (s) is left to itself while the next begin, and given up `longest` (s)
-    after the last. Once `hurry` is set, measurements are not repeated and nobody waits for a person.
+    after the last. Once `hurry` is set, measurements are not repeated and nobody waits for a person. Commands to `silent`
+    roles come after those to the others. `wanted` is asked before each item begins and may wait; what it refuses is left
+    out. `threads` are for a caller who shuts down again while an instrument may still be busy.
     """
-    return _Shutdown(sequence, instruments, recorder, clock, hurry or Flag(), patience, longest).run()
+    own = threads or InstrumentThreads()
+    try:
+        items = [item for item in _silent_last(sequence.items, silent) if item.role in instruments]
+        by_hand = sequence.by_hand
+        return _Shutdown(items, by_hand, instruments, recorder, clock, hurry or Flag(), patience, longest, own).run(
+            wanted or _always
+        )
+    finally:
+        if threads is None:
+            own.end()
+
+
+def _silent_last(items: Sequence[Item], silent: Collection[Role]) -> list[Item]:
+    """Put what is done to roles that do not answer behind the last command to another; contacts part at their place."""
+
+    def commands(item: Item) -> bool:
+        return not item.measures and item.do is not Do.OPEN
+
+    end = max((n for n, item in enumerate(items, 1) if commands(item) and item.role not in silent), default=0)
+    answering = [item for item in items[:end] if item.role not in silent]
+    return [*answering, *(item for item in items[:end] if item.role in silent), *items[end:]]
+
+
+def _always(_: Item) -> bool:
+    return True
 
 
 class _Shutdown:
     def __init__(
         self,
-        sequence: ShutdownSequence,
+        items: Sequence[Item],
+        by_hand: Collection[Role],
         instruments: Mapping[Role, Instrument],
         recorder: Recorder,
         clock: Clock,
         hurry: Hurry,
         patience: float,
         longest: float,
+        threads: InstrumentThreads,
     ) -> None:
-        self._items = [item for item in sequence.items if item.role in instruments]
-        self._by_hand = sequence.by_hand
+        self._items = items
+        self._by_hand = by_hand
         self._instruments = instruments
         self._recorder = recorder
         self._clock = clock
@@ -78,33 +119,33 @@ class _Shutdown:
         self._abandoned = threading.Event()
         self._patience = patience
         self._longest = longest
-        self._lanes: dict[str, Lane] = {}
+        self._threads = threads
         self._calls: list[Call[Any]] = []
 
     def is_set(self) -> bool:
         """Say whether nobody waits any more: somebody is in a hurry, or this walk was broken off."""
         return self._wanted.is_set() or self._abandoned.is_set()
 
-    def run(self) -> list[Outcome]:
+    def run(self, wanted: Callable[[Item], bool]) -> list[Outcome]:
         try:
-            return self._run()
+            return self._run(wanted)
         except BaseException:
             # Whoever walks again must not speak to an instrument that is still being spoken to.
             self._abandoned.set()
             for call in self._calls:
                 call.done.wait(self._longest)
             raise
-        finally:
-            for lane in self._lanes.values():
-                lane.end()
 
-    def _run(self) -> list[Outcome]:
+    def _run(self, wanted: Callable[[Item], bool]) -> list[Outcome]:
         late: list[tuple[Item, Call[Any]]] = []
         outcomes = []
         for item in self._items:
+            if not wanted(item):
+                continue
             call: Call[Any] = Call(partial(perform, item, self._instruments[item.role], self._clock, self))
             self._calls.append(call)
-            self._lane(item.role).submit(call)
+            # One person answers one question at a time.
+            self._threads.submit(_BY_HAND if item.role in self._by_hand else item.role.value, call)
             if any(item.role is waiting.role for waiting, _ in late):
                 late.append((item, call))
             elif self._wait(item, call, item.within + self._longest if item.measures else self._patience):
@@ -118,13 +159,6 @@ class _Shutdown:
             self._wait(item, call, math.inf if item.role in self._by_hand else left)
             outcomes.append(self._outcome(item, call))
         return outcomes
-
-    def _lane(self, role: Role) -> Lane:
-        # One person answers one question at a time.
-        name = _BY_HAND if role in self._by_hand else role.value
-        if name not in self._lanes:
-            self._lanes[name] = Lane(name)
-        return self._lanes[name]
 
     def _wait(self, item: Item, call: Call[Any], seconds: float) -> bool:
         # What measures waits in the bench's time, which may be another than the wall's.
@@ -146,21 +180,13 @@ class _Shutdown:
         elif call.error is not None:
             # Anything else is a fault of the program, whose kind belongs to the message.
             error = f"{type(call.error).__name__}: {call.error}"
-        outcome = Outcome(item, error, found, not call.done.is_set())
+        outcome = Outcome(item, error, found)
         self._record(outcome)
         return outcome
 
     def _record(self, outcome: Outcome) -> None:
-        found = {} if outcome.found is None else {"value": outcome.found.value, "unit": outcome.found.unit}
         try:
-            self._recorder.event(
-                "made_safe",
-                instrument=outcome.item.role.value,
-                item=outcome.item.do.value,
-                outcome="failed" if outcome.error else "safe",
-                error=outcome.error,
-                **found,
-            )
+            self._recorder.record(MadeSafe(**outcome.as_data()))
         except OSError:
             # A full disk must not keep the next instrument on; the outcome is still returned to the caller.
             return

@@ -5,9 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from bench.station.shutdown_sequence import Do, Item
-from drivers.interfaces import Clock
-from procedures.core.bench import Role
+from bench.station.shutdown_sequence import Do, Item, method_of
+from drivers.interfaces import Clock, Role
 
 _WHAT: Mapping[Do, str] = {
     Do.VOLTAGE_DECAYED: "the voltage",
@@ -49,21 +48,8 @@ def perform(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured 
     """
     if one.measures:
         return _await(one, _measurement(one, instrument), clock, hurry)
-    _command(one, instrument)()
+    getattr(instrument, method_of(one.do, one.role))()
     return None
-
-
-def _command(one: Item, instrument: Any) -> Callable[[], object]:
-    match one.do:
-        case Do.COMMAND_ZERO:
-            command = instrument.command_zero
-        case Do.OUTPUT_OFF if one.role is Role.SUPPLY:
-            command = instrument.output_off
-        case Do.BRAKE:
-            command = instrument.stop
-        case _:
-            command = instrument.make_safe
-    return command  # type: ignore[no-any-return]
 
 
 def _measurement(one: Item, instrument: Any) -> Callable[[], Measured]:

@@ -5,17 +5,18 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from bench.journal.errors import RecordError
+from bench.journal.events.instruments import InstrumentFailed, InstrumentOpened, TrafficSeen
 from bench.journal.recording import Recording, WaveformSink
 from bench.safety.calls import CallWatches
 from bench.safety.limits.bounds import Observer, limits_of, nobody
-from bench.safety.limits.limited import PolePairs
-from bench.safety.limits.limiting import limited
+from bench.safety.limits.guard import PolePairs, guarded
 from bench.safety.ownership.claims import Claim, identity_keys
 from bench.safety.ownership.owner import HeldError, HeldInstrumentError, Ownership, Unowned
 from bench.safety.watchdogs import watchdog_of
 from bench.station.station_file import Entry, Station
 from drivers.catalogue import Surroundings
 from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
+from drivers.interfaces.text import text
 from drivers.manual.prompt import Prompt
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.in_process import InProcess
@@ -24,6 +25,7 @@ from procedures.core.nameplate import Nameplate
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
+    from pyvisa.highlevel import VisaLibraryBase
 
 #: Gives the way to the person for the instrument in a role; None where there is no person.
 Prompts = Callable[[Role], Prompt | None]
@@ -92,8 +94,12 @@ class StationInstruments:
         return self._limited[role]
 
     def opened(self) -> Mapping[Role, Instrument]:
-        """Return those that are open, with nothing in front: on the way down no reading may be refused."""
+        """Return those that are open, with nothing in front: in the shutdown no reading may be refused."""
         return dict(self._opened)
+
+    def silent(self) -> Collection[Role]:
+        """Return the roles whose instrument did not answer its last call, as far as the calls are watched."""
+        return self._calls.silent() if self._calls else ()
 
     def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
         """Close those of some roles, or all and the VISA library, each on its own; return what went wrong.
@@ -113,7 +119,7 @@ class StationInstruments:
         entry = self._station.entries[role]
         limits = limits_of(role, self._nameplate, entry.limits)
         lazy = _Lazy(lambda: self._bare(role))
-        return limited(role, lazy, entry.name, limits, pole_pairs=self._pole_pairs, observe=self._observe)
+        return guarded(role, lazy, entry.name, limits, pole_pairs=self._pole_pairs, observe=self._observe)
 
     def _bare(self, role: Role) -> Instrument:
         if role not in self._opened:
@@ -134,18 +140,20 @@ class StationInstruments:
         try:
             instrument = entry.driver.open(entry.address, entry.options, surroundings, name=entry.name)
         except Exception as error:
-            self._recorder.event("instrument_error", **said, call="open", error=f"{type(error).__name__}: {error}")
+            self._recorder.record(InstrumentFailed(**said, call="open", error=f"{type(error).__name__}: {error}"))
             if not isinstance(error, ValueError | OSError | ImportError):
                 raise
             raise InstrumentError(
                 entry.name,
-                f"cannot be opened at {entry.address or 'no address'}: {error}",
-                remedy="See the station file",
+                text(
+                    "cannot be opened at {address}: {error}", address=entry.address or text("no address"), error=error
+                ),
+                remedy=text("See the station file"),
             ) from error
         try:
             self._own(entry, instrument)
-            self._recorder.event(
-                "instrument_opened", **said, identity=instrument.identity, watchdog=watchdog_of(instrument)
+            self._recorder.record(
+                InstrumentOpened(**said, identity=instrument.identity, watchdog=watchdog_of(instrument))
             )
         except BaseException:
             # Nobody knows of it yet, so nobody else would close it.
@@ -170,7 +178,7 @@ class StationInstruments:
         def told(direction: str, content: str) -> None:
             # A record that fails must not break off an exchange, least of all one that switches off; the next event raises it.
             with suppress(RecordError):
-                self._recorder.event("traffic", instrument=role.value, direction=direction, content=content)
+                self._recorder.record(TrafficSeen(instrument=role.value, direction=direction, content=content))
 
         return told
 
@@ -185,8 +193,8 @@ class _Lazy:
         return getattr(self._opened(), attribute)
 
 
-def system_visa(library: str) -> "Callable[[], ResourceManager]":
-    """Return what makes a resource manager of an installed VISA library (`@py`, a path; empty for the vendor's)."""
+def system_visa(library: "str | VisaLibraryBase") -> "Callable[[], ResourceManager]":
+    """Return what makes a resource manager of a VISA library: an installed one (`@py`, a path; empty for the vendor's), or an object."""
 
     def make() -> "ResourceManager":
         from pyvisa import ResourceManager

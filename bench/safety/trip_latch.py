@@ -13,6 +13,7 @@ from bench.journal.errors import RecordError
 from bench.safety.ownership.state_folder import FolderBusyError, StateFolder
 from bench.station.interlock_entries import InterlockEntry
 from bench.station.station_file import Station
+from drivers.interfaces.text import reason_of
 from drivers.interlocks.catalogue import contact_names
 
 #: A line for every trip, reset, and record that holds a reset; lines are only added.
@@ -114,7 +115,7 @@ class Latch:
             return {}
         except OSError as error:
             # Whatever it was: an interlock that nobody can clear is one that stands.
-            return {"": _Kept(Trip("unknown", f"{self.path} cannot be read: {error.strerror}", ""), unreadable=True)}
+            return {"": _Kept(Trip("unknown", f"{self.path} cannot be read: {reason_of(error)}", ""), unreadable=True)}
         found: dict[str, _Kept] = {}
         for number, line in enumerate(content.splitlines(), 1):
             try:

@@ -1,22 +1,30 @@
 """A station's relays with a watchdog: picked up before a role behind them is energised, fed from then on, and dropped out at the end."""
 
 import threading
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from time import monotonic
-from typing import Any
 
-from bench.i18n.errors import InputError, at, said_by
+from bench.i18n.errors import InputError, at
+from bench.journal.events.instruments import Commanding, Energising
+from bench.journal.events.safety import (
+    GuardianEnd,
+    GuardianStart,
+    WatchdogRelayDroppedOut,
+    WatchdogRelayLost,
+    WatchdogRelayPickedUp,
+)
 from bench.safety.guardian.link import Guard
 from bench.safety.interrupts import Interrupts
 from bench.station.watchdog_relay_entries import RelayEntry
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, WatchdogRelay
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, text_of
 from procedures.core.bench import Recorder, Role
+from procedures.core.events import Event
 
 #: A relay is fed so often within its time: two may be lost.
 _FEEDS = 4
-#: How long (s) the way down has before the contact opens under it, whatever keeps it.
+#: How long (s) the shutdown has before the contact opens under it, whatever keeps it.
 _WAY_DOWN = 2.0
 
 
@@ -28,7 +36,7 @@ class FedRelay:
         self._relay = open_relay(entry)
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
-        #: When (s, monotonic) the contact opens although the way down has not ended.
+        #: When (s, monotonic) the contact opens although the shutdown has not ended.
         self._latest: float | None = None
         self._touched = self._dropped = False
 
@@ -43,7 +51,9 @@ class FedRelay:
         Raises InstrumentError where it has dropped out or refuses.
         """
         if self._dropped:
-            raise ReportedError(f"watchdog relay {self._entry.name}", "has dropped out", remedy="Begin again")
+            raise ReportedError(
+                f"watchdog relay {self._entry.name}", text("has dropped out"), remedy=text("Begin again")
+            )
         if self._thread is not None:
             return
         self._touched = True
@@ -53,10 +63,10 @@ class FedRelay:
         )
         self._thread.start()
         watchdog = self._relay.watchdog
-        recorder.event("watchdog_relay_picked_up", relay=self._entry.name, time=watchdog.time, setting=watchdog.setting)
+        recorder.record(WatchdogRelayPickedUp(relay=self._entry.name, time=watchdog.time, setting=watchdog.setting))
 
     def going_down(self) -> None:
-        """Open the contact before long, even where the way down hangs."""
+        """Open the contact before long, even where the shutdown hangs."""
         self._latest = monotonic() + _WAY_DOWN
 
     def drop_out(self, recorder: Recorder | None = None) -> list[str]:
@@ -72,7 +82,7 @@ class FedRelay:
                 faults.append(str(error))
         if self._touched and recorder is not None:
             with suppress(OSError):
-                recorder.event("watchdog_relay_dropped_out", relay=self._entry.name, faults=faults)
+                recorder.record(WatchdogRelayDroppedOut(relay=self._entry.name, faults=faults))
         self._touched = False
         return faults
 
@@ -99,13 +109,13 @@ class FedRelay:
         self._dropped = True
         interrupts.request(_cause(self._entry.name, error))
         with suppress(OSError):
-            recorder.event("watchdog_relay_lost", relay=self._entry.name, error=str(error))
+            recorder.record(WatchdogRelayLost(relay=self._entry.name, error=str(error)))
 
 
 class RelayedGuard:
     """A run's guard with relays beside it: they pick up once the guard has allowed it, and drop out before it is dismissed.
 
-    `brakes` are roles that are led to a standstill on the way down, for which they stay fed to its end.
+    `brakes` are roles that are led to a standstill in the shutdown, for which they stay fed to its end.
     """
 
     def __init__(
@@ -122,19 +132,19 @@ class RelayedGuard:
         self._recorder = recorder
         self._interrupts = interrupts
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event of the journal.
 
         Raises Interrupted where nothing may be energised any more, InstrumentError where a relay refuses.
         """
-        self._guard.hear(kind, data)
-        if kind in ("energising", "commanding"):
+        self._guard.hear(event)
+        if isinstance(event, Energising | Commanding):
             for relay in self._relays:
-                if data.get("instrument") in {role.value for role in relay.roles}:
+                if event.instrument in {role.value for role in relay.roles}:
                     relay.pick_up(self._recorder, self._interrupts)
 
     def going_down(self) -> None:
-        """Be told that the run walks the way down itself."""
+        """Be told that the run carries out the shutdown itself."""
         for relay in self._relays:
             if not relay.roles & self._brakes:
                 relay.going_down()
@@ -149,11 +159,11 @@ class RelayedGuard:
         """Have the journal hold how the guardian's own record begins."""
         self._guard.record_in(journal)
 
-    def about(self) -> Mapping[str, Any] | None:
+    def about(self) -> GuardianStart | None:
         """Return what a run's record says of its guardian."""
         return self._guard.about()
 
-    def record_end(self) -> Mapping[str, Any] | None:
+    def record_end(self) -> GuardianEnd | None:
         """Return where the guardian's own record ends."""
         return self._guard.record_end()
 
@@ -182,7 +192,7 @@ def relays_ready(entries: Sequence[RelayEntry], roles: Collection[Role], source:
                 try:
                     relays.append(FedRelay(entry))
                 except InstrumentError as error:
-                    raise InputError(at(source, said_by(error))) from error
+                    raise InputError(at(source, text_of(error))) from error
         yield Relays(relays)
     finally:
         for relay in relays:
@@ -195,4 +205,4 @@ def open_relay(entry: RelayEntry) -> WatchdogRelay:
 
 
 def _cause(name: str, error: InstrumentError) -> Text:
-    return text("the watchdog relay {name}, which is open or silent: {error}", name=name, error=str(error))
+    return text("the watchdog relay {name}, which is open or silent: {error}", name=name, error=error)

@@ -1,1 +1,1 @@
-"""A process of its own that takes the way down when the run's process cannot."""
+"""A process of its own that carries out the shutdown when the run's process cannot."""

@@ -4,12 +4,14 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
 from bench.files.toml_file import parse
 from bench.i18n.errors import InputError
+from bench.journal.events.safety import GuardianConnected, GuardianLeft, GuardianStarted, InterlockOpened
 from bench.journal.guardian_record import GuardianRecord, complain, journal_head
 from bench.safety.guardian.guarded_instruments import GuardedInstruments, is_shared
 from bench.safety.guardian.protocol import charge_of, decode, encode
@@ -24,7 +26,7 @@ from procedures.core.bench import Role
 
 
 def main() -> None:
-    """Read the charge, connect, watch, and take the way down where it is needed."""
+    """Read the charge, connect, watch, and carry out the shutdown where it is needed."""
     begun = monotonic()
     # Neither a pipe whose reader has died nor a supervisor that ends the whole group must end the one who is there for that:
     # it leaves by itself once the run has gone and everything is off.
@@ -38,21 +40,21 @@ def main() -> None:
     instruments = GuardedInstruments(station, [Role(role) for role in charge.roles])
     parent = os.getppid()
     guarded = sorted(role.value for role in instruments.roles)
-    record.event("started", pid=os.getpid(), run=parent, token=charge.token, roles=guarded)
+    record.record(GuardianStarted(pid=os.getpid(), run=parent, token=charge.token, roles=guarded))
     failed = instruments.open()
     watch = Watch(instruments, record, sys.stdin.fileno(), _say, charge.heartbeat, charge.stalled)
-    told: dict[str, Any] = {"opened": instruments.opened(), "failed": failed, "seconds": monotonic() - begun}
-    record.event("ready", **told)
+    connected = GuardianConnected(opened=instruments.opened(), failed=failed, seconds=monotonic() - begun)
+    record.record(connected)
     for role, error in failed.items():
         complain(f"is not connected to {role} and will try again when it must act: {error}")
     interlocks = _interlocks(station, watch, record)
-    _say({"ready": told, "record": record.head})
+    _say({"ready": asdict(connected), "record": asdict(record.head)})
     watch.run()
     interlocks.close()
     # What a run that has died left unsaid is held by this record, and this record's end by itself.
-    record.seal("left", journal=journal_head(Path(charge.folder), durable=os.getppid() != parent))
+    record.record(GuardianLeft(journal=journal_head(Path(charge.folder), durable=os.getppid() != parent)))
     closed = record.close()
-    _say({"record": record.head, **({"left": True} if closed else {})})
+    _say({"record": asdict(record.head), **({"left": True} if closed else {})})
     sys.stderr.flush()
     # Connections to instruments that do not answer any more must not keep it from leaving.
     os._exit(0)
@@ -73,7 +75,7 @@ def _interlocks(station: Station, watch: Watch, record: GuardianRecord) -> Inter
 
     def opened(name: str, how: str) -> None:
         watch.alarm(str(cause(name, how)))
-        record.event("interlock_opened", interlock=name, how=how, **remember(latch, name, how))
+        record.record(InterlockOpened(interlock=name, how=how, not_kept=remember(latch, name, how)))
 
     interlocks.watch(opened)
     return interlocks

@@ -1,10 +1,12 @@
-"""A guardian's own connections to what can feed energy, and the way down over them."""
+"""A guardian's own connections to what can feed energy, and the shutdown over them."""
 
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
+from bench.safety.instrument_threads import InstrumentThreads
+from bench.safety.interrupts import Flag
 from bench.safety.shutdown import Outcome, shut_down
 from bench.safety.station_instruments import system_visa
 from bench.station.clock import SystemClock
@@ -18,14 +20,12 @@ from procedures.core.bench import Recorder, Role
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
 
-#: Roles that feed nothing by themselves and have their part in the way down all the same: a bridge's test level, relays.
+#: Roles that feed nothing by themselves and have their part in the shutdown all the same: a bridge's test level, relays.
 _ALSO = (Role.LCR_METER, Role.SWITCH_MATRIX)
 #: CAN interfaces that let several processes on the same bus (python-can's names), `slcan` by a gateway's socket only.
 _SHARED_CAN = ("socketcan/", "udp_multicast/", "slcan/socket://")
 #: How long (s) the list waits for an instrument before it goes on with the others.
 _PATIENCE = 0.2
-#: How long (s) it waits for one that does not answer before it leaves it to itself; a run that is helped misses its answers meanwhile.
-_LONGEST, _LONGEST_HELPING = 3.0, 0.8
 
 
 class GuardedInstruments:
@@ -37,6 +37,7 @@ class GuardedInstruments:
         self._visa: ResourceManager | None = None
         self._lock = threading.Lock()
         self._can_buses = CanBuses()
+        self._threads = InstrumentThreads()
         # A tachometer's serial line has one end only, which a frozen run may still hold.
         measuring = {item.role for item in station.way_down.items if item.measures} - {Role.TACHOMETER}
         wanted = {role for role in roles if role in OFF_BY or role in measuring or role in _ALSO}
@@ -52,7 +53,7 @@ class GuardedInstruments:
 
     @property
     def items(self) -> tuple[Item, ...]:
-        """What is on the way down for these roles."""
+        """What is in the shutdown for these roles."""
         return tuple(item for item in self._station.way_down.items if item.role in self._guarded)
 
     def open(self) -> dict[str, str]:
@@ -70,25 +71,34 @@ class GuardedInstruments:
         """Return the roles whose connection stands."""
         return [role.value for role, deferred in self._guarded.items() if deferred.is_open]
 
-    def walk(
-        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
-    ) -> list[Outcome]:
-        """Do these items, each whatever becomes of the others; with `hurry`, those that measure look once.
+    def is_busy(self, role: Role) -> bool:
+        """Tell whether an instrument has not answered yet what was begun before."""
+        return self._threads.is_busy(role.value)
 
-        With `helping`, the run does the same, and nobody waits long.
-        """
-        hurrying = threading.Event()
+    def shut_down(
+        self,
+        items: Sequence[Item],
+        recorder: Recorder,
+        *,
+        longest: float,
+        hurry: bool = False,
+        wanted: Callable[[Item], bool] | None = None,
+    ) -> list[Outcome]:
+        """Do these items as `shut_down` does; with `hurry`, those that measure look once."""
+        hurrying = Flag()
         if hurry:
             hurrying.set()
         instruments = {role: cast("Instrument", deferred) for role, deferred in self._guarded.items()}
         return shut_down(
-            ShutdownSequence(items),
+            ShutdownSequence(tuple(items)),
             instruments,
             recorder,
             self._clock,
             hurry=hurrying,
             patience=_PATIENCE,
-            longest=_LONGEST_HELPING if helping else _LONGEST,
+            longest=longest,
+            wanted=wanted,
+            threads=self._threads,
         )
 
     def _open(self, entry: Entry) -> Instrument:

@@ -10,7 +10,17 @@ from pathlib import Path
 from time import monotonic
 from typing import IO, Any, Protocol
 
-from bench.safety.calls import CallWatches
+from bench.journal.events.instruments import (
+    Commanding,
+    DeEnergised,
+    DeEnergising,
+    Energising,
+    InstrumentFailed,
+    ReadingTaken,
+    SettingDone,
+)
+from bench.journal.events.safety import GuardianEnd, GuardianStart
+from bench.safety.calls import STOPS, CallWatches
 from bench.safety.guardian.anchor import RecordAnchor
 from bench.safety.guardian.protocol import BEATS, Charge, decode, encode
 from bench.safety.guardian.scope import Scope
@@ -18,6 +28,7 @@ from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.liveness import SignsOfLife
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Recorder
+from procedures.core.events import Event, StepFinished, StepStarted
 
 #: How long (s) a guardian may take to be there, and to leave.
 _START, _LEAVE = 30.0, 5.0
@@ -25,7 +36,7 @@ _START, _LEAVE = 30.0, 5.0
 _LEAVE_UNSAFE = 15.0
 #: How long (s) a guardian that lives may be silent.
 _SILENCE = 2.0
-#: A guardian that took the way down has let go of the instruments within this time (s) of hearing that the run is awake.
+#: A guardian that carried out the shutdown has let go of the instruments within this time (s) of hearing that the run is awake.
 _YIELD = 0.5
 #: How often between two beats it is looked whether a call is unanswered.
 _LOOKS = 5
@@ -34,16 +45,18 @@ _NOTICE = 0.5
 #: A run that was interrupted so long (s) ago, and has neither begun its shutdown nor its guardian's trust any more, is ended as it is.
 _FUTILE = 60.0
 _MUTE = text("the guardian, which does not answer")
+#: What a run does that has handled an error, but for calls that stop something.
+_GOING_ON = (Energising, Commanding, SettingDone, ReadingTaken, StepStarted, StepFinished)
 
 
 class Guard(Protocol):
     """Who watches over a run."""
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event of the journal. Raises Interrupted where nothing may be energised any more."""
 
     def going_down(self) -> None:
-        """Be told that the run walks the way down itself."""
+        """Be told that the run carries out the shutdown itself."""
 
     def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
         """Be told that the run is over and everything off, or that something is not (`unsafe`); return what is not well.
@@ -54,17 +67,17 @@ class Guard(Protocol):
     def record_in(self, journal: Recorder) -> None:
         """Have the journal hold how the guardian's own record begins."""
 
-    def about(self) -> Mapping[str, Any] | None:
+    def about(self) -> GuardianStart | None:
         """Return what a run's record says of its guardian at the beginning, None where it has none."""
 
-    def record_end(self) -> Mapping[str, Any] | None:
+    def record_end(self) -> GuardianEnd | None:
         """Return where the guardian's own record ends, once it is dismissed; None where there is no guardian."""
 
 
 class Unguarded:
     """Stands for a guardian where none is needed: nothing outlives the run's process, or a person does everything."""
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Pass."""
 
     def going_down(self) -> None:
@@ -77,17 +90,17 @@ class Unguarded:
     def record_in(self, journal: Recorder) -> None:
         """Pass."""
 
-    def about(self) -> Mapping[str, Any] | None:
+    def about(self) -> GuardianStart | None:
         """Return None: there is no guardian."""
         return None
 
-    def record_end(self) -> Mapping[str, Any] | None:
+    def record_end(self) -> GuardianEnd | None:
         """Return None: there is no guardian."""
         return None
 
 
 class GuardianLink:
-    """Starts a guardian; nothing is energised before it is ready, nor after it has died or taken the way down.
+    """Starts a guardian; nothing is energised before it is ready, nor after it has died or carried out the shutdown.
 
     It keeps the file descriptors `lifelines` open, so that others learn when it, too, has ended.
     """
@@ -103,7 +116,7 @@ class GuardianLink:
     ) -> None:
         self._scope = scope
         self._charge = charge
-        self._anchor = RecordAnchor(charge.token)
+        self._anchor = RecordAnchor()
         self._life = life
         self._interrupts = interrupts
         self._calls = calls
@@ -111,6 +124,9 @@ class GuardianLink:
         self._unanswered: tuple[str, float, Text] | None = None
         #: Instruments whose error the run has met, so that it ends by itself.
         self._failing: set[str] = set()
+        #: What the guardian was told is energised, and whether that a block ended after an error.
+        self._on: frozenset[str] = frozenset()
+        self._unwinding = False
         self._lock = threading.Lock()
         self._news = threading.Condition()
         self._ready = self._leaving = False
@@ -141,36 +157,42 @@ class GuardianLink:
         """The guardian's process."""
         return self._process.pid
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event of the journal. Raises Interrupted where nothing may be energised any more."""
         self._life.stamp()
-        if kind in ("energising", "commanding"):
+        if isinstance(event, Energising | Commanding):
             self._permit()
             self._anchor.begin()
-        elif kind == "de_energising":
-            self._failing.add(data["instrument"])
-            self._send({"ending": True})
-        elif kind == "de_energised":
-            # A block whose own end failed is still the guardian's to end.
-            if "error" not in data:
-                self._send({"ended": True})
-        elif kind == "made_safe" and self._down and not self._calls.any_energised:
-            self._send({"off": True})
-        elif kind == "instrument_error":
-            self._failing.add(data["instrument"])
-        elif kind in ("reading", "setting"):
-            self._failing.discard(data["instrument"])
-            if self._unanswered and self._unanswered[0] == data["instrument"] and not self._down:
-                # It answers again, but was switched off meanwhile: what is measured from here on is not what it seems.
-                self._interrupts.request(self._unanswered[2])
+        if self._unwinding and isinstance(event, _GOING_ON) and getattr(event, "call", "") not in STOPS:
+            self._unwinding = False
+            self._send({"handled": True})
+        if (energised := self._calls.energised) != self._on:
+            self._on = energised
+            self._send({"on": sorted(energised)})
+        match event:
+            case DeEnergising():
+                self._failing.add(event.instrument)
+                self._unwinding = True
+                self._send({"ending": event.instrument})
+            case DeEnergised():
+                # A block whose own end failed is still the guardian's to end.
+                if event.error is None:
+                    self._send({"ended": event.instrument})
+            case InstrumentFailed():
+                self._failing.add(event.instrument)
+            case ReadingTaken() | SettingDone():
+                self._failing.discard(event.instrument)
+                if self._unanswered and self._unanswered[0] == event.instrument and not self._down:
+                    # It answers again, but was switched off meanwhile: what is measured from here on is not what it seems.
+                    self._interrupts.request(self._unanswered[2])
 
     def going_down(self) -> None:
-        """Tell it that the run walks the way down itself."""
+        """Tell it that the run carries out the shutdown itself."""
         self._down = True
-        self._send({"down": True, "on": self._calls.any_energised})
+        self._send({"down": True})
 
     def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
-        """Let it go; where the journal is lost or the run could not switch everything off, it walks the way down once more.
+        """Let it go; where the journal is lost or the run could not switch everything off, it carries out the shutdown once more.
 
         What it finds stands in its own record, and what it did in place of the run is returned.
         """
@@ -200,11 +222,11 @@ class GuardianLink:
         """Have the journal hold how the guardian's own record begins."""
         self._anchor.record_in(journal)
 
-    def about(self) -> Mapping[str, Any] | None:
+    def about(self) -> GuardianStart | None:
         """Return what a run's record says of its guardian at the beginning."""
-        return {**self._anchor.about(), **self._scope.about()}
+        return GuardianStart(self._charge.token, **self._scope.about())
 
-    def record_end(self) -> Mapping[str, Any] | None:
+    def record_end(self) -> GuardianEnd | None:
         """Return where the guardian's own record ends, as it said last."""
         return self._anchor.end()
 
@@ -214,7 +236,7 @@ class GuardianLink:
             if not self._news.wait_for(lambda: self._ready or self._ended, _START):
                 raise Interrupted(text("the guardian, which was not ready after {time:g} s", time=_START))
         if not self._ended and monotonic() - self._echoed > self._charge.heartbeat:
-            # This process may have been asleep, and the way down taken meanwhile.
+            # This process may have been asleep, and the shutdown carried out meanwhile.
             number = self._send_beat()
             with self._news:
                 self._news.wait_for(lambda: self._echo >= number or self._ended, _SILENCE)
@@ -241,7 +263,7 @@ class GuardianLink:
             self._end(message["alarm"])
         elif "took" in message and not self._leaving:
             self._taken = True
-            self._forbid(text("the guardian, which took the way down: {cause}", cause=message["took"]))
+            self._forbid(text("the guardian, which carried out the shutdown: {cause}", cause=message["took"]))
             self._send({"awake": True})
             self._yielding = self._yielding or monotonic() + _YIELD
         elif "yours" in message:
@@ -252,7 +274,7 @@ class GuardianLink:
     def _beat(self) -> None:
         interval = self._charge.heartbeat / BEATS
         pause = threading.Event()
-        # Beats go on when the run is to end: it has the way down before it, which the guardian waits for.
+        # Beats go on when the run is to end: it has the shutdown before it, which the guardian waits for.
         while not self._leaving:
             begun = monotonic()
             self._send_beat()
@@ -280,9 +302,9 @@ class GuardianLink:
     def _report_unanswered(self) -> None:
         """Tell the guardian of an energised source that does not answer, once a call, and end a run that does not notice."""
         watch = self._calls.unanswered()
-        if watch is None or self._down:
+        if watch is None:
             return
-        role, since = watch.role.value, watch.since
+        role, since = watch.role.value, watch.unanswered_since
         if not self._unanswered or self._unanswered[:2] != (role, since):
             words = text(
                 "the {instrument}, which is energised and has not answered for {time:g} s",
@@ -290,8 +312,8 @@ class GuardianLink:
                 time=watch.reply_time,
             )
             self._unanswered = (role, since, words)
-            self._send({"unanswered": str(words)})
-        elif role not in self._failing and monotonic() - since > watch.reply_time + _NOTICE:
+            self._send({"unanswered": str(words), "role": role})
+        elif not self._down and role not in self._failing and monotonic() - since > watch.reply_time + _NOTICE:
             self._interrupts.request(self._unanswered[2])
 
     def _stop_requested(self, by: Text | str) -> None:

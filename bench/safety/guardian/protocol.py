@@ -1,11 +1,12 @@
 """What a guardian is told when it is started, and what the two processes say to each other afterwards.
 
-Both ways one JSON object a line. The run says `beat` (with a number, and for how long it has not got on), `ending`
-and `ended` (an energised block after an error), `stop` (somebody requested it), `unanswered` (an energised source
-does not answer the run), `awake` (it has heard that the way down was taken), `down` (with `on` where something is
-energised; it walks the way down itself) and `done` (with `unsafe` where something could not be switched off); the
-guardian says `ready`, `echo`, `took`, `walked` (what its own shutdown could not do), `yours` (it leaves the
-instruments to a run that is awake) and `alarm`.
+Both ways one JSON object a line. The run says `beat` (with a number, and for how long it has not got on), `on` (the
+roles that are energised from here on), `ending` and `ended` (an energised block of this role after an error),
+`handled` (the run goes on after an error), `stop` (somebody requested it), `unanswered` (an energised source, the
+`role`, does not answer the run), `awake` (it has heard that the shutdown was carried out), `down` (it carries out the shutdown
+itself) and `done` (with `unsafe` where something could not be switched off); the guardian says `ready`, `echo`,
+`took`, `walked` (what its own shutdown could not do), `yours` (it leaves the instruments to a run that is awake) and
+`alarm`.
 """
 
 import json

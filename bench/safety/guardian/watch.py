@@ -1,42 +1,70 @@
-"""The watch over a run: heartbeats in, and the way down when they stay away."""
+"""The watch over a run: heartbeats in, and the shutdown when they stay away."""
 
+import math
 import os
 import select
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from functools import partial
 from time import monotonic
 from typing import Any, Protocol
 
+from bench.journal.events.safety import GuardianMeasured, GuardianTook, GuardianWalked
 from bench.journal.guardian_record import complain
 from bench.safety.guardian.protocol import decode
 from bench.safety.shutdown import Outcome, failures
-from bench.station.shutdown_sequence import Do, Item
+from bench.station.shutdown_sequence import OFF_BY, Do, Item
 from procedures.core.bench import Recorder, Role
+from procedures.core.events import Event
 
-#: A run that is ending a block after an error, or was told of an open interlock, may take so long (s) itself.
+#: A run whose energised blocks end after an error, or that was told of an open interlock, may take so long (s) itself.
 _GRACE = 0.4
+#: A run that is helped with some roles has so long (s) for the others.
+_OTHERS = 0.2
 #: A run that was told to stop must have begun its shutdown within this time (s).
 _BEGIN = 0.5
-#: A run that has woken up must be on its way down within this time (s).
+#: A run that has woken up must be in its shutdown within this time (s).
 _WAKE = 5.0
 #: What was switched off is switched off again every so often (s), as long as the run might still wake up.
 _HOLD = 0.25
+#: How long (s) an instrument that does not answer is waited for; a run that is helped hears nothing meanwhile.
+_LONGEST, _LONGEST_HELPING = 3.0, 0.8
+#: A run that waits to hear whether it is off waits so long (s) for what is measured.
+_PROOF = 8.0
 #: Who wakes up later than this (s) was held up together with the run, which then gets the same time once more.
 _LATE = 0.05
 
 Say = Callable[[dict[str, Any]], None]
 
 
-class Hands(Protocol):
-    """What the way down is walked with."""
+class GuardianInstruments(Protocol):
+    """What the guardian can switch off."""
 
     @property
     def items(self) -> tuple[Item, ...]:
-        """What is on the way down."""
+        """What is in the shutdown."""
 
-    def walk(
-        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    def is_busy(self, role: Role) -> bool:
+        """Tell whether an instrument has not answered yet what was begun before."""
+
+    def shut_down(
+        self,
+        items: Sequence[Item],
+        recorder: Recorder,
+        *,
+        longest: float,
+        hurry: bool = False,
+        wanted: Callable[[Item], bool] | None = None,
     ) -> list[Outcome]:
         """Do these items."""
+
+
+@dataclass(frozen=True)
+class _Cause:
+    """Why the guardian must act; `helping` are the roles that a run is helped with first, None where it carries out the shutdown."""
+
+    words: str
+    helping: frozenset[Role] | None = None
 
 
 class Watch:
@@ -46,9 +74,15 @@ class Watch:
     """
 
     def __init__(
-        self, hands: Hands, record: Recorder, incoming: int, say: Say, heartbeat: float, stalled: float
+        self,
+        instruments: GuardianInstruments,
+        record: Recorder,
+        incoming: int,
+        say: Say,
+        heartbeat: float,
+        stalled: float,
     ) -> None:
-        self._hands = hands
+        self._instruments = instruments
         self._record = record
         self._incoming = incoming
         self._say = say
@@ -56,150 +90,216 @@ class Watch:
         self._stalled = stalled
         self._buffer = b""
         self._unread: list[dict[str, Any]] = []
-        self._gone = self._done = False
-        self._ending: float | None = None
-        self._stopped: tuple[str, float] | None = None
-        self._cause = ""
-        self._helping = self._alarmed = self._down = False
-        self._busy: set[Role] = set()
+        self._gone = self._done = self._unsafe = self._down = False
+        #: What the last shutdown could not do, and what was measured not to be safe after it.
+        self._failed: list[str] = []
+        self._brakes = any(item.do is Do.BRAKE for item in instruments.items)
+        #: Why and by when (s, monotonic) the run must have begun its shutdown.
+        self._begin: tuple[str, float] | None = None
+        #: By when (s, monotonic) all that ends after one error must be off, and whose blocks are ending now.
+        self._unwound: float | None = None
+        self._ending: frozenset[Role] = frozenset()
+        #: The roles that are energised, and those that do not answer the run.
+        self._on: frozenset[Role] = frozenset()
+        self._silent: frozenset[Role] = frozenset()
+        #: What was heard while something was being switched off.
+        self._causes: list[_Cause] = []
+        self._alarm = ""
+        self._alarmed = False
         self._wake, self._waker = os.pipe()
         os.set_blocking(incoming, False)
 
     def alarm(self, cause: str) -> None:
-        """Have the run told that it must end, from any thread; where it does not begin to, the way down is taken here."""
-        if not self._cause:
-            self._cause = cause
+        """Have the run told that it must end, from any thread; where it does not begin to, the shutdown is carried out here."""
+        if not self._alarm:
+            self._alarm = cause
             os.write(self._waker, b"\0")
 
     def run(self) -> None:
         """Watch until the run is done, or dead and its instruments safe."""
         while cause := self._guard():
-            helped, self._helping = self._helping, False
-            self._act(cause, helped=helped)
-            if not helped:
-                self._hold()
+            if cause.helping is not None:
+                self._help(cause.words, cause.helping)
+                continue
+            self._take_over(cause.words)
+            self._hold()
             if self._gone or self._done:
                 return
 
-    def _guard(self) -> str:
-        """Wait; return why the way down must be taken, or nothing where the run is done."""
+    def _guard(self) -> _Cause | None:
+        """Wait; return why the guardian must act, None where the run is done."""
         last = monotonic()
         while True:
+            if self._causes:
+                return self._causes.pop(0)
+            if self._done:
+                return None
+            if self._gone and not self._unread:
+                return _Cause("the run's process has died")
             due = last + self._heartbeat
-            planned = min(due, self._ending or due, self._stopped[1] if self._stopped else due)
+            planned = min(due, self._begin[1] if self._begin else due, self._deadline() or due)
             messages = self._hear(planned)
             woke = monotonic()
             if any("beat" in message for message in messages):
                 last = woke
             elif woke - planned > _LATE:
                 last = max(last, woke - self._heartbeat + _LATE)
-            for number, message in enumerate(messages):
-                if cause := self._take(message):
-                    self._unread = messages[number + 1 :]
-                    return cause
-            if self._done:
-                return ""
-            if self._gone:
-                return "the run's process has died"
+            self._take_all(messages)
+            if self._causes or self._gone or self._done:
+                continue
+            now = monotonic()
             if woke >= last + self._heartbeat:
-                return f"no heartbeat for {self._heartbeat:g} s"
-            if self._stopped and monotonic() >= self._stopped[1]:
-                by, self._stopped, self._ending = self._stopped[0], None, None
-                return f"the run has not begun its shutdown {_BEGIN:g} s after it was requested by {by}"
-            if self._ending is not None and monotonic() >= self._ending and self._down:
-                self._ending, self._helping = None, True
-                return f"the run's shutdown has not switched everything off within {_GRACE:g} s"
-            if self._ending is not None and monotonic() >= self._ending:
-                self._ending, self._helping = None, not self._cause
-                return self._cause or f"what was energised is not off {_GRACE:g} s after an error"
+                return _Cause(f"no heartbeat for {self._heartbeat:g} s")
+            if self._begin and now >= self._begin[1]:
+                return _Cause(self._begin[0])
+            if (deadline := self._deadline()) and now >= deadline:
+                return self._overdue()
 
-    def _take(self, message: dict[str, Any]) -> str:
+    def _deadline(self) -> float | None:
+        """By when (s, monotonic) the run must have switched off what it is switching off; None where it is not doing so."""
+        return self._unwound if self._ending or self._down else None
+
+    def _overdue(self) -> _Cause:
+        self._unwound = None
+        if self._down:
+            return _Cause(f"the run's shutdown has not switched everything off within {_GRACE:g} s", self._on)
+        return _Cause(f"what was energised is not off {_GRACE:g} s after an error", self._ending | self._silent)
+
+    def _take_all(self, messages: Sequence[dict[str, Any]]) -> None:
+        for message in messages:
+            if cause := self._take(message):
+                self._causes.append(cause)
+
+    def _take(self, message: dict[str, Any]) -> _Cause | None:
+        """Take what the run says; return why the guardian must act at once."""
+        now = monotonic()
         if "beat" in message:
             self._say({"echo": message["beat"]})
             age = float(message.get("age", 0.0))
             if age > self._stalled:
-                return f"the run has not got on for {age:.3g} s"
+                return _Cause(f"the run has not got on for {age:.3g} s")
+        elif "on" in message:
+            self._on = frozenset(Role(role) for role in message["on"])
+            self._ending &= self._on
+            if not self._on:
+                self._unwound = None
         elif "ending" in message:
-            self._ending = self._ending or monotonic() + _GRACE
+            # One time for all blocks that end after an error. What ends long after that is another error's.
+            if self._unwound is None or now > self._unwound + _GRACE:
+                self._unwound = now + _GRACE
+            self._ending |= {Role(message["ending"])}
         elif "ended" in message:
-            # An alarm is only answered by the whole way down.
-            self._ending = self._ending if self._alarmed else None
+            # Whether the outer blocks end too, or the procedure has handled the error, is not known yet.
+            self._ending -= {Role(message["ended"])}
+        elif "handled" in message:
+            self._unwound = self._unwound if self._ending else None
         elif "stop" in message:
-            self._stopped = (str(message["stop"]), monotonic() + _BEGIN)
+            self._must_begin(
+                f"the run has not begun its shutdown {_BEGIN:g} s after it was requested by {message['stop']}", _BEGIN
+            )
         elif "unanswered" in message:
-            self._helping = True
-            return str(message["unanswered"])
+            if not (self._down and self._brakes):
+                self._silent |= {Role(message["role"])}
+                return _Cause(str(message["unanswered"]), self._silent)
         elif "down" in message:
-            self._down, self._stopped = True, None
-            # What brakes needs the drive that the guardian would disable.
-            brakes = any(item.do is Do.BRAKE for item in self._hands.items)
-            self._ending = monotonic() + _GRACE if message.get("on") and not brakes else None
-        elif "off" in message:
-            self._ending = None
+            self._down, self._begin = True, None
+            self._unwound = self._unwound or now + _GRACE if self._on and not self._brakes else None
         elif "done" in message:
             self._done = True
             if message.get("unsafe"):
-                return "the run could not switch everything off"
+                self._unsafe = True
+                return _Cause("the run could not switch everything off")
             if message.get("journal") is False:
                 # Nobody else can write down what the outcome is.
-                return "the run's journal cannot be written"
-        return ""
+                return _Cause("the run's journal cannot be written")
+        return None
 
-    def _act(self, cause: str, *, helped: bool) -> None:
+    def _must_begin(self, otherwise: str, within: float) -> None:
+        """Give the run a time (s) for the beginning of its shutdown; the earliest one counts."""
+        due = monotonic() + within
+        if not self._down and (self._begin is None or due < self._begin[1]):
+            self._begin = otherwise, due
+
+    def _help(self, cause: str, first: Collection[Role]) -> None:
+        """Switch off these roles, and the others where the run does not do so itself before long."""
+        items = sorted(self._commands(), key=lambda item: item.role not in first)
+        wanted = partial(self._is_wanted, first, monotonic() + _OTHERS)
+        complain(f"helps the run to switch off: {cause}")
+        self._act(
+            cause, lambda: self._instruments.shut_down(items, self._record, longest=_LONGEST_HELPING, wanted=wanted)
+        )
+
+    def _take_over(self, cause: str) -> None:
+        self._begin = self._unwound = None
+        items = [item for item in self._instruments.items if not item.measures]
+        self._say({"took": cause})
+        complain(f"carries out the shutdown: {cause}")
+        self._act(cause, lambda: self._instruments.shut_down(items, self._record, longest=_LONGEST))
+
+    def _act(self, cause: str, shut_down: Callable[[], list[Outcome]]) -> None:
         begun = monotonic()
-        self._record.event("took", cause=cause)
-        if not helped:
-            self._say({"took": cause})
-        complain(f"takes the way down: {cause}")
-        outcomes = self._hands.walk(self._commands(), self._record, helping=helped)
-        failed = failures(outcomes)
-        self._busy = {outcome.item.role for outcome in outcomes if outcome.pending}
-        self._record.event("walked", seconds=monotonic() - begun, failed=failed)
-        self._say({"walked": failed})
-        for words in failed:
+        self._record.record(GuardianTook(cause=cause))
+        self._failed = failures(shut_down())
+        self._record.record(GuardianWalked(seconds=monotonic() - begun, failed=self._failed))
+        self._say({"walked": [*self._failed]})
+        for words in self._failed:
             complain(words)
 
+    def _is_wanted(self, first: Collection[Role], until: float, item: Item) -> bool:
+        """Tell whether a run is to be helped with an item; that of another role is the run's own until a time (s, monotonic)."""
+        if item.role in first:
+            return True
+        while monotonic() < until and self._is_on(first, item) and not (self._causes or self._gone or self._done):
+            self._take_all(self._hear(until))
+        # What brakes needs the drive that the guardian would disable.
+        return self._is_on(first, item) and not (self._down and self._brakes and not self._alarmed)
+
+    def _is_on(self, first: Collection[Role], item: Item) -> bool:
+        others = self._on.difference(first)
+        return item.role in others if item.role in OFF_BY else bool(others)
+
     def _hold(self) -> None:
-        """Measure that it is safe, and keep it so as long as the run might wake up."""
-        pending = {item: monotonic() + item.within for item in self._hands.items if item.measures}
+        """Measure that it is safe, and keep it so as long as the run might wake up.
+
+        A run that could not switch everything off is told only then whether it is off now: an instrument's word is no proof.
+        """
+        longest = _PROOF if self._unsafe else math.inf
+        pending = {item: monotonic() + min(item.within, longest) for item in self._instruments.items if item.measures}
         while True:
             for item, deadline in list(pending.items()):
-                (outcome,) = self._hands.walk((item,), _Silent(), hurry=True)
+                (outcome,) = self._instruments.shut_down((item,), _Silent(), longest=_LONGEST, hurry=True)
                 if not outcome.error or monotonic() >= deadline:
                     del pending[item]
                     self._tell(outcome)
-            if self._done or (self._gone and not pending):
+            if (self._done and not self._unsafe) or ((self._gone or self._done) and not pending):
+                if self._unsafe:
+                    self._say({"walked": [*self._failed]})
                 return
             if not self._gone:
-                self._hands.walk(self._commands(), _Silent())
+                self._instruments.shut_down(self._commands(), _Silent(), longest=_LONGEST)
             messages = self._hear(monotonic() + _HOLD)
             for number, message in enumerate(messages):
                 if "beat" in message:
                     # It has woken up and does not know yet.
-                    self._say({"took": "the guardian took the way down meanwhile"})
+                    self._say({"took": "the guardian carried out the shutdown meanwhile"})
+                elif "on" in message or "down" in message:
+                    self._take(message)
                 self._done = self._done or "done" in message
                 if "awake" in message:
-                    # From now on it is the run's again, which must soon be on its own way down.
-                    self._ending = monotonic() + _WAKE
+                    # From now on it is the run's again, which must soon be in its own shutdown.
+                    self._must_begin(f"the run has not begun its shutdown {_WAKE:g} s after it woke up", _WAKE)
                     self._unread = messages[number + 1 :]
                     self._say({"yours": True})
                     return
 
-    def _commands(self) -> tuple[Item, ...]:
-        # One that has never answered is still being tried.
-        return tuple(item for item in self._hands.items if not item.measures and item.role not in self._busy)
+    def _commands(self) -> list[Item]:
+        """Return what switches off, but for an instrument that is still being tried."""
+        return [item for item in self._instruments.items if not (item.measures or self._instruments.is_busy(item.role))]
 
     def _tell(self, outcome: Outcome) -> None:
-        found = {} if outcome.found is None else {"value": outcome.found.value, "unit": outcome.found.unit}
-        self._record.event(
-            "measured",
-            instrument=outcome.item.role.value,
-            item=outcome.item.do.value,
-            outcome="failed" if outcome.error else "safe",
-            error=outcome.error,
-            **found,
-        )
+        self._record.record(GuardianMeasured(**outcome.as_data()))
         if outcome.error:
+            self._failed.append(outcome.words)
             complain(outcome.words)
 
     def _hear(self, until: float) -> list[dict[str, Any]]:
@@ -213,10 +313,12 @@ class Watch:
             os.read(self._wake, 1)
         if not self._gone:
             self._fill()
-        if self._cause and not self._alarmed:
+        if self._alarm and not self._alarmed:
             self._alarmed = True
-            self._ending = monotonic() + _GRACE
-            self._say({"alarm": self._cause})
+            self._say({"alarm": self._alarm})
+            self._must_begin(self._alarm, _GRACE)
+            if self._down and self._on:
+                self._unwound = self._unwound or monotonic() + _GRACE
         *lines, self._buffer = self._buffer.split(b"\n")
         return [decode(line) for line in lines]
 
@@ -235,5 +337,5 @@ class Watch:
 class _Silent:
     """Forgets what is repeated again and again."""
 
-    def event(self, kind: str, **data: Any) -> None:
+    def record(self, event: Event) -> None:
         """Forget it."""

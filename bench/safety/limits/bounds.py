@@ -3,10 +3,9 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 
-from drivers.interfaces import LimitError, SetpointError
-from procedures.core.bench import Role
+from drivers.interfaces import LimitError, Role, SetpointError
+from drivers.interfaces.declarations import Amount, Quantity, quantities
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter
 
@@ -14,17 +13,6 @@ from procedures.core.result import Parameter
 OVERSHOOT = 1.05
 
 RPM = 2.0 * math.pi / 60.0
-
-
-class Quantity(Enum):
-    """What a limit bounds, as the station file's keys name it (without `maximum_`)."""
-
-    VOLTAGE = "voltage"
-    CURRENT = "current"
-    FREQUENCY = "frequency"
-    SPEED = "speed"
-    TORQUE = "torque"
-    LEVEL = "level"
 
 
 @dataclass(frozen=True)
@@ -86,25 +74,27 @@ def _least(*limits: Limit | None) -> Limit:
 
 def limits_of(role: Role, nameplate: Nameplate, station: Mapping[str, float]) -> Limits:
     """Return the limits of the instrument in a role; `station` is its table of limits in the station file, by key."""
+    by_key = {quantity.limit_key: quantity for quantity in quantities(role.interface)}
     by_station = {
-        Quantity(key.removeprefix("maximum_")): Limit(value, f"the station (instruments.{role.value}.limits.{key})")
+        by_key[key]: Limit(value, f"the station (instruments.{role.value}.limits.{key})")
         for key, value in station.items()
     }
-    if role is Role.INSULATION_TESTER:
-        # Its voltage stands between winding and frame: no figure for the winding itself says what that bears.
-        return Limits(_of_insulation(nameplate), {}, by_station)
     return Limits(_of_set_points(nameplate), _of_readings(nameplate), by_station)
 
 
-def _of_insulation(plate: Nameplate) -> dict[Quantity, Limit]:
+def _of_insulation(plate: Nameplate) -> Limit:
+    # No figure for the winding itself says what its insulation bears.
     allowed = plate.insulation_test_voltage
     if allowed is None:
-        return {Quantity.VOLTAGE: Limit(0.0, "the motor, whose file gives no nameplate.insulation_test_voltage")}
-    return {Quantity.VOLTAGE: Limit(allowed, "the motor (nameplate.insulation_test_voltage)")}
+        return Limit(0.0, "the motor, whose file gives no nameplate.insulation_test_voltage")
+    return Limit(allowed, "the motor (nameplate.insulation_test_voltage)")
 
 
 def _of_set_points(plate: Nameplate) -> dict[Quantity, Limit]:
-    found = {Quantity.CURRENT: Limit(plate.current_bound, _motor("current", plate.maximum_current))}
+    found = {
+        Quantity.CURRENT: Limit(plate.current_bound, _motor("current", plate.maximum_current)),
+        Quantity.INSULATION_VOLTAGE: _of_insulation(plate),
+    }
     if plate.voltage_bound is not None:
         found[Quantity.VOLTAGE] = Limit(plate.voltage_bound, _motor("voltage", plate.maximum_voltage))
     if plate.speed_bound_rpm is not None:
@@ -139,26 +129,16 @@ def known_pole_pairs(nameplate: Nameplate, measured: Mapping[str, Parameter]) ->
     return min(found, default=None)
 
 
-def check_set_point(
-    instrument: str,
-    call: str,
-    parameter: str,
-    value: float,
-    unit: str,
-    limit: Limit,
-    *,
-    signed: bool = False,
-    observe: Observer = nobody,
-) -> None:
+def check_set_point(instrument: str, call: str, amount: Amount, value: float, limit: Limit, observe: Observer) -> None:
     """Tell the observer of a set point, and raise SetpointError where it is beyond the limit or no finite number."""
-    low = -limit.value if signed else 0.0
+    low = -limit.value if amount.signed else 0.0
     allowed = math.isfinite(value) and low <= value <= limit.value
-    observe(SetPoint(instrument, call, parameter, value, unit, limit.value, limit.owner, allowed))
+    observe(SetPoint(instrument, call, amount.label, value, amount.unit, limit.value, limit.owner, allowed))
     if not allowed:
-        raise SetpointError(instrument, parameter, value, unit, low, limit.value, limit.owner)
+        raise SetpointError(instrument, amount.label, value, amount.unit, low, limit.value, limit.owner)
 
 
-def check_reading(instrument: str, parameter: str, value: float, unit: str, limit: Limit) -> None:
+def check_reading(instrument: str, amount: Amount, value: float, limit: Limit) -> None:
     """Raise LimitError where a reading's size is beyond the limit by more than an overshoot."""
     if abs(value) > OVERSHOOT * limit.value:
-        raise LimitError(instrument, parameter, value, unit, limit.value, limit.owner)
+        raise LimitError(instrument, amount.label, value, amount.unit, limit.value, limit.owner)

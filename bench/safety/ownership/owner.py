@@ -15,7 +15,7 @@ from bench.i18n.errors import InputError
 from bench.safety.ownership.claims import Claim, all_keys
 from bench.safety.ownership.state_folder import StateFolder, try_lock
 from drivers.interfaces import InstrumentError
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, reason_of, text
 
 #: An owner's file: a line for what it is, one for its folder, one for each lot of claims.
 _FILES = "owner-*.jsonl"
@@ -70,7 +70,7 @@ class HeldInstrumentError(InstrumentError):
     """An instrument that was opened turns out to be somebody else's; it is closed again."""
 
     def __init__(self, instrument: str, cause: HeldError) -> None:
-        super().__init__(instrument, f"in use by {cause.holder.words}, by another address")
+        super().__init__(instrument, text("in use by {holder}, by another address", holder=cause.holder.words))
         self.text = text(
             "{instrument}: its serial number is that of an instrument in use by {holder}. It was closed again, with nothing "
             "set. Wait until that has ended, or end it",
@@ -151,7 +151,7 @@ class Owner:
                 text(
                     "{path}: who has which instrument cannot be written there ({error}); make room",
                     path=self._folder.path,
-                    error=error.strerror or str(error),
+                    error=reason_of(error),
                 )
             ) from error
 
@@ -200,7 +200,7 @@ def _look(path: Path) -> Holder | None:
                 "{path}: who has which instrument cannot be read there ({error}); make it readable, or remove it "
                 "where nobody works with this computer's instruments",
                 path=path,
-                error=error.strerror or str(error),
+                error=reason_of(error),
             )
         ) from error
     try:

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, at
 from bench.journal.disk import sync_folder, write_all
 from bench.station.clock import SystemClock
 from drivers.interfaces import Clock
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, reason_of, text
 
 #: Names the folder in place of the usual one; it must be the same for all who use the same instruments.
 VARIABLE = "MOTORBENCH_STATE"
@@ -41,7 +41,7 @@ class StateFolder:
             self._make()
             found = path.lstat()
         except OSError as error:
-            raise self._unusable(error.strerror or str(error)) from error
+            raise self._unusable(reason_of(error)) from error
         if not stat.S_ISDIR(found.st_mode):
             raise self._unusable(text("it is no folder"))
         if found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
@@ -80,7 +80,7 @@ class StateFolder:
             except FileNotFoundError:
                 return self._create(path, flags, mode)
         except OSError as error:
-            raise self._unusable(f"{name}: {error.strerror}") from error
+            raise self._unusable(at(name, reason_of(error))) from error
 
     def append(self, file: int, line: bytes, *, durable: bool = True) -> None:
         """Have a line at the end of an open file, with `durable` on the disk when this returns. Raises OSError."""
