@@ -9,21 +9,19 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
-from bench.analysis.outcome import Outcome, estimated, named, paths_of
+from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import Capture, CaptureError, read_captures
-from bench.i18n.errors import said_by
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, text_of
 from procedures.estimation.emf.back_emf import (
     BackEmfFit,
     FluxEstimate,
     fit_back_emf,
     flux_by_integration,
     line_to_phase,
-    peak_amplitude,
-    peak_to_peak,
 )
+from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
 from procedures.estimation.mechanics.pole_pairs import from_frequency
 from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_factor
 
@@ -78,7 +76,7 @@ def analyze_back_emf(
     time = capture.times()
     fit = estimated(capture, lambda: fit_back_emf(time, values, harmonics=harmonics, resolution=steps))
     flux = estimated(capture, lambda: flux_by_integration(time, values, harmonics=harmonics, frequency=fit.frequency))
-    outcome = Outcome("back_emf_constant", "3.4", capture, applied)
+    outcome = AnalysisOutcome("back_emf_constant", "3.4", capture, applied)
     outcome.assume(_PROBES[connection])
     factor = line_to_phase(1.0) if connection == "line" else 1.0
     _warnings(outcome, capture, fit, flux)
@@ -103,7 +101,6 @@ def analyze_back_emf(
     outcome.parameter(
         "electrical_frequency",
         outcome.with_errors(frequency, "time", "time", gain=-1.0),
-        "Hz",
         estimator="least squares",
     )
     _constants(outcome, quantity, fit, pole_pairs, drifting=drifting, cold=temperature is not None)
@@ -115,7 +112,7 @@ def _unequal(sizes: np.ndarray[Any, np.dtype[np.float64]]) -> bool:
     return bool(np.max(sizes) > 1.1 * np.min(sizes))
 
 
-def _warnings(outcome: Outcome, capture: Capture, fit: BackEmfFit, flux: FluxEstimate) -> None:
+def _warnings(outcome: AnalysisOutcome, capture: Capture, fit: BackEmfFit, flux: FluxEstimate) -> None:
     if fit.drift_significant:
         outcome.warn(
             f"the speed drifts by {100 * fit.drift:+.2f} % over the record (u = {100 * fit.drift_uncertainty:.2f} %); the flux "
@@ -135,7 +132,7 @@ def _warnings(outcome: Outcome, capture: Capture, fit: BackEmfFit, flux: FluxEst
 
 
 def _pole_pairs(
-    outcome: Outcome, fit: BackEmfFit, given: int | None, speed_rpm: float | None, u_speed: float | None
+    outcome: AnalysisOutcome, fit: BackEmfFit, given: int | None, speed_rpm: float | None, u_speed: float | None
 ) -> int | None:
     """Return the pole pairs given, or found from the speed, as a parameter where they were found."""
     if speed_rpm is None:
@@ -146,7 +143,7 @@ def _pole_pairs(
     try:
         count = from_frequency(fit.frequency, speed_rpm, fit.frequency_uncertainty, u_speed)
     except ValueError as error:
-        raise CaptureError("speed_rpm", said_by(error)) from error
+        raise CaptureError("speed_rpm", text_of(error)) from error
     outcome.detail(frequency_ratio=count.ratio)
     if given is not None and given != count.pole_pairs:
         outcome.warn(
@@ -158,14 +155,12 @@ def _pole_pairs(
             f"frequency and speed give {count.ratio:.3f} pole pairs: not certain which integer; measure the speed better"
         )
     if given is None:
-        outcome.parameter(
-            "pole_pairs", outcome.uncertainties.limit("", count.pole_pairs, 0.0), "", certain=count.certain
-        )
+        outcome.parameter("pole_pairs", outcome.uncertainties.limit("", count.pole_pairs, 0.0), certain=count.certain)
     return count.pole_pairs
 
 
 def _flux_linkage(
-    outcome: Outcome, names: Sequence[str], fit: BackEmfFit, flux: FluxEstimate, factor: float
+    outcome: AnalysisOutcome, names: Sequence[str], fit: BackEmfFit, flux: FluxEstimate, factor: float
 ) -> UncertainReal:
     """Return the mean flux linkage with the channels' errors; the choice between the two estimators is the drift's."""
     integrated, fitted = flux.mean(), fit.mean_flux_linkage()
@@ -186,23 +181,29 @@ def _flux_linkage(
 
 
 def _constants(
-    outcome: Outcome, flux: UncertainReal, fit: BackEmfFit, pole_pairs: int | None, *, drifting: bool, cold: bool
+    outcome: AnalysisOutcome,
+    flux: UncertainReal,
+    fit: BackEmfFit,
+    pole_pairs: int | None,
+    *,
+    drifting: bool,
+    cold: bool,
 ) -> None:
     """Add flux linkage and what follows from it."""
     how = _ESTIMATORS[drifting]
     at = ", at 25 °C" if cold else ""
     phase = "peak, per phase of the Y-equivalent"
-    outcome.parameter("flux_linkage", flux, "V·s/rad", estimator=how, convention=f"{phase}, per electrical radian{at}")
+    outcome.parameter("flux_linkage", flux, estimator=how, convention=f"{phase}, per electrical radian{at}")
     if pole_pairs is None:
         outcome.assume("pole pairs not given: mechanical constants left out")
         return
     outcome.assume(f"{pole_pairs} pole pairs")
     mechanical = {
-        "back_emf_constant_mechanical": (pole_pairs, "V·s/rad", f"{phase}, per mechanical radian{at}"),
-        "torque_constant": (1.5 * pole_pairs, "N·m/A", f"per peak phase ampere of the Y-equivalent{at}"),
+        "back_emf_constant_mechanical": (pole_pairs, f"{phase}, per mechanical radian{at}"),
+        "torque_constant": (1.5 * pole_pairs, f"per peak phase ampere of the Y-equivalent{at}"),
     }
-    for name, (times, unit, convention) in mechanical.items():
-        outcome.parameter(name, times * flux, unit, estimator=how, convention=convention)
+    for name, (times, convention) in mechanical.items():
+        outcome.parameter(name, times * flux, estimator=how, convention=convention)
     outcome.detail(
         mechanical_speed_rpm=60 * fit.frequency / pole_pairs,
         back_emf_constant_per_krpm={
@@ -218,7 +219,7 @@ def _constants(
 
 
 def _details(
-    outcome: Outcome,
+    outcome: AnalysisOutcome,
     capture: Capture,
     values: np.ndarray[Any, np.dtype[np.float64]],
     fit: BackEmfFit,

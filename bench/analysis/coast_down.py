@@ -10,10 +10,10 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied, ErrorInput
-from bench.analysis.outcome import Outcome, estimated, paths_of, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, paths_of, pick
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
-from bench.captures import Capture, CaptureError, Channel, read_capture
+from bench.captures import Capture, CaptureChannel, CaptureError, read_capture
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import text
 from procedures.estimation.fitting.fit import Fit
@@ -21,13 +21,6 @@ from procedures.estimation.mechanics.inertia import SHARED, Ramp, fit_coast_down
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 _RATES = ("coulomb_deceleration", "viscous_rate")
-_UNITS = {
-    "inertia": "kg·m²",
-    "coulomb_friction": "N·m",
-    "viscous_friction": "N·m·s/rad",
-    "coulomb_deceleration": "rad/s²",
-    "viscous_rate": "1/s",
-}
 #: What stands for the channel of a torque that no column has.
 _GIVEN = "as given"
 
@@ -37,17 +30,19 @@ class _Record:
     """One file: time (s), speed (rad/s), and the torque's channel, or the torque (N·m) where no column has it."""
 
     time: FloatArray
-    speed: Channel
-    torque: Channel | float
+    speed: CaptureChannel
+    torque: CaptureChannel | float
 
     @property
     def torque_name(self) -> str:
         """What the torque is called; empty for none."""
-        return self.torque.name if isinstance(self.torque, Channel) else _GIVEN * bool(self.torque)
+        return self.torque.name if isinstance(self.torque, CaptureChannel) else _GIVEN * bool(self.torque)
 
     def ramp(self, error: ErrorInput | None = None, by: float = 0.0) -> Ramp:
         """Return the ramp as recorded, or off by an error at its limit times `by`."""
-        torque = self.torque.values if isinstance(self.torque, Channel) else np.asarray(self.torque, dtype=np.float64)
+        torque = (
+            self.torque.values if isinstance(self.torque, CaptureChannel) else np.asarray(self.torque, dtype=np.float64)
+        )
         time, speed = self.time, self.speed.values
         if error is not None:
             time = error.on("time", "time", time, by)
@@ -86,7 +81,7 @@ def analyze_coast_down(
         level = torque if torque is not None and k == 0 and len(captures) > 1 else 0.0
         records.append(_Record(capture.times(), channel, shaft[0] if shaft else level))
     applied = Applied(accuracy, _uses(records), captures)
-    outcome = Outcome("inertia", "3.5", captures[0], applied)
+    outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied)
     outcome.assume(*assumed)
     parts = [part for record in records for part in _split(record.ramp())]
     driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
@@ -98,7 +93,7 @@ def analyze_coast_down(
         found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
     estimator = "fit of whole ramps together" if driven else "fit of the whole coast-down"
     for name, quantity in found.items():
-        outcome.parameter(name, quantity, _UNITS[name], estimator=estimator)
+        outcome.parameter(name, quantity, estimator=estimator)
     if driven:
         outcome.assume(
             "torque of a record without a torque column is 0", "torque is that on the shaft, positive where it drives"
@@ -119,12 +114,12 @@ def analyze_coast_down(
     return outcome.as_dict()
 
 
-def _frictions(outcome: Outcome, rates: dict[str, UncertainReal], inertia: float, uncertainty: float) -> None:
+def _frictions(outcome: AnalysisOutcome, rates: dict[str, UncertainReal], inertia: float, uncertainty: float) -> None:
     """Add the frictions that follow from a known inertia."""
     outcome.assume(f"inertia {inertia:g} kg·m² with a standard uncertainty of {uncertainty:g} kg·m²")
     known = outcome.uncertainties.standard("inertia as given", inertia, uncertainty)
     for name, rate in (("coulomb_friction", "coulomb_deceleration"), ("viscous_friction", "viscous_rate")):
-        outcome.parameter(name, known * rates[rate], _UNITS[name], estimator="fit of the whole coast-down × inertia")
+        outcome.parameter(name, known * rates[rate], estimator="fit of the whole coast-down × inertia")
 
 
 def _fit(records: Sequence[_Record], error: ErrorInput | None = None, by: float = 0.0, *, driven: bool) -> Fit:
@@ -144,11 +139,11 @@ def _uses(records: Sequence[_Record]) -> dict[str, Sequence[str]]:
     return uses
 
 
-def _is_torque(channel: Channel) -> bool:
+def _is_torque(channel: CaptureChannel) -> bool:
     return channel.unit == "N·m" or "torque" in channel.name.lower()
 
 
-def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[Channel, list[str]]:
+def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[CaptureChannel, list[str]]:
     """Return the speed (rad/s), and what had to be assumed."""
     only = [c for c in capture.channels if not _is_torque(c)]
     if wanted is None and len(only) == 1:
@@ -160,7 +155,7 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[Channel,
         factor = np.pi / 30
         values = channel.values * factor
         note = [f"speed '{channel.name}' taken to be in rpm"]
-        return Channel(channel.name, "rad/s", values, channel.resolution * factor), note
+        return CaptureChannel(channel.name, "rad/s", values, channel.resolution * factor), note
     return channel, [f"speed '{channel.name}' taken to be in rad/s"]
 
 

@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
-from bench.captures import Capture, CaptureError, Channel
-from bench.i18n.errors import said_by
-from drivers.interfaces.text import text
+from bench.captures import Capture, CaptureChannel, CaptureError
+from drivers.interfaces.text import text, text_of
 from procedures.core.budget import Uncertainties
+from procedures.core.parameters import PARAMETERS
 from procedures.estimation.fitting.fit import EstimationError, Fit
 
 _Result = TypeVar("_Result")
@@ -20,7 +20,7 @@ TYPE_A_ONLY = (
 )
 
 
-class Outcome:
+class AnalysisOutcome:
     """Collects parameters, assumptions, warnings and details of one analysis, and its inputs' uncertainties."""
 
     def __init__(self, procedure: str, section: str, capture: Capture, accuracy: Applied) -> None:
@@ -50,17 +50,19 @@ class Outcome:
         self,
         name: str,
         quantity: UncertainReal,
-        unit: str,
         *,
         estimator: str = "",
         convention: str = "",
         winding: float | None = None,
         **more: Any,
     ) -> None:
-        """Add a parameter with uncertainty, 95 % coverage interval and budget; `winding` is the value of a delta's winding."""
+        """Add a parameter in the table's unit, with uncertainty, 95 % coverage interval and budget.
+
+        `winding` is the value of a delta's winding.
+        """
         made = self.uncertainties.parameter(
             name,
-            unit,
+            PARAMETERS[name].unit,
             quantity,
             procedure=self._procedure,
             section=self._section,
@@ -97,10 +99,12 @@ def estimated(capture: Capture, estimate: Callable[[], _Result]) -> _Result:
     try:
         return estimate()
     except EstimationError as error:
-        raise CaptureError(capture.source, said_by(error)) from error
+        raise CaptureError(capture.source, text_of(error)) from error
 
 
-def pick(capture: Capture, wanted: str | None, units: Iterable[str], what: str, words: Iterable[str] = ()) -> Channel:
+def pick(
+    capture: Capture, wanted: str | None, units: Iterable[str], what: str, words: Iterable[str] = ()
+) -> CaptureChannel:
     """Return the channel of a given name, or the only one with one of these units, or named by one of these words.
 
     Raises CaptureError where none or several qualify.

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.analysis.applied import Applied
-from bench.analysis.outcome import Outcome, estimated, named, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, named, pick
 from bench.analysis.statements import Statement
 from bench.captures import CaptureError, read_capture
 from drivers.interfaces.text import text
@@ -53,7 +53,7 @@ def analyze_rotor_sweep(
             text("column {name} is in {unit}; inductances in H are needed", name=inductance.name, unit=inductance.unit),
         )
     applied = Applied(accuracy, {"inductance": (inductance.name,)}, (capture,))
-    outcome = Outcome("dq_inductance_extremes", "3.3.2", capture, applied)
+    outcome = AnalysisOutcome("dq_inductance_extremes", "3.3.2", capture, applied)
     if not inductance.unit:
         outcome.assume(f"inductance '{inductance.name}' taken to be in H")
     if capture.time is not None:
@@ -81,7 +81,6 @@ def analyze_rotor_sweep(
         outcome.parameter(
             name,
             factor.y_equivalent * reading,
-            "H",
             estimator="fit of mean and second harmonic to the whole sweep",
             winding=factor.winding * axes.value(name),
             convention="y_equivalent",

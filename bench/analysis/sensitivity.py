@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from bench.i18n.errors import InputError, said_by
+from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 from procedures.estimation.fitting.fit import EstimationError, Fit
 
@@ -23,7 +23,7 @@ def half_differences(fit: Fit, names: Sequence[str], again: Callable[[float], Fi
             text(
                 "accuracy of {what}: readings off by that much give no estimate: {error}",
                 what=what,
-                error=said_by(error),
+                error=error,
             )
         ) from error
     changes = {name: 0.5 * (above.value(name) - below.value(name)) for name in names}

@@ -7,23 +7,20 @@ from typing import Any, Literal
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
-from bench.analysis.outcome import Outcome, estimated, named, paths_of, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, pick
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.captures import CaptureError, Channel, read_captures
-from bench.i18n.errors import said_by
-from drivers.interfaces.text import text
+from bench.captures import CaptureChannel, CaptureError, read_captures
+from drivers.interfaces.text import text, text_of
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.winding.resistance import COPPER_REFERENCE, at_temperature
 from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
-from procedures.techniques.temperature_correction import copper_factor
 from procedures.techniques.temperature_settings import COLD
 
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
-#: Temperature (°C) at which copper's coefficient holds.
-_REFERENCE = 20.0
 _READINGS = {
     "line": ReadingConnection.LINE_TO_LINE,
     "series-parallel": ReadingConnection.SERIES_PARALLEL,
@@ -60,7 +57,7 @@ def analyze_step_response(
     try:
         factor = phase_factor(connection, reading)
     except EstimationError as error:
-        raise CaptureError("connection", said_by(error)) from error
+        raise CaptureError("connection", text_of(error)) from error
     capture = read_captures(paths_of(file)).evenly_sampled().scaled(named(scale))
     if voltage is None and current is None and [c.unit for c in capture.channels] == ["", ""]:
         first, second = capture.channels
@@ -70,7 +67,7 @@ def analyze_step_response(
     applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
     fit = estimated(capture, lambda: _fit(time, v, i))
-    outcome = Outcome("dq_inductance_time_constant", "3.3.1", capture, applied)
+    outcome = AnalysisOutcome("dq_inductance_time_constant", "3.3.1", capture, applied)
     outcome.assume(
         f"voltage is '{v.name}' in V, current is '{i.name}' in A",
         f"winding in {connection}, step applied {reading.value}: leg of the equivalent wye = {factor.y_equivalent:.4g} × loop",
@@ -91,13 +88,12 @@ def analyze_step_response(
         loop = outcome.with_errors(loop, "current", i.name, gain=-1.0)
         loops[name] = outcome.with_errors(loop, "time", "time", gain=of_time)
     _resistance(outcome, loops["resistance"], temperature)
-    outcome.parameter("loop_inductance", loops["inductance"], "H", estimator=_ESTIMATOR, convention="loop")
+    outcome.parameter("loop_inductance", loops["inductance"], estimator=_ESTIMATOR, convention="loop")
     name = f"{axis}_axis_inductance" if axis else "inductance"
     winding = factor.winding * fit.value("inductance")
     outcome.parameter(
         name,
         factor.y_equivalent * loops["inductance"],
-        "H",
         estimator=_ESTIMATOR,
         winding=winding,
         convention="y_equivalent",
@@ -124,14 +120,14 @@ def analyze_step_response(
     return outcome.as_dict()
 
 
-def _fit(time: FloatArray, v: Channel, i: Channel, shift: float = 0.0) -> Fit:
+def _fit(time: FloatArray, v: CaptureChannel, i: CaptureChannel, shift: float = 0.0) -> Fit:
     """Return the fit; `shift` (V) is added to the voltage."""
     return fit_step_response(
         time, v.values + shift, i.values, voltage_resolution=v.resolution, current_resolution=i.resolution
     )
 
 
-def _resistance(outcome: Outcome, loop: UncertainReal, temperature: Temperature | None) -> None:
+def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temperature | None) -> None:
     """Add the loop's resistance, at 25 °C where the temperature is known."""
     convention = "loop"
     if temperature is None:
@@ -139,10 +135,10 @@ def _resistance(outcome: Outcome, loop: UncertainReal, temperature: Temperature 
     else:
         known = outcome.uncertainties.limit("winding temperature", temperature.celsius, temperature.half_width)
         outcome.detail(winding_temperature=temperature.celsius, loop_resistance_as_recorded=float(loop.x))
-        loop = loop * copper_factor(known, COLD, temperature.coefficient, _REFERENCE)
+        loop = at_temperature(loop, known, COLD, temperature.coefficient, COPPER_REFERENCE)
         outcome.assume(
             f"the whole loop at {temperature.celsius:g} °C ± {temperature.half_width:g} K, copper with "
             f"{temperature.coefficient:g} 1/K at 20 °C: loop resistance referred to 25 °C, the time constant as recorded"
         )
         convention = "loop, at 25 °C"
-    outcome.parameter("loop_resistance", loop, "Ω", estimator=_ESTIMATOR, convention=convention)
+    outcome.parameter("loop_resistance", loop, estimator=_ESTIMATOR, convention=convention)

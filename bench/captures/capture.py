@@ -23,7 +23,7 @@ class CaptureError(InputError):
 
 
 @dataclass(frozen=True)
-class Channel:
+class CaptureChannel:
     """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0."""
 
     name: str
@@ -40,7 +40,7 @@ class Capture:
     `first_line` is the file's line of the first sample, 0 where it has no lines.
     """
 
-    channels: tuple[Channel, ...]
+    channels: tuple[CaptureChannel, ...]
     time: FloatArray | None
     source: str
     description: str
@@ -51,7 +51,7 @@ class Capture:
         """Return the file's line of a sample, None where it has none."""
         return self.first_line + sample if self.first_line else None
 
-    def channel(self, name: str) -> Channel:
+    def channel(self, name: str) -> CaptureChannel:
         """Return a channel by name; "CHAN3", "CH3" and "C3" are one. Raises CaptureError for an unknown name."""
         for channel in self.channels:
             if same_name(channel.name, name):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.captures.capture import Capture, CaptureError, Channel
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.journal.waveforms import StoredWaveform, read_waveform, waveform_names
 from drivers.interfaces.text import text
 
@@ -16,9 +16,7 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
         names = [n for n in there if not selected or n == selected or n.startswith(selected.rstrip("/") + "/")]
         waveforms = {name: read_waveform(path, name) for name in names}
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
-        raise CaptureError(
-            str(path), text("cannot be read as HDF5 with waveforms: {error}", error=str(error))
-        ) from error
+        raise CaptureError(str(path), text("cannot be read as HDF5 with waveforms: {error}", error=error)) from error
     if not waveforms:
         raise CaptureError(
             str(path),
@@ -44,7 +42,7 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
                     names=names,
                 ),
             )
-    channels = tuple(Channel(name, w.unit, w.values, w.resolution) for name, w in waveforms.items())
+    channels = tuple(CaptureChannel(name, w.unit, w.values, w.resolution) for name, w in waveforms.items())
     return Capture(channels, reference.time, str(path), "motorbench HDF5")
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.captures.capture import Capture, CaptureError, Channel, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
 from drivers.interfaces.text import text
@@ -74,7 +74,7 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time") -> Captu
         if unit and known is None:
             assumptions.append(f"unit '{unit}' of column '{name}' is not known; values taken as they stand")
         values = table[:, k] * (known[1] if known else 1.0)
-        columns.append(Channel(name, known[0] if known else unit, values, converter_step(values)))
+        columns.append(CaptureChannel(name, known[0] if known else unit, values, converter_step(values)))
     is_time = columns[0].unit == "s" or columns[0].name.lower() in _TIME
     if is_time:
         if not columns[0].unit:

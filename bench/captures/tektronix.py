@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from bench.captures.capture import Capture, CaptureError, Channel, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
@@ -43,7 +43,7 @@ def read_tektronix(path: Path, lines: list[str]) -> Capture:
         assumptions.append("unit of the values not stated")
     model = settings.get("Model Number", "")
     return Capture(
-        (Channel(settings.get("Source", path.stem), known, values, converter_step(values)),),
+        (CaptureChannel(settings.get("Source", path.stem), known, values, converter_step(values)),),
         table[:, 0],
         str(path),
         f"Tektronix CSV{f' of a {model}' if model else ''}",

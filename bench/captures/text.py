@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from bench.captures.capture import CaptureError, FloatArray
-from drivers.interfaces.text import text
+from drivers.interfaces.text import reason_of, text
 
 #: The longest text that is read (bytes), unpacked: a few bytes of gzip may unpack to any length.
 LONGEST = 512 * 1024 * 1024
@@ -29,7 +29,7 @@ def read_lines(path: Path) -> list[str]:
             raw = _up_to_longest(path, file)
     except OSError as error:
         raise CaptureError(
-            str(path), text("cannot be read: {strerror}; check the path", strerror=error.strerror)
+            str(path), text("cannot be read: {strerror}; check the path", strerror=reason_of(error))
         ) from error
     if raw[:2] == b"\x1f\x8b":
         try:
@@ -37,7 +37,7 @@ def read_lines(path: Path) -> list[str]:
                 raw = _up_to_longest(path, file)
         except (OSError, EOFError, zlib.error) as error:
             raise CaptureError(
-                str(path), text("is not a whole gzip file ({error}); copy it again", error=str(error))
+                str(path), text("is not a whole gzip file ({error}); copy it again", error=error)
             ) from error
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         content = raw.decode("utf-16", errors="replace")

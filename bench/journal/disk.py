@@ -6,9 +6,9 @@ from pathlib import Path
 
 from bench.i18n.errors import InputError
 from bench.journal.errors import RecordError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import reason_of, text
 
-#: Room (bytes) kept for the events of the way down and for the result, should the disk fill up.
+#: Room (bytes) kept for the events of the shutdown and for the result, should the disk fill up.
 RESERVE = 512 * 1024
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -65,7 +65,7 @@ class Reserve:
                         "{parent}: the run cannot be written there: {strerror}. Make the folder writable, or copy the run "
                         "to one that is",
                         parent=path.parent,
-                        strerror=error.strerror,
+                        strerror=reason_of(error),
                     )
                 ) from None
             raise InputError(
@@ -73,7 +73,7 @@ class Reserve:
                     "{parent}: there is no room for a run ({strerror}): {size} KiB are kept for its end alone. "
                     "Make room, or choose another disk by --runs",
                     parent=path.parent,
-                    strerror=error.strerror,
+                    strerror=reason_of(error),
                     size=size // 1024,
                 )
             ) from None

@@ -2,13 +2,23 @@
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from operator import attrgetter
 from typing import Any
 
+from bench.journal.stored_result import store, store_notice
 from drivers.interfaces.text import Text
+from procedures.core.events import UnknownAction
+from procedures.core.result import Notice, ProcedureResult
 
+#: What a journal holds in a form that it can be restored from.
+_STORED: Mapping[type, Callable[[Any], Any]] = {
+    ProcedureResult: store,
+    Notice: store_notice,
+    UnknownAction: attrgetter("details"),
+}
 #: Depth beyond which a value is told instead of taken apart (a structure that contains itself).
 _DEPTH = 12
 
@@ -16,7 +26,7 @@ _DEPTH = 12
 def dumps(value: Mapping[str, Any]) -> str:
     """Return one line of JSON; numbers that JSON has no form for stand as the texts "NaN", "Infinity", "-Infinity"."""
     try:
-        return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=plain)
     except (TypeError, ValueError, RecursionError):
         return json.dumps(plain(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
@@ -35,6 +45,9 @@ def plain(value: object, depth: int = 0) -> Any:
         return {"real": _number(value.real), "imag": _number(value.imag)}
     if isinstance(value, Text):
         return _told(value)
+    stored = _STORED.get(type(value))
+    if stored is not None:
+        return plain(stored(value), depth)
     if depth >= _DEPTH:
         return _told(value)
     if isinstance(value, Mapping):

@@ -3,7 +3,7 @@
 import errno
 from pathlib import Path
 
-from drivers.interfaces.text import text
+from drivers.interfaces.text import reason_of, text
 
 _REMEDIES = {
     errno.ENOSPC: text("Make room on that disk"),
@@ -23,7 +23,7 @@ class RecordError(OSError):
         self.text = text(
             "{path} cannot be written: {reason}. Nothing that stood in the journal is lost. {remedy}, then go on with --resume",
             path=path,
-            reason=cause.strerror or str(cause),
+            reason=reason_of(cause),
             remedy=_REMEDIES.get(cause.errno or 0, text("Look after the disk and the folder's permissions")),
         )
         super().__init__(str(self.text))

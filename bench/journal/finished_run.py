@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.i18n.errors import InputError
-from bench.journal.journal import Event, read_journal
+from bench.journal.codec import RecordedEvent
+from bench.journal.events.run import RunStarted
+from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder, existing_run_folder
 from bench.journal.run_view import RunView, view_of
 from bench.motor.motor_file import recorded_motor
@@ -18,8 +20,9 @@ class FinishedRun:
     """A run as its journal tells it; `last_hash` is that of the journal's last line, `torn` whether a line after it was cut."""
 
     folder: RunFolder
-    events: Sequence[Event]
+    events: Sequence[RecordedEvent]
     view: RunView
+    start: RunStarted
     nameplate: Nameplate
     last_hash: str
     torn: bool
@@ -42,8 +45,8 @@ def read_run(reference: str, runs: Path) -> FinishedRun:
     """
     folder = existing_run_folder(reference, runs)
     journal = read_journal(folder.journal)
-    if not journal.events or journal.events[0].kind != "run_started":
-        raise InputError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
     view = view_of(journal.events)
-    motor = recorded_motor(view.start["motor_file"], view.start["motor"]["source"])
-    return FinishedRun(folder, journal.events, view, motor.nameplate, journal.last_hash, journal.torn)
+    if view.start is None:
+        raise InputError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
+    motor = recorded_motor(view.start.motor_file, view.start.motor.source)
+    return FinishedRun(folder, journal.events, view, view.start, motor.nameplate, journal.last_hash, journal.torn)

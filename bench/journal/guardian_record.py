@@ -2,18 +2,19 @@
 
 import fcntl
 import hashlib
-import json
 import os
 import sys
 import threading
 from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from time import monotonic
-from typing import Any
 
-from bench.journal.encoding import dumps, to_bytes
+from bench.journal.codec import RecordedEvent, decode, encode
+from bench.journal.events.safety import GuardianLeft, RecordEnd
 from bench.journal.journal_file import last_whole_line
+from procedures.core.events import Event
 
 #: The file in a run's folder.
 FILE = "guardian.jsonl"
@@ -52,30 +53,19 @@ class GuardianRecord:
                 self._file = -1
 
     @property
-    def head(self) -> dict[str, Any]:
+    def head(self) -> RecordEnd:
         """The number and the SHA-256 of the last event on the disk."""
         with self._lock:
-            return {"events": self._number, "sha256": self._hash}
+            return RecordEnd(self._number, self._hash)
 
-    def event(self, kind: str, **data: Any) -> None:
-        """Append one event, on the disk when this returns."""
-        self._append(kind, data, sealed=False)
-
-    def seal(self, kind: str, **data: Any) -> None:
-        """Append an event that holds the digest of its own content: nothing that follows has to vouch for it."""
-        self._append(kind, data, sealed=True)
-
-    def _append(self, kind: str, data: dict[str, Any], *, sealed: bool) -> None:
+    def record(self, event: Event) -> None:
+        """Append one event, on the disk when this returns; one that says that the guardian leaves holds its own digest."""
         with self._lock:
-            entry = {
-                "n": self._number + 1,
-                "wall": datetime.now(UTC).isoformat(timespec="microseconds"),
-                "time": monotonic() - self._begun,
-                "kind": kind,
-                "data": data,
-                "previous": self._hash,
-            }
-            line = to_bytes(dumps(sealed_entry(entry) if sealed else entry))
+            wall = datetime.now(UTC).isoformat(timespec="microseconds")
+            recorded = RecordedEvent(self._number + 1, wall, monotonic() - self._begun, event)
+            line = (
+                sealed(recorded, event, self._hash) if isinstance(event, GuardianLeft) else encode(recorded, self._hash)
+            )
             if self._file < 0:
                 return
             try:
@@ -103,14 +93,13 @@ class GuardianRecord:
                 self._file = -1
 
 
-def sealed_entry(entry: dict[str, Any]) -> dict[str, Any]:
-    """Return an event's line with the digest of its content in its data; a digest that it holds already counts for nothing."""
-    content = {key: value for key, value in entry["data"].items() if key != "digest"}
-    digest = hashlib.sha256(to_bytes(dumps({**entry, "data": content}))).hexdigest()
-    return {**entry, "data": {**content, "digest": digest}}
+def sealed(recorded: RecordedEvent, event: GuardianLeft, previous: str) -> bytes:
+    """Return the line of a guardian's last event, with the digest of its content; one that it holds already counts for nothing."""
+    content = encode(replace(recorded, event=replace(event, digest="")), previous)
+    return encode(replace(recorded, event=replace(event, digest=hashlib.sha256(content).hexdigest())), previous)
 
 
-def journal_head(folder: Path, *, durable: bool) -> dict[str, Any] | None:
+def journal_head(folder: Path, *, durable: bool) -> RecordEnd | None:
     """Return the number and the SHA-256 of the last whole event of the run's journal, None where there is none.
 
     With `durable` it is on the disk: who wrote it is dead and cannot see to that.
@@ -126,11 +115,11 @@ def journal_head(folder: Path, *, durable: bool) -> dict[str, Any] | None:
     except OSError as error:
         complain(f"the run's journal cannot be read: {error}")
         return None
-    return None if line is None or line.event is None else {"events": line.event.number, "sha256": line.sha256}
+    return None if line is None or line.event is None else RecordEnd(line.event.number, line.sha256)
 
 
 def _wait_for_lock(file: int) -> None:
-    """Wait until the guardian of the run that is resumed has left: it may still be on its way down.
+    """Wait until the guardian of the run that is resumed has left: it may still be in its shutdown.
 
     Raises OSError where it does not leave.
     """
@@ -152,16 +141,12 @@ def complain(words: str) -> None:
         print(f"motorbench guardian: {words}", file=sys.stderr, flush=True)
 
 
-def read_guardian(folder: Path) -> list[dict[str, Any]]:
+def read_guardian(folder: Path) -> list[RecordedEvent]:
     """Return the events in a run's folder, oldest first; empty where no guardian was needed."""
     path = folder / FILE
     if not path.exists():
         return []
-    events = []
-    for line in _whole(path.read_bytes()).splitlines():
-        with suppress(ValueError):
-            events.append(json.loads(line))
-    return events
+    return [found[0] for line in _whole(path.read_bytes()).splitlines() if (found := decode(line))]
 
 
 def _whole(content: bytes) -> bytes:

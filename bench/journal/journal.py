@@ -5,62 +5,31 @@ import fcntl
 import hashlib
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from bench.i18n.errors import InputError
+from bench.journal.codec import line_of
 from bench.journal.disk import Reserve, sync_folder, write_all
-from bench.journal.encoding import dumps, to_bytes
 from bench.journal.errors import RecordError
-from bench.journal.journal_file import Event, JournalFile, read_journal
+from bench.journal.events.run import ClockSetBack, RecordFailed, RunFinished
+from bench.journal.journal_file import JournalFile
 from bench.journal.wall import WallTime
-from drivers.interfaces.text import text
-
-__all__ = ["CLOSING", "DURABLE", "Event", "Journal", "JournalFile", "read_journal"]
-
-#: Events that must have reached the disk, not only the operating system, before what follows them happens.
-DURABLE = frozenset(
-    {
-        "run_started",
-        "run_resumed",
-        "run_finished",
-        "procedure_finished",
-        "procedure_failed",
-        "step_finished",
-        "step_failed",
-        "energising",
-        "commanding",
-        "record_failed",
-        "guardian_ready",
-    }
-)
-
-#: Events that tell how a run ends: they are still tried when the record could not be written.
-CLOSING = frozenset(
-    {
-        "instrument_error",
-        "de_energising",
-        "de_energised",
-        "way_down_started",
-        "step_failed",
-        "procedure_failed",
-        "made_safe",
-        "record_failed",
-        "run_finished",
-    }
-)
+from drivers.interfaces.text import reason_of, text
+from procedures.core.events import Event
 
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS)
 
-Listener = Callable[[str, Mapping[str, Any]], None]
+#: Takes an event after it was written.
+Listener = Callable[[Event], None]
 
 
 class Journal:
-    """Appends events to `journal.jsonl`; the line of an event is with the operating system when `event` returns.
+    """Appends events to `journal.jsonl`; the line of an event is with the operating system when `record` returns.
 
-    `now` gives the bench time (s). Kinds in `durable` are forced to the disk as well. Listeners hear every event
-    after it is written; whatever they raise reaches the caller. `reserve` is given back when the disk is full.
+    `now` gives the bench time (s). Durable events are forced to the disk as well, without `durable` the run's end
+    alone. Listeners get every event after it is written; whatever they raise reaches the caller. `reserve` is given back when
+    the disk is full.
     Raises InputError where the file cannot be written, or another process writes it.
     """
 
@@ -69,7 +38,7 @@ class Journal:
         path: Path,
         now: Callable[[], float],
         *,
-        durable: frozenset[str] = DURABLE,
+        durable: bool = True,
         previous: JournalFile | None = None,
         reserve: Reserve | None = None,
         wall: WallTime | None = None,
@@ -103,24 +72,21 @@ class Journal:
         return self._end[1]
 
     def listen(self, listener: Listener) -> None:
-        """Have `listener(kind, data)` called after each event."""
+        """Have `listener` called after each event."""
         self._listeners.append(listener)
 
-    def event(self, kind: str, **data: Any) -> None:
+    def record(self, event: Event) -> None:
         """Append one event. Raises RecordError where that is not possible, now or before."""
-        told: list[tuple[str, Mapping[str, Any]]] = []
         with self._lock:
-            if self._failure is not None and kind not in CLOSING:
+            if self._failure is not None and not event.closing:
                 raise self._failure
             wall, back = self._wall.read()
-            if back:
-                self._append("clock_set_back", {"seconds": back}, wall)
-                told.append(("clock_set_back", {"seconds": back}))
-            self._append(kind, data, wall)
-            told.append((kind, data))
+            written = [ClockSetBack(seconds=back), event] if back else [event]
+            for each in written:
+                self._append(each, wall)
         for listener in self._listeners:
-            for each in told:
-                listener(*each)
+            for each in written:
+                listener(each)
 
     def close(self) -> None:
         """Let go of the file and of the room kept for its end; safe to call twice."""
@@ -130,46 +96,35 @@ class Journal:
                 self._file = -1
                 self._release()
 
-    def _append(self, kind: str, data: Mapping[str, Any], wall: str) -> None:
+    def _append(self, event: Event, wall: str) -> None:
         try:
-            self._write(kind, data, wall)
+            self._write(event, wall)
         except OSError as error:
             if self._failure is not None:
                 raise RecordError(self.path, error) from error
             self._failure = RecordError(self.path, error)
             self._release()
-            self._tell_failure(kind, wall)
-            if kind not in CLOSING:
+            self._record_failure(event, wall)
+            if not event.closing:
                 raise self._failure from error
             # The room given back is for telling how it ends.
-            self._append(kind, data, wall)
+            self._append(event, wall)
 
-    def _tell_failure(self, kind: str, wall: str) -> None:
+    def _record_failure(self, lost: Event, wall: str) -> None:
         try:
-            self._write("record_failed", {"lost": kind, "error": str(self._failure)}, wall)
+            self._write(RecordFailed(lost=lost.kind, error=str(self._failure)), wall)
         except OSError as error:
             raise RecordError(self.path, error) from error
 
-    def _write(self, kind: str, data: Mapping[str, Any], wall: str) -> None:
+    def _write(self, event: Event, wall: str) -> None:
         self._settle()
         number, previous, length = self._end
-        line = to_bytes(
-            dumps(
-                {
-                    "n": number + 1,
-                    "wall": wall,
-                    "time": self._now(),
-                    "kind": kind,
-                    "data": data,
-                    "previous": previous,
-                }
-            )
-        )
+        line = line_of(number + 1, wall, self._now(), event, previous)
         digest = hashlib.sha256(line).hexdigest()
         self._pending = line + b"\n"
         try:
             write_all(self._file, self._pending)
-            if kind in self._durable:
+            if event.durable and (self._durable or isinstance(event, RunFinished)):
                 os.fsync(self._file)
         except OSError:
             self._take_back()
@@ -207,7 +162,7 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
             text(
                 "{path}: the journal cannot be written: {strerror}. Make the folder writable, or copy the run to one that is",
                 path=path,
-                strerror=error.strerror,
+                strerror=reason_of(error),
             )
         ) from None
     try:
@@ -221,7 +176,7 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
     except OSError as error:
         os.close(file)
         raise InputError(
-            text("{path}: the journal cannot be brought to the disk: {strerror}", path=path, strerror=error.strerror)
+            text("{path}: the journal cannot be brought to the disk: {strerror}", path=path, strerror=reason_of(error))
         ) from None
     except InputError:
         os.close(file)

@@ -1,31 +1,19 @@
 """A journal as it lies on the disk: whole lines, each carrying the hash of the line before, and perhaps a torn last one."""
 
 import hashlib
-import json
 import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import text
+from bench.journal.codec import RecordedEvent, decode
+from drivers.interfaces.text import reason_of, text
 
 #: No event is longer than this (bytes); a file without line ends must not be taken into memory whole.
 LONGEST_LINE = 64 * 1024 * 1024
 #: So much (bytes) of a journal's end holds its last line, mostly.
 _TAIL = 64 * 1024
-
-
-@dataclass(frozen=True)
-class Event:
-    """One line of a journal: `number` from 1, `wall` time (ISO 8601, UTC), bench `time` (s), `kind`, `data`."""
-
-    number: int
-    wall: str
-    time: float
-    kind: str
-    data: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -40,7 +28,7 @@ class Line:
     length: int
     sha256: str
     torn: bool
-    event: Event | None
+    event: RecordedEvent | None
     previous: str
 
 
@@ -48,7 +36,7 @@ class Line:
 class JournalFile:
     """A journal that was read: its whole events, how many bytes of a torn end follow them, and where and how they end."""
 
-    events: tuple[Event, ...]
+    events: tuple[RecordedEvent, ...]
     torn_bytes: int
     length: int
     last_hash: str
@@ -69,7 +57,7 @@ def read_lines(path: Path) -> Iterator[Line]:
                 yield parse_line(place, content)
     except OSError as error:
         raise InputError(
-            text("{path}: the journal cannot be read: {strerror}", path=path, strerror=error.strerror)
+            text("{path}: the journal cannot be read: {strerror}", path=path, strerror=reason_of(error))
         ) from None
 
 
@@ -78,7 +66,7 @@ def read_journal(path: Path) -> JournalFile:
 
     Raises InputError for a file that is missing, or whose chain of hashes is broken at some line.
     """
-    events: list[Event] = []
+    events: list[RecordedEvent] = []
     last_hash, length, torn, torn_at = "", 0, 0, 0
     for line in read_lines(path):
         if torn or line.torn or line.event is None:
@@ -135,23 +123,5 @@ def parse_line(place: int, content: bytes) -> Line:
     """Return what stands in a line of a journal, with its end or torn off."""
     whole = content.endswith(b"\n")
     body = content[:-1] if whole else content
-    event, previous = _event(body)
+    event, previous = decode(body) or (None, "")
     return Line(place, len(content), hashlib.sha256(body).hexdigest(), not whole, event, previous)
-
-
-def _event(line: bytes) -> tuple[Event | None, str]:
-    try:
-        raw = json.loads(line)
-        event = Event(raw["n"], raw["wall"], raw["time"], raw["kind"], raw["data"])
-        previous = raw["previous"]
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return None, ""
-    kinds = (
-        (event.number, int),
-        (event.wall, str),
-        (event.time, float | int),
-        (event.kind, str),
-        (event.data, dict),
-        (previous, str),
-    )
-    return (event, previous) if all(isinstance(value, kind) for value, kind in kinds) else (None, "")

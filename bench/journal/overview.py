@@ -1,17 +1,11 @@
 """A run in a line, from its first and its last event; a folder of thousands is shown without reading all they hold."""
 
-import os
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 from bench.i18n.errors import InputError
-from bench.journal.journal_file import Event, parse_line, read_lines
+from bench.journal.events.run import RunFinished, RunStarted
+from bench.journal.journal_file import last_whole_line, read_lines
 from bench.journal.run_folder import RunFolder
-
-#: A run's last event fits into this many bytes.
-_TAIL = 64 * 1024
 
 
 @dataclass(frozen=True)
@@ -29,25 +23,17 @@ def overview(folder: RunFolder) -> Overview:
     """Return what a run's first and last events tell of it."""
     try:
         line = next(read_lines(folder.journal), None)
-        last = _last_event(folder.journal)
+        last = last_whole_line(folder.journal)
     except (InputError, OSError):
         return Overview(folder.path.name)
-    first = line.event if line is not None else None
-    if first is None or first.kind != "run_started":
+    if line is None or line.event is None or not isinstance(line.event.event, RunStarted):
         return Overview(folder.path.name)
-    motor, procedures = first.data.get("motor"), first.data.get("procedures")
-    ended = last is not None and last.kind == "run_finished"
+    begun = line.event.event
+    ended = last.event.event if last is not None and last.event is not None else None
     return Overview(
         name=folder.path.name,
-        began=first.wall,
-        motor=str(motor.get("name", "")) if isinstance(motor, Mapping) else "",
-        status=str(last.data.get("status")) if last is not None and ended else "interrupted",
-        procedures=tuple(str(name) for name in procedures) if isinstance(procedures, list) else (),
+        began=line.event.wall,
+        motor=begun.motor.name,
+        status=ended.status if isinstance(ended, RunFinished) else "interrupted",
+        procedures=tuple(begun.procedures),
     )
-
-
-def _last_event(path: Path) -> Event | None:
-    with path.open("rb") as file:
-        file.seek(max(0, file.seek(0, os.SEEK_END) - _TAIL))
-        lines: list[Any] = file.read(_TAIL).splitlines(keepends=True)
-    return parse_line(0, lines[-1]).event if lines and lines[-1].endswith(b"\n") else None

@@ -4,7 +4,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.journal.journal_file import Event
+from bench.journal.codec import RecordedEvent, UnknownEvent
+from bench.journal.events.run import ProcedureStarted
+from procedures.core.events import Event, StepFailed, StepFinished, StepStarted
 
 
 @dataclass
@@ -17,7 +19,7 @@ class StepPassage:
     ended: float | None = None
     status: str = "started"
     error: str = ""
-    events: list[Event] = field(default_factory=list)
+    events: list[Event | UnknownEvent] = field(default_factory=list)
 
 
 @dataclass
@@ -29,33 +31,33 @@ class ProcedurePassage:
     steps: list[StepPassage] = field(default_factory=list)
 
 
-def passages(events: Iterable[Event]) -> dict[str, ProcedurePassage]:
+def passages(events: Iterable[RecordedEvent]) -> dict[str, ProcedurePassage]:
     """Return the procedures of a journal by name; one begun anew after a resumption replaces its first passage."""
     found: dict[str, ProcedurePassage] = {}
     procedure: ProcedurePassage | None = None
     open_steps: list[StepPassage] = []
-    for event in events:
-        data = event.data
-        if event.kind == "procedure_started":
-            procedure = ProcedurePassage(data["procedure"], data.get("settings", {}))
-            found[procedure.name] = procedure
-            open_steps = []
-        elif event.kind == "step_started" and procedure is not None:
-            step = StepPassage(data["step"], data["text"], data["time"])
-            procedure.steps.append(step)
-            open_steps.append(step)
-        elif event.kind in ("step_finished", "step_failed"):
-            _end(open_steps, event)
-        elif open_steps:
-            open_steps[-1].events.append(event)
+    for recorded in events:
+        match recorded.event:
+            case ProcedureStarted() as event:
+                procedure = ProcedurePassage(event.procedure, event.settings)
+                found[procedure.name] = procedure
+                open_steps = []
+            case StepStarted() as event if procedure is not None:
+                step = StepPassage(event.step, event.text, event.time)
+                procedure.steps.append(step)
+                open_steps.append(step)
+            case StepFinished() | StepFailed() as event:
+                _end(open_steps, event)
+            case event if open_steps:
+                open_steps[-1].events.append(event)
     return found
 
 
-def _end(open_steps: list[StepPassage], event: Event) -> None:
+def _end(open_steps: list[StepPassage], event: StepFinished | StepFailed) -> None:
     for step in reversed(open_steps):
-        if step.identifier == event.data["step"]:
-            step.ended = event.data["time"]
-            step.status = "finished" if event.kind == "step_finished" else "failed"
-            step.error = event.data.get("error", "")
+        if step.identifier == event.step:
+            step.ended = event.time
+            step.status = "failed" if isinstance(event, StepFailed) else "finished"
+            step.error = event.error if isinstance(event, StepFailed) else ""
             open_steps.remove(step)
             return

@@ -8,24 +8,25 @@ from functools import cache
 from types import TracebackType
 from typing import Any, Protocol
 
+from bench.journal.events.instruments import (
+    Commanding,
+    DeEnergised,
+    DeEnergising,
+    Energised,
+    Energising,
+    InstrumentFailed,
+    ReadingTaken,
+    SettingDone,
+    WaveformFile,
+    WaveformsTaken,
+)
 from bench.journal.waveforms import StoredRecord
-from drivers.interfaces import Instrument, Waveform
+from drivers.interfaces import Instrument, Role, Waveform
+from drivers.interfaces.declarations import Declaration, Effect, Lasting, UndeclaredError, declarations
 from procedures.core.bench import Recorder
 
-#: Questions that an instrument answers from its own data, without a measurement.
-_UNRECORDED = frozenset({"accuracy_at", "channels", "close"})
-#: What energises or moves by itself, or changes the energy in an energised block: on the disk before it is done, as a block's
-#: beginning is.
-_COMMANDS = frozenset(
-    {
-        ("inverter", "set_current"),
-        ("dynamometer", "set_speed"),
-        ("supply", "configure"),
-        ("insulation_tester", "measure"),
-        ("rotor_actuator", "turn"),
-        ("rotor_actuator", "move_by"),
-    }
-)
+#: What is no event: an answer that the driver knows without a measurement, and the end of a connection.
+_UNRECORDED = (Effect.QUESTION, Effect.DISCONNECTS)
 
 #: Types that a journal's line holds as they are.
 _PLAIN = frozenset({float, int, str, bool, dict, list, type(None)})
@@ -41,55 +42,69 @@ class WaveformSink(Protocol):
 class Recording:
     """An instrument whose every setting, reading, waveform and energised block becomes an event.
 
-    It passes on whatever the instrument has; `name` is its role. An error of the instrument is an event as well.
+    What its interface declares to energise or to be a set point is on the disk before it is sent. `name` is its role. An error of
+    the instrument is an event as well. Raises UndeclaredError for what the interface does not declare.
     """
 
     def __init__(self, instrument: Instrument, name: str, recorder: Recorder, waveforms: WaveformSink) -> None:
         self._instrument = instrument
         self._name = name
+        self._interface = Role(name).interface
+        self._declarations = declarations(self._interface)
         self._recorder = recorder
         self._waveforms = waveforms
 
     def __getattr__(self, attribute: str) -> Any:
-        value = getattr(self._instrument, attribute)
-        if not callable(value) or attribute.startswith("_") or attribute in _UNRECORDED:
-            return value
-        recorded = self._recorded(attribute)
+        declaration = self._declarations.get(attribute)
+        if declaration is None:
+            raise UndeclaredError(self._name, self._interface, attribute)
+        if declaration.is_property or declaration.effect in _UNRECORDED:
+            return getattr(self._instrument, attribute)
+        recorded = self._recorded(attribute, declaration)
         # Found in the instance from now on: the wrapping is paid for once.
         self.__dict__[attribute] = recorded
         return recorded
 
-    def _recorded(self, method: str) -> Callable[..., Any]:
-        commands = (self._name, method) in _COMMANDS
+    def _recorded(self, method: str, declaration: Declaration) -> Callable[..., Any]:
+        # A block is written when it is entered; nothing is sent before.
+        is_block = declaration.lasting is Lasting.BLOCK
+        is_command = declaration.is_command and not is_block
 
         def recorded(*arguments: Any, **named: Any) -> Any:
-            if commands:
-                said = _said(arguments, named)
-                self._recorder.event("commanding", instrument=self._name, call=method, **said)
+            if is_command:
+                self._recorder.record(Commanding(**self._call(method, arguments, named)))
             try:
                 # Looked up anew: an instrument that was closed is another one when it has been opened again.
                 given = getattr(self._instrument, method)(*arguments, **named)
             except BaseException as error:
                 self._failed(method, arguments, named, error)
                 raise
+            if is_block:
+                return _Energised(given, self._recorder, self._call(method, arguments, named))
             return self._record(method, arguments, named, given)
 
         return recorded
 
     def _record(self, method: str, arguments: tuple[Any, ...], named: Mapping[str, Any], given: Any) -> Any:
-        event: dict[str, Any] = {"instrument": self._name, "call": method, **_said(arguments, named)}
-        if isinstance(given, AbstractContextManager):
-            return _Energised(given, self._recorder, event)
+        call = self._call(method, arguments, named)
         if waves := _waveforms(given):
-            event["file"], event["value"] = self._kept(waves)
-            self._recorder.event("waveforms", **event)
+            file, value = self._kept(waves)
+            self._recorder.record(WaveformsTaken(**call, file=file, value=value))
         elif given is None:
-            self._recorder.event("setting", **event)
+            self._recorder.record(SettingDone(**call))
         else:
-            self._recorder.event("reading", **event, value=_flat(given))
+            self._recorder.record(ReadingTaken(**call, value=_flat(given)))
         return given
 
-    def _kept(self, waves: Mapping[Any, Waveform]) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _call(self, method: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
+        return {
+            "instrument": self._name,
+            "call": method,
+            "arguments": tuple(map(_flat, arguments)),
+            "named": {name: _flat(value) for name, value in named.items()},
+        }
+
+    def _kept(self, waves: Mapping[Any, Waveform]) -> tuple[WaveformFile, dict[str, Any]]:
         stored = self._waveforms.store(self._name, {f"channel{key}": wave for key, wave in waves.items()})
         told = {
             str(key): {
@@ -101,35 +116,29 @@ class Recording:
             }
             for key, wave in waves.items()
         }
-        return {"path": stored.path, "sha256": stored.sha256, "bytes": stored.length}, told
+        return WaveformFile(stored.path, stored.sha256, stored.length), told
 
     def _failed(self, method: str, arguments: tuple[Any, ...], named: Mapping[str, Any], error: BaseException) -> None:
-        self._recorder.event(
-            "instrument_error",
-            instrument=self._name,
-            call=method,
-            **_said(arguments, named),
-            error=f"{type(error).__name__}: {error}",
-        )
+        self._recorder.record(InstrumentFailed(**self._call(method, arguments, named), error=_words(error)))
 
 
 class _Energised(AbstractContextManager[Any]):
     """An energised block: on its way to the disk before it is entered, and again when it has been left."""
 
-    def __init__(self, inner: AbstractContextManager[Any], recorder: Recorder, said: dict[str, Any]) -> None:
+    def __init__(self, inner: AbstractContextManager[Any], recorder: Recorder, call: dict[str, Any]) -> None:
         self._inner = inner
         self._recorder = recorder
-        self._said = said
+        self._call = call
 
     def __enter__(self) -> Any:
-        self._recorder.event("energising", **self._said)
+        self._recorder.record(Energising(**self._call))
         try:
             given = self._inner.__enter__()
         except BaseException as error:
-            self._recorder.event("de_energised", **self._said, error=f"{type(error).__name__}: {error}")
+            self._recorder.record(DeEnergised(**self._call, error=_words(error)))
             raise
         try:
-            self._recorder.event("energised", **self._said)
+            self._recorder.record(Energised(**self._call))
         except BaseException as error:
             # What cannot be recorded must not stay on: the caller never gets to its block's end.
             self._inner.__exit__(type(error), error, error.__traceback__)
@@ -143,15 +152,15 @@ class _Energised(AbstractContextManager[Any]):
         if error is not None:
             # Said before it is tried, so that somebody may notice where it is not done.
             with suppress(OSError):
-                self._recorder.event("de_energising", **self._said, error=f"{type(error).__name__}: {error}")
+                self._recorder.record(DeEnergising(**self._call, error=_words(error)))
         try:
             swallowed = self._inner.__exit__(kind, error, trace)
         except BaseException as failure:
-            self._recorder.event("de_energised", **self._said, error=f"{type(failure).__name__}: {failure}")
+            self._recorder.record(DeEnergised(**self._call, error=_words(failure)))
             raise
         # An end that fails under an error is a note of that error.
         failed = getattr(error, "__notes__", [])[noted:]
-        self._recorder.event("de_energised", **self._said, **({"error": "; ".join(failed)} if failed else {}))
+        self._recorder.record(DeEnergised(**self._call, error="; ".join(failed) or None))
         return swallowed
 
 
@@ -164,13 +173,8 @@ def _waveforms(given: Any) -> Mapping[Any, Waveform]:
     return {}
 
 
-def _said(arguments: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
-    said: dict[str, Any] = {}
-    if arguments:
-        said["arguments"] = [_flat(argument) for argument in arguments]
-    if named:
-        said["named"] = {name: _flat(value) for name, value in named.items()}
-    return said
+def _words(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}"
 
 
 def _flat(value: Any) -> Any:

@@ -12,7 +12,7 @@ from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
 from bench.journal.disk import write_file
 from bench.journal.encoding import plain, to_bytes
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, reason_of, text
 
 #: What a rehearsal's folder holds in place of a run's journal, so that neither is taken for the other.
 REHEARSAL = "rehearsal.jsonl"
@@ -77,7 +77,7 @@ def new_run_folder(runs: Path, motor: str) -> RunFolder:
                 text(
                     "{path}: the run's folder cannot be made: {strerror}; see --runs",
                     path=path,
-                    strerror=error.strerror,
+                    strerror=reason_of(error),
                 )
             ) from None
         return RunFolder(path)
@@ -124,7 +124,7 @@ def run_folders(runs: Path) -> list[RunFolder]:
             text(
                 "{runs}: the folder of the runs cannot be read: {strerror}; see --runs",
                 runs=runs,
-                strerror=error.strerror,
+                strerror=reason_of(error),
             )
         ) from None
     return [RunFolder(path) for path in sorted(found, key=lambda path: (_STAMPED.match(path.name) is not None, path))]

@@ -3,6 +3,7 @@
 from typing import Any
 
 from bench.i18n.errors import InputError
+from bench.journal.events.run import RunFinished
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView, view_of
@@ -29,7 +30,7 @@ def conclude(folder: RunFolder, view: RunView, translate: Translate) -> dict[str
     """
     try:
         journal = read_journal(folder.journal)
-        if journal.events and journal.events[-1].kind == "run_finished":
+        if journal.events and isinstance(journal.events[-1].event, RunFinished):
             result = result_of(journal, translate)
             folder.write_result(result)
             return result
@@ -37,12 +38,11 @@ def conclude(folder: RunFolder, view: RunView, translate: Translate) -> dict[str
     except (InputError, OSError) as error:
         why = f"{folder.result} was not made: {error}"
     view.apply(
-        "run_finished",
-        {
-            "status": "aborted" if view.status == "aborted" else "failed",
-            "cause": "\n".join(part for part in (view.cause, why) if part),
-            "bench_time": 0.0,
-            "wall_time": 0.0,
-        },
+        RunFinished(
+            status="aborted" if view.status == "aborted" else "failed",
+            cause="\n".join(part for part in (view.cause, why) if part),
+            bench_time=0.0,
+            wall_time=0.0,
+        )
     )
     return view.as_dict(translate)

@@ -4,15 +4,24 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.i18n.errors import InputError, said_by
-from bench.journal.journal_file import Event
-from bench.journal.stored_result import restore, restore_notice
+from bench.i18n.errors import InputError
+from bench.journal.codec import RecordedEvent, UnknownEvent
+from bench.journal.encoding import plain
+from bench.journal.events.run import (
+    ClockSetBack,
+    ConsistencyChecked,
+    KnownBefore,
+    ProcedureFailed,
+    ProcedureFinished,
+    ProcedureStarted,
+    RunFinished,
+    RunResumed,
+    RunStarted,
+)
 from drivers.interfaces.text import Translate, english, text
+from procedures.core.events import Event, StepFailed, StepFinished, StepStarted
 from procedures.core.parameter_set import ParameterSet, merge
 from procedures.core.result import Notice, ProcedureResult
-
-#: What comes of an event whose data are of another form.
-_MISFITS = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError)
 
 
 @dataclass
@@ -29,9 +38,8 @@ class RunView:
     """The state that a run's events add up to; feed it events in order."""
 
     def __init__(self) -> None:
-        self.start: Mapping[str, Any] = {}
+        self.start: RunStarted | None = None
         self.planned: tuple[str, ...] = ()
-        self.settings: Mapping[str, Any] = {}
         self.procedures: dict[str, ProcedureView] = {}
         self.status = "interrupted"
         self.cause = ""
@@ -42,11 +50,36 @@ class RunView:
         self._together: list[Notice] = []
         self._here: ProcedureView | None = None
 
-    def apply(self, kind: str, data: Mapping[str, Any]) -> None:
-        """Take one event into account; kinds that the view does not show pass by."""
-        take = getattr(self, f"_{kind}", None)
-        if take is not None:
-            take(data)
+    def apply(self, event: Event) -> None:
+        """Take one event into account; those that the view does not show pass by."""
+        match event:
+            case RunStarted():
+                self.start, self.sessions = event, 1
+                self.planned = tuple(event.procedures)
+            case RunResumed():
+                self.status, self.cause = "interrupted", ""
+                self.sessions += 1
+            case KnownBefore():
+                found = (event.procedure, event.warning)
+                # A resumed run says again what still holds.
+                if found not in self._before:
+                    self._before.append(found)
+            case ClockSetBack():
+                self._before.append(("", _clock_notice(event)))
+            case ConsistencyChecked():
+                self._together = list(event.warnings)
+            case ProcedureStarted():
+                self._here = self.procedures[event.procedure] = ProcedureView(sentences=event.steps)
+            case ProcedureFinished(result=result):
+                self.procedures[result.procedure].result = result
+            case ProcedureFailed():
+                self.procedures[event.procedure].cause = event.cause
+            case StepStarted() | StepFinished() | StepFailed():
+                self._step(event)
+            case RunFinished():
+                self.status, self.cause = event.status, event.cause
+                self.bench_time += event.bench_time
+                self.wall_time += event.wall_time
 
     @property
     def finished(self) -> dict[str, ProcedureResult]:
@@ -68,7 +101,7 @@ class RunView:
     @property
     def truth(self) -> dict[str, float]:
         """The virtual motor's true values by parameter name; empty for a real motor."""
-        return dict(self.start.get("truth", {}))
+        return dict(self.start.truth) if self.start is not None else {}
 
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:
         """Return it as it stands in `result.json`."""
@@ -82,7 +115,8 @@ class RunView:
                 entry["truth"] = truth[name]
             parameters[name] = entry
         made: dict[str, Any] = {
-            key: self.start.get(key) for key in ("run", "motor", "station", "person", "language", "software", "seed")
+            key: plain(getattr(self.start, key, None))
+            for key in ("run", "motor", "station", "person", "language", "software", "seed")
         }
         made |= {
             "status": self.status,
@@ -94,95 +128,64 @@ class RunView:
             "bench_time": self.bench_time,
             "wall_time": self.wall_time,
         }
-        if self.start.get("faults"):
-            made["faults"] = self.start["faults"]
+        if self.start is not None and self.start.faults:
+            made["faults"] = list(self.start.faults)
         if self.cause:
             made["cause"] = self.cause
         return made
 
-    def _run_started(self, data: Mapping[str, Any]) -> None:
-        self.start = data
-        self.sessions = 1
-        self.planned = tuple(data["procedures"])
-        self.settings = data["settings"]
-
-    def _run_resumed(self, data: Mapping[str, Any]) -> None:
-        self.status, self.cause = "interrupted", ""
-        self.sessions += 1
-
-    def _known_before(self, data: Mapping[str, Any]) -> None:
-        found = (data["procedure"], restore_notice(data["warning"]))
-        # A resumed run says again what still holds.
-        if found not in self._before:
-            self._before.append(found)
-
-    def _clock_set_back(self, data: Mapping[str, Any]) -> None:
-        said = text(
-            "this computer's clock was set back by {seconds:.0f} s during the run: the journal's order is that of its numbers, "
-            "its wall times are not",
-            seconds=float(data["seconds"]),
-        )
-        self._before.append(("", Notice("clock-set-back", said)))
-
-    def _consistency_checked(self, data: Mapping[str, Any]) -> None:
-        self._together = [restore_notice(entry) for entry in data["warnings"]]
-
-    def _procedure_started(self, data: Mapping[str, Any]) -> None:
-        self._here = ProcedureView(sentences=data["steps"])
-        self.procedures[data["procedure"]] = self._here
-
-    def _step_started(self, data: Mapping[str, Any]) -> None:
-        if self._here is not None:
-            words = self._here.sentences.get(data["step"], data["text"])
-            self._here.steps.append({"id": data["step"], "text": words, "status": "started", "started": data["time"]})
-
-    def _step_finished(self, data: Mapping[str, Any]) -> None:
-        self._end_step(data, "finished")
-
-    def _step_failed(self, data: Mapping[str, Any]) -> None:
-        self._end_step(data, "failed")
-
-    def _end_step(self, data: Mapping[str, Any], status: str) -> None:
-        steps = self._here.steps if self._here is not None else []
+    def _step(self, event: StepStarted | StepFinished | StepFailed) -> None:
+        if self._here is None:
+            return
+        steps = self._here.steps
+        if isinstance(event, StepStarted):
+            words = self._here.sentences.get(event.step, event.text)
+            steps.append({"id": event.step, "text": words, "status": "started", "started": event.time})
+            return
         for entry in reversed(steps):
-            if entry["id"] == data["step"] and entry["status"] == "started":
-                entry["status"] = status
-                entry["ended"] = data["time"]
-                if "error" in data:
-                    entry["error"] = data["error"]
+            if entry["id"] == event.step and entry["status"] == "started":
+                entry["status"] = "finished" if isinstance(event, StepFinished) else "failed"
+                entry["ended"] = event.time
+                if isinstance(event, StepFailed):
+                    entry["error"] = event.error
                 return
 
-    def _procedure_finished(self, data: Mapping[str, Any]) -> None:
-        view = self.procedures[data["result"]["procedure"]]
-        view.result = restore(data["result"])
 
-    def _procedure_failed(self, data: Mapping[str, Any]) -> None:
-        self.procedures[data["procedure"]].cause = data["cause"]
-
-    def _run_finished(self, data: Mapping[str, Any]) -> None:
-        self.status, self.cause = data["status"], data.get("cause", "")
-        self.bench_time += data["bench_time"]
-        self.wall_time += data["wall_time"]
+def _clock_notice(event: ClockSetBack) -> Notice:
+    said = text(
+        "this computer's clock was set back by {seconds:.0f} s during the run: the journal's order is that of its numbers, "
+        "its wall times are not",
+        seconds=event.seconds,
+    )
+    return Notice("clock-set-back", said)
 
 
-def view_of(events: Iterable[Event]) -> RunView:
+def view_of(events: Iterable[RecordedEvent]) -> RunView:
     """Return what a journal's events come to. Raises InputError for an event that is not as a run writes it."""
     view = RunView()
-    for event in events:
+    for recorded in events:
+        event = recorded.event
+        if isinstance(event, UnknownEvent):
+            if event.misfit:
+                raise _not_readable(recorded, event.misfit)
+            continue
         try:
-            view.apply(event.kind, event.data)
-        except _MISFITS as error:
-            raise InputError(
-                text(
-                    "event {number} ({kind}) is not as this version of motorbench writes it "
-                    "({name}: {error}); read the run with the version that made it",
-                    number=event.number,
-                    kind=event.kind,
-                    name=type(error).__name__,
-                    error=said_by(error),
-                )
-            ) from None
+            view.apply(event)
+        except KeyError as error:
+            raise _not_readable(recorded, f"KeyError: {error}") from None
     return view
+
+
+def _not_readable(recorded: RecordedEvent, why: str) -> InputError:
+    return InputError(
+        text(
+            "event {number} ({kind}) is not as this version of motorbench writes it ({why}); "
+            "read the run with the version that made it",
+            number=recorded.number,
+            kind=recorded.kind,
+            why=why,
+        )
+    )
 
 
 def _procedure(view: ProcedureView, translate: Translate) -> dict[str, Any]:

@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 
-from bench.i18n.errors import InputError, said_by
+from bench.i18n.errors import InputError
 from bench.journal.disk import write_file
+from bench.journal.events.run import RunFinished
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_result import end_of
@@ -42,7 +43,7 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime) 
             text("the remark has {count} characters; up to {longest} are allowed", count=len(words), longest=_LONGEST)
         )
     journal = read_journal(folder.journal)
-    if not journal.events or journal.events[-1].kind != "run_finished":
+    if not journal.events or not isinstance(journal.events[-1].event, RunFinished):
         raise InputError(text("{name} has no end; only a run that has ended is signed off", name=folder.path.name))
     end = end_of(journal)
     made = Signature(
@@ -56,7 +57,7 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime) 
         write_file(_path(folder), content.encode("utf-8", "backslashreplace") + b"\n")
     except OSError as error:
         raise InputError(
-            text("{path}: the signature was not written: {error}", path=_path(folder), error=said_by(error))
+            text("{path}: the signature was not written: {error}", path=_path(folder), error=error)
         ) from error
 
 
@@ -79,4 +80,4 @@ def _stored(path: Path) -> list[Signature]:
     except FileNotFoundError:
         return []
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(text("{path}: these are no signatures: {error}", path=path, error=said_by(error))) from None
+        raise InputError(text("{path}: these are no signatures: {error}", path=path, error=error)) from None

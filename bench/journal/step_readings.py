@@ -1,13 +1,14 @@
 """What was set and read in a step, from its events: one entry for each instrument and quantity."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, TypeGuard
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TypeGuard
 
-from bench.journal.journal_file import Event
-from bench.journal.stored_action import restore_action
+from bench.journal.codec import UnknownEvent
+from bench.journal.events.instruments import Energising, ReadingTaken, SettingDone
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import EnterReading
-from reports.document.record import Readings
+from procedures.core.events import ActionDone, ActionStarted, Event
+from reports.document.record import ReadingsRecord
 
 #: Quantities of readings that have several, with their units; what is not named here is no reading of its own.
 _PARTS: Mapping[str, tuple[Text, str]] = {
@@ -49,59 +50,48 @@ class _Gathered:
         self.values: list[float] = []
 
 
-def readings_of(events: Iterable[Event]) -> tuple[Readings, ...]:
+def readings_of(events: Iterable[Event | UnknownEvent]) -> tuple[ReadingsRecord, ...]:
     """Return what a step's events set and read, in the order in which each quantity came first."""
     found: dict[tuple[str, str, str, bool], _Gathered] = {}
     asked: Text | None = None
     unit = ""
     for event in events:
-        if event.kind == "action":
-            asked, unit = _asked(event.data)
+        if isinstance(event, ActionStarted):
+            action = event.details
+            asked, unit = (action.quantity, action.unit) if isinstance(action, EnterReading) else (None, "")
             continue
         for instrument, quantity, quantity_unit, value, was_set in _values(event, asked, unit):
             key = (instrument, str(quantity), quantity_unit, was_set)
             gathered = found.setdefault(key, _Gathered(instrument, quantity, quantity_unit, was_set=was_set))
             gathered.values.append(value)
-    return tuple(Readings(g.instrument, g.quantity, g.unit, tuple(g.values), g.was_set) for g in found.values())
+    return tuple(ReadingsRecord(g.instrument, g.quantity, g.unit, tuple(g.values), g.was_set) for g in found.values())
 
 
-def _asked(data: Mapping[str, Any]) -> tuple[Text | None, str]:
-    """Return the quantity and unit that a person is asked for."""
-    try:
-        action = restore_action(data)
-    except ValueError:
-        # A journal of another version: its figure cannot be named, and stands in the journal.
-        return None, ""
-    return (action.quantity, action.unit) if isinstance(action, EnterReading) else (None, "")
-
-
-def _values(event: Event, asked: Text | None, unit: str) -> Iterator[tuple[str, Text, str, float, bool]]:
-    data = event.data
-    if event.kind == "reading":
-        for quantity, quantity_unit, value in quantities_read(data):
-            yield data["instrument"], quantity, quantity_unit, value, False
-    elif event.kind in ("energising", "setting"):
-        known = _SETTINGS.get((data["instrument"], data["call"]), ())
-        for (quantity, quantity_unit), value in zip(known, data.get("arguments", ()), strict=False):
-            if _is_number(value):
-                yield data["instrument"], quantity, quantity_unit, float(value), True
-    elif event.kind == "action_done":
-        given = data.get("given")
-        if asked is not None and _is_number(given):
-            yield "", asked, unit, float(given), False
-        elif isinstance(given, list):
-            for value in given:
+def _values(event: Event | UnknownEvent, asked: Text | None, unit: str) -> Iterator[tuple[str, Text, str, float, bool]]:
+    match event:
+        case ReadingTaken():
+            for quantity, quantity_unit, value in quantities_read(event):
+                yield event.instrument, quantity, quantity_unit, value, False
+        case Energising() | SettingDone():
+            known = _SETTINGS.get((event.instrument, event.call), ())
+            for (quantity, quantity_unit), value in zip(known, event.arguments, strict=False):
                 if _is_number(value):
+                    yield event.instrument, quantity, quantity_unit, float(value), True
+        case ActionDone(given=given):
+            if asked is not None and _is_number(given):
+                yield "", asked, unit, float(given), False
+            elif isinstance(given, Sequence):
+                for value in given:
                     yield "", _MARKS, "rad", float(value), False
 
 
-def quantities_read(data: Mapping[str, Any]) -> Iterator[tuple[Text, str, float]]:
+def quantities_read(reading: ReadingTaken) -> Iterator[tuple[Text, str, float]]:
     """Yield quantity, unit and value of each figure in a reading's event; a figure that has no name here is left out."""
-    value = data.get("value")
+    value = reading.value
     if not isinstance(value, Mapping):
         return
     if "value" in value and _is_number(value["value"]):
-        quantity = _CALLS.get(data["call"])
+        quantity = _CALLS.get(reading.call)
         if quantity is not None:
             yield quantity, str(value.get("unit", "")), float(value["value"])
         return

@@ -2,16 +2,16 @@
 
 import hashlib
 from collections.abc import Mapping
-from typing import Any
 
 from bench.journal.waveforms import StoredRecord
 from drivers.interfaces import Waveform
+from procedures.core.events import Event
 
 
 class Unrecorded:
     """Takes events and waveforms and keeps none."""
 
-    def event(self, kind: str, **data: Any) -> None:
+    def record(self, event: Event) -> None:
         """Pass by."""
 
     def store(self, name: str, waveforms: Mapping[str, Waveform]) -> StoredRecord:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,13 +10,16 @@ from typing import Any
 from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.journal.chain import first_fault
+from bench.journal.codec import RecordedEvent
 from bench.journal.encoding import plain
-from bench.journal.journal_file import Event, JournalFile, Line, read_lines
+from bench.journal.events.instruments import WaveformsTaken
+from bench.journal.events.run import RunBegun, RunFinished
+from bench.journal.journal_file import JournalFile, Line, read_lines
 from bench.journal.run_folder import RunFolder, stored_form
 from bench.journal.run_result import result_of
 from bench.journal.verification import Finding, Verification
 from bench.journal.verify_guardian import check_chain, check_guardian
-from drivers.interfaces.text import Translate, english, text
+from drivers.interfaces.text import Translate, english, reason_of, text
 
 #: Differences between result and journal that a finding names.
 _NAMED = 5
@@ -84,7 +87,7 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
         return None
     except OSError as error:
         raise InputError(
-            text("{result}: cannot be read: {strerror}", result=folder.result, strerror=error.strerror)
+            text("{result}: cannot be read: {strerror}", result=folder.result, strerror=reason_of(error))
         ) from None
     except (ValueError, KeyError, TypeError, RecursionError):
         content = None
@@ -93,28 +96,25 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
     return None
 
 
-def _check_waveforms(folder: RunFolder, events: Sequence[Event], found: Verification) -> None:
-    for event in events:
-        told = event.data.get("file")
-        if event.kind != "waveforms" or not isinstance(told, Mapping):
+def _check_waveforms(folder: RunFolder, events: Sequence[RecordedEvent], found: Verification) -> None:
+    for recorded in events:
+        # A plan may have said that they need not be kept; those that were are vouched for by the motor's record.
+        if not isinstance(recorded.event, WaveformsTaken) or not recorded.event.file.sha256:
             continue
-        if told.get("sha256") == "":
-            # A plan said that they need not be kept; those that were are vouched for by the motor's record.
-            continue
-        name = str(told.get("path"))
+        file = recorded.event.file
         found.waveforms += 1
-        path = folder.path / name
+        path = folder.path / file.path
         if not path.is_file():
-            what = f"is missing; event {event.number} of the journal refers to it"
-        elif _sha256(path) != told.get("sha256"):
-            what = f"was changed: its hash is not the one in event {event.number} of the journal"
+            what = f"is missing; event {recorded.number} of the journal refers to it"
+        elif _sha256(path) != file.sha256:
+            what = f"was changed: its hash is not the one in event {recorded.number} of the journal"
         else:
             continue
-        found.findings.append(Finding(name, 0, what))
+        found.findings.append(Finding(file.path, 0, what))
 
 
 def _check_result(
-    folder: RunFolder, events: Sequence[Event], end: _End | None, found: Verification, hashes: Sequence[str]
+    folder: RunFolder, events: Sequence[RecordedEvent], end: _End | None, found: Verification, hashes: Sequence[str]
 ) -> None:
     if end is None:
         return
@@ -134,10 +134,10 @@ def _check_result(
         found.findings.append(Finding(folder.result.name, 0, what))
 
 
-def _unproven(events: Sequence[Event], end: _End | None, torn: int, noted: str) -> str:
+def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, noted: str) -> str:
     if torn:
         return f"{torn} bytes at the journal's end are no whole event: the run was cut off there"
-    if not events or events[-1].kind != "run_finished":
+    if not events or not isinstance(events[-1].event, RunFinished):
         return "the journal has no end: the run was cut off or still goes on, or its end was taken away"
     if end is None and not noted:
         return "there is no result.json that would vouch for the journal's end"
@@ -146,10 +146,10 @@ def _unproven(events: Sequence[Event], end: _End | None, torn: int, noted: str) 
     return ""
 
 
-def _language(events: Sequence[Event]) -> Translate:
+def _language(events: Sequence[RecordedEvent]) -> Translate:
     for event in reversed(events):
-        if event.kind in ("run_started", "run_resumed"):
-            return translator("zh") if event.data.get("language") == "zh" else english
+        if isinstance(event.event, RunBegun):
+            return translator("zh") if event.event.language == "zh" else english
     return english
 
 

@@ -1,14 +1,16 @@
 """Whether the guardian's record is as it was written: held by the run's journal, by its own chain, and closed by itself."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from bench.journal.chain import first_fault
-from bench.journal.encoding import dumps, to_bytes
-from bench.journal.guardian_record import FILE, sealed_entry
-from bench.journal.journal_file import Event, Line, parse_line, read_lines
+from bench.journal.codec import RecordedEvent
+from bench.journal.events.run import RunBegun, RunFinished
+from bench.journal.events.safety import UNTOLD, GuardianEnd, GuardianLeft, GuardianReady, GuardianStarted
+from bench.journal.guardian_record import FILE, sealed
+from bench.journal.journal_file import Line, read_lines
 from bench.journal.verification import Finding, Verification
 from bench.station.station_file import VIRTUAL
 from drivers.catalogue import MANUAL
@@ -37,7 +39,7 @@ class _Session:
     anchors: list[_Anchor] = field(default_factory=list)
 
 
-def check_guardian(folder: Path, events: Sequence[Event], hashes: Sequence[str], found: Verification) -> None:
+def check_guardian(folder: Path, events: Sequence[RecordedEvent], hashes: Sequence[str], found: Verification) -> None:
     """Add to `found` what is wrong with the guardian's record, and what of it cannot be proved.
 
     `events` and `hashes` are the journal's, which is whole.
@@ -72,39 +74,38 @@ def check_chain(folder: Path, found: Verification) -> None:
         found.findings.append(Finding(FILE, fault.line, fault.what))
 
 
-def _sessions(events: Sequence[Event]) -> Iterator[_Session]:
+def _sessions(events: Sequence[RecordedEvent]) -> Iterator[_Session]:
     session: _Session | None = None
-    for event in events:
-        if event.kind in ("run_started", "run_resumed"):
+    for recorded in events:
+        event = recorded.event
+        if isinstance(event, RunBegun):
             if session is not None:
                 yield session
-            told = event.data.get("guardian")
-            token = str(told.get("token", "")) if isinstance(told, Mapping) else None
-            session = _Session(event.number, "guardian" in event.data, _may_have_had(event.data), token)
-        elif session is not None and event.kind in ("guardian_ready", "run_finished"):
-            session.anchors += _anchors(event)
+            tells = event.guardian != UNTOLD
+            token = event.guardian.token if event.guardian is not None and tells else None
+            session = _Session(recorded.number, tells, _may_have_had(event), token)
+        elif session is not None and (anchor := _anchor(recorded)) is not None:
+            session.anchors.append(anchor)
     if session is not None:
         yield session
 
 
-def _may_have_had(about: Mapping[str, Any]) -> bool:
+def _may_have_had(begun: RunBegun) -> bool:
     """Tell whether a run of a version that did not say so may have had a guardian."""
-    station = about.get("station")
-    if not isinstance(station, Mapping) or station.get("source") == VIRTUAL:
+    if begun.station.source == VIRTUAL:
         return False
-    instruments = station.get("instruments")
-    entries = instruments.values() if isinstance(instruments, Mapping) else ()
-    return any(isinstance(entry, Mapping) and entry.get("driver") != MANUAL for entry in entries)
+    return any(entry.driver != MANUAL for entry in begun.station.instruments.values())
 
 
-def _anchors(event: Event) -> Iterator[_Anchor]:
-    told = event.data if event.kind == "guardian_ready" else event.data.get("guardian")
-    record = told.get("record") if isinstance(told, Mapping) else None
-    if not isinstance(told, Mapping) or not isinstance(record, Mapping):
-        return
-    line, sha256 = record.get("events"), record.get("sha256")
-    if isinstance(line, int) and isinstance(sha256, str) and line > 0:
-        yield _Anchor(event.number, line, sha256, told.get("closed") is True)
+def _anchor(recorded: RecordedEvent) -> _Anchor | None:
+    match recorded.event:
+        case GuardianReady(record=record):
+            closed = False
+        case RunFinished(guardian=GuardianEnd(record=record, closed=closed)):
+            pass
+        case _:
+            return None
+    return _Anchor(recorded.number, record.events, record.sha256, closed) if record.events > 0 else None
 
 
 def _missing(sessions: Sequence[_Session], found: Verification) -> None:
@@ -153,34 +154,28 @@ def _against_anchor(anchor: _Anchor, lines: Sequence[Line]) -> Finding | None:
 
 
 def _is_sealed(line: Line) -> bool:
-    return line.event is not None and line.event.kind == "left" and "journal" in line.event.data
+    # One that cannot be read is one that does not hold its own digest.
+    return line.event is not None and line.event.kind == GuardianLeft.kind and "journal" in line.event.data
 
 
 def _against_seal(line: Line, hashes: Sequence[str]) -> Finding | None:
     """Return what differs from what a closing event says of itself and of the journal."""
-    event = line.event
-    if event is None:
-        return None
-    entry = {
-        "n": event.number,
-        "wall": event.wall,
-        "time": event.time,
-        "kind": event.kind,
-        "data": dict(event.data),
-        "previous": line.previous,
-    }
-    if parse_line(line.place, to_bytes(dumps(sealed_entry(entry))) + b"\n").sha256 != line.sha256:
+    event = line.event.event if line.event is not None else None
+    if (
+        line.event is None
+        or not isinstance(event, GuardianLeft)
+        or hashlib.sha256(sealed(line.event, event, line.previous)).hexdigest() != line.sha256
+    ):
         return Finding(FILE, line.place, "was changed: it does not hold the digest of its own content")
-    head = event.data["journal"]
-    number, sha256 = (head.get("events"), head.get("sha256")) if isinstance(head, Mapping) else (0, "")
-    if not isinstance(number, int) or number < 1:
+    end, number = event.journal, line.event.number
+    if end is None or end.events < 1:
         return None
-    if number > len(hashes):
-        what = f"is missing: event {event.number} of {FILE} holds the hash of event {number}, so the journal's end was removed"
+    if end.events > len(hashes):
+        what = f"is missing: event {number} of {FILE} holds the hash of event {end.events}, so the journal's end was removed"
         return Finding(_JOURNAL, len(hashes) + 1, what)
-    if hashes[number - 1] != sha256:
-        what = f"was changed, or {FILE} was, whose event {event.number} holds the hash {str(sha256)[:12]}… of it"
-        return Finding(_JOURNAL, number, what)
+    if hashes[end.events - 1] != end.sha256:
+        what = f"was changed, or {FILE} was, whose event {number} holds the hash {end.sha256[:12]}… of it"
+        return Finding(_JOURNAL, end.events, what)
     return None
 
 
@@ -212,7 +207,7 @@ def _check_blocks(
     seen = set[str]()
     for begin, end in _blocks(lines):
         first = lines[begin].event
-        token = str(first.data.get("token", "")) if first is not None and first.kind == "started" else ""
+        token = first.event.token if first is not None and isinstance(first.event, GuardianStarted) else ""
         seen.add(token)
         after = [place for place in closed if begin < place < end]
         if after:
@@ -246,7 +241,7 @@ def _check_blocks(
 
 def _blocks(lines: Sequence[Line]) -> Iterator[tuple[int, int]]:
     """Give from which index to before which one each guardian's events stand."""
-    starts = [index for index, line in enumerate(lines) if line.event is not None and line.event.kind == "started"]
+    starts = [index for index, line in enumerate(lines) if line.event and isinstance(line.event.event, GuardianStarted)]
     starts = starts if starts[:1] == [0] else [0, *starts]
     for begin, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         if begin < end:

@@ -7,12 +7,14 @@ by a line on its standard input, the run's folder; at the input's end it writes 
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
+from bench.journal.events.run import ProcedureFinished, RunStarted
 from bench.report.files import rendered, speech, write_page
+from procedures.core.events import Event
 
 
 class ReportAhead:
@@ -31,11 +33,11 @@ class ReportAhead:
             start_new_session=True,
         )
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take the run's folder from its first event, and pass on that a procedure is done."""
-        if kind == "run_started":
-            self._folder = str(Path(data["run"]).resolve())
-        elif kind == "procedure_finished":
+        if isinstance(event, RunStarted):
+            self._folder = str(Path(event.run).resolve())
+        elif isinstance(event, ProcedureFinished):
             self._tell()
 
     def page(self) -> str:

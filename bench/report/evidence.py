@@ -5,24 +5,27 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bench.journal.codec import RecordedEvent
+from bench.journal.events.instruments import InstrumentOpened, WaveformsTaken
+from bench.journal.events.run import InstrumentEntry
 from bench.journal.finished_run import FinishedRun
-from bench.journal.journal_file import Event
 from bench.journal.procedure_events import ProcedurePassage, StepPassage, passages
 from bench.journal.signatures import signatures
 from bench.journal.step_readings import readings_of
 from bench.journal.waveforms import StoredWaveform, read_waveform
+from bench.plugins.files import catalogues_of_run
+from drivers.interfaces import Identity
 from drivers.interfaces.text import Text
-from procedures.catalogue import catalogue
 from procedures.core.procedure import Procedure
 from procedures.core.steps import Step
 from reports.document.record import (
-    Calibration,
+    CalibrationRecord,
     InstrumentRecord,
     JournalEnd,
     ProcedureRecord,
+    ProcedureStepRecord,
     RunRecord,
     SignOff,
-    StepRecord,
 )
 
 
@@ -31,9 +34,9 @@ def record_of(run: FinishedRun) -> RunRecord:
 
     Raises InputError where its signatures cannot be read.
     """
-    view, start = run.view, run.view.start
-    motor, station = start["motor"], start["station"]
-    known = catalogue()
+    view, start = run.view, run.start
+    motor, station = start.motor, start.station
+    known = catalogues_of_run(start.software).procedures
     taken = passages(run.events)
     return RunRecord(
         name=run.name,
@@ -42,19 +45,15 @@ def record_of(run: FinishedRun) -> RunRecord:
         started=_minute(run.events[0].wall),
         ended=_minute(run.events[-1].wall),
         nameplate=run.nameplate,
-        motor_file=str(motor.get("source", "")),
-        motor_sha256=str(motor.get("sha256", "")),
-        station=str(station.get("name", "")),
-        station_file=str(station.get("source", "")),
-        station_sha256=str(station.get("sha256", "")),
-        operator=str(start.get("person", "")),
-        performed_by=str(start.get("operator", "")) or ("virtual" if station.get("source") == "virtual" else ""),
-        software={
-            name: str(version)
-            for name, version in start.get("software", {}).items()
-            if name in ("motorbench", "python")
-        },
-        instruments=_instruments(station.get("instruments", {}), run.events),
+        motor_file=motor.source,
+        motor_sha256=motor.sha256,
+        station=station.name,
+        station_file=station.source,
+        station_sha256=station.sha256,
+        operator=start.person,
+        performed_by=start.operator or ("virtual" if station.source == "virtual" else ""),
+        software={name: version for name, version in start.software.items() if name in ("motorbench", "python")},
+        instruments=_instruments(station.instruments, run.events),
         parameters=view.parameters(),
         warnings=view.warnings(),
         truth=view.truth,
@@ -70,23 +69,22 @@ def _minute(wall: str) -> str:
     return wall[:19].replace("T", " ") + " UTC"
 
 
-def _instruments(entries: Mapping[str, Any], events: Sequence[Event]) -> list[InstrumentRecord]:
-    day = events[0].wall[:10]
-    opened = {e.data["instrument"]: e.data.get("identity", {}) for e in events if e.kind == "instrument_opened"}
+def _instruments(entries: Mapping[str, InstrumentEntry], recorded: Sequence[RecordedEvent]) -> list[InstrumentRecord]:
+    day = recorded[0].wall[:10]
+    events = [each.event for each in recorded]
+    opened = {event.instrument: event.identity for event in events if isinstance(event, InstrumentOpened)}
     return [_instrument(role, entry, opened.get(role), day) for role, entry in entries.items()]
 
 
-def _instrument(role: str, entry: Mapping[str, Any], identity: Mapping[str, Any] | None, day: str) -> InstrumentRecord:
-    calibration = entry.get("calibration")
-    parts = [str(identity.get(key) or "") for key in ("manufacturer", "model", "serial_number")] if identity else []
+def _instrument(role: str, entry: InstrumentEntry, identity: Identity | None, day: str) -> InstrumentRecord:
+    calibration = entry.calibration
+    parts = [identity.manufacturer, identity.model, identity.serial_number] if identity else []
     return InstrumentRecord(
         role=role,
-        driver=str(entry.get("driver", "")),
-        address=str(entry.get("address", "")),
+        driver=entry.driver,
+        address=entry.address,
         identity=" ".join(part for part in parts if part),
-        calibration=Calibration(
-            calibration["date"], calibration["due"], calibration["certificate"], day > calibration["due"]
-        )
+        calibration=CalibrationRecord(calibration.date, calibration.due, calibration.certificate, day > calibration.due)
         if calibration
         else None,
         used=identity is not None,
@@ -108,8 +106,8 @@ def _procedure(run: FinishedRun, passage: ProcedurePassage, kind: type[Procedure
     )
 
 
-def _step(run: FinishedRun, passage: StepPassage, step: Step | None, values: dict[str, object]) -> StepRecord:
-    return StepRecord(
+def _step(run: FinishedRun, passage: StepPassage, step: Step | None, values: dict[str, object]) -> ProcedureStepRecord:
+    return ProcedureStepRecord(
         identifier=passage.identifier,
         words=_words(passage, step, values),
         by_hand=step.by_hand if step is not None else False,
@@ -118,7 +116,7 @@ def _step(run: FinishedRun, passage: StepPassage, step: Step | None, values: dic
         ended=passage.ended,
         error=passage.error,
         readings=readings_of(passage.events),
-        traces=[partial(_traces, run.folder.path, e.data) for e in passage.events if e.kind == "waveforms"],
+        traces=[partial(_traces, run.folder.path, e) for e in passage.events if isinstance(e, WaveformsTaken)],
     )
 
 
@@ -139,10 +137,10 @@ def _verbatim(sentence: str) -> Text:
     return Text("{said}", {"said": sentence})
 
 
-def _traces(folder: Path, data: Mapping[str, Any]) -> list[StoredWaveform]:
+def _traces(folder: Path, taken: WaveformsTaken) -> list[StoredWaveform]:
     """Return the waveforms of one record, those that can still be read."""
     found = []
-    for entry in data.get("value", {}).values():
+    for entry in taken.value.values():
         reference = entry["waveform"]
         try:
             found.append(read_waveform(folder / reference.rpartition("#")[0], reference))

@@ -1,9 +1,8 @@
 """From a run's record to what is exported of it."""
 
-from collections.abc import Mapping, Sequence
-
 from bench.journal.finished_run import FinishedRun
-from procedures.catalogue import catalogue
+from bench.plugins.files import catalogues_of_run
+from procedures.known_parameters import givers
 from reports.exports.subject import Datasheet, Subject, doubtful, pole_pairs_doubt
 
 
@@ -11,13 +10,12 @@ def subject_of(run: FinishedRun) -> Subject:
     """Return the run's best figures, its plate, and what stands against them."""
     found, plate = run.view.parameters(), run.nameplate
     entered = {name: p.value for name, p in found.parameters.items() if p.source != "measured"}
-    software = run.view.start.get("software", {})
     return Subject(
         motor=plate.name,
         serial_number=plate.serial_number,
         run=run.name,
         measured_on=run.started[:10],
-        software=str(software.get("motorbench", "")),
+        software=run.start.software.get("motorbench", ""),
         parameters=found.parameters,
         datasheet=Datasheet(
             rated_current=plate.rated_current,
@@ -27,14 +25,5 @@ def subject_of(run: FinishedRun) -> Subject:
         ),
         warnings=doubtful(run.view.warnings()),
         pole_pairs_doubt=pole_pairs_doubt(found, run.view.finished),
-        given_by=_givers(),
+        given_by=givers(catalogues_of_run(run.start.software).procedures),
     )
-
-
-def _givers() -> Mapping[str, Sequence[str]]:
-    """Return the procedures that give each parameter."""
-    givers: dict[str, list[str]] = {}
-    for name, procedure in catalogue().items():
-        for parameter in procedure.gives:
-            givers.setdefault(parameter, []).append(name)
-    return givers

@@ -9,7 +9,7 @@ from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
 from bench.journal.disk import write_file
 from bench.journal.errors import RecordError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import reason_of, text
 
 if TYPE_CHECKING:
     from bench.journal.finished_run import FinishedRun
@@ -45,12 +45,12 @@ def rendered_by_two(run: "FinishedRun", language: str) -> dict[str, Any]:
     """Return a run's report in its languages, its plots drawn by two processes; not for a process with threads."""
     from bench.report.evidence import record_of
     from reports.document.compose import compose
-    from reports.document.model import Figure
+    from reports.document.model import PlotFigure
     from reports.document.render import render
     from reports.plots.together import drawn
 
     document, said = compose(record_of(run)), speech(language)
-    figures = [block for section in document.sections for block in section.blocks if isinstance(block, Figure)]
+    figures = [block for section in document.sections for block in section.blocks if isinstance(block, PlotFigure)]
     return render(document, said, drawn([figure.plot for figure in figures], said.say))
 
 
@@ -82,10 +82,10 @@ def _write(path: Path, content: bytes) -> Path:
         write_file(path, content)
     except RecordError as error:
         raise InputError(
-            text("{path}: the report cannot be written: {strerror}", path=path, strerror=error.cause.strerror)
+            text("{path}: the report cannot be written: {strerror}", path=path, strerror=reason_of(error.cause))
         ) from None
     except OSError as error:
         raise InputError(
-            text("{parent}: the folder cannot be made: {strerror}", parent=path.parent, strerror=error.strerror)
+            text("{parent}: the folder cannot be made: {strerror}", parent=path.parent, strerror=reason_of(error))
         ) from None
     return path

@@ -1,99 +1,70 @@
 """Where a run takes place: a real bench with a person, a replay of typed readings, or the virtual bench."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bench.i18n.errors import UsageError
-from bench.i18n.language import catalogue, translator
-from bench.motor.motor_file import MotorFile
+from bench.i18n.language import translator
+from bench.run.request import RunRequest
+from bench.run.run_operator import FixtureHands, PanelHands, RunOperator, VirtualHands
+from bench.run.simulation import InProcessSimulation, ServedSimulation, Simulation
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Ownership, Unowned
 from bench.safety.ownership.stations import owning_stations
-from bench.safety.station_instruments import Prompts, system_visa
+from bench.safety.station_instruments import system_visa
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.sharing import Alone, Sharing
 from bench.station.station_file import VIRTUAL, Station, load_station
-from bench.virtual.fault_hooks import FaultHeard, StepStarted
-from bench.virtual.true_values import truth_of
-from drivers import catalogue as registry
-from drivers.interfaces import Clock, Instrument
+from bench.virtual.fault_hooks import inject
+from bench.virtual.true_values import true_values
+from drivers.catalogue import MANUAL
+from drivers.interfaces import Clock
 from drivers.interfaces.text import text
-from drivers.transport.in_process import InProcess
-from procedures.core.bench import Operator, Role
+from procedures.known_parameters import known_parameters
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
     from rich.console import Console
 
-    from bench.virtual.fault_file import GivenFault
-
 OPERATORS = ("terminal", "virtual", "answers", "panel", "fixture")
 
 
-def _nothing_taken(_: Mapping[Role, Instrument]) -> None:
-    """Need no instruments."""
-
-
 @dataclass(frozen=True)
-class Place:
-    """What a run takes place with; `truth` is empty for a real motor, `hand_time` gives the bench time of hand work (s).
+class RunContext:
+    """What a run takes place with.
 
-    `announce` says in the run's folder how its operator is reached, where that is needed. `in_process` opens the
-    instruments of a bench in this process. A virtual bench is told by `step_started` which step begins, and asked by `really`
-    what is really so; `listen_to_faults` has one told of the faults that begin and mend there. `sharing` is the way to what other
-    sockets use too.
-    An operator that works with instruments of the station uses those in `operators_roles`, is given them by `equip`, and
-    hears the journal by `operator_hears`. `owner` has the station's instruments for the length of the run.
+    `visa` makes the VISA resource manager when the first VISA instrument is opened. `sharing` is the way to what other
+    sockets use too, `owner` has the station's instruments for the length of the run.
     """
 
     station: Station
     clock: Clock
-    operator: Operator
-    prompts: Prompts
+    operator: RunOperator
     visa: "Callable[[], ResourceManager]"
-    truth: dict[str, float]
-    hand_time: Callable[[], float]
-    announce: Callable[[Path], None] = lambda _: None
-    in_process: InProcess | None = None
-    step_started: StepStarted = lambda _step, _procedure: None
-    listen_to_faults: Callable[[FaultHeard], None] = lambda _: None
-    really: Callable[[], dict[str, Any]] = dict
-    operators_roles: frozenset[Role] = frozenset()
-    equip: Callable[[Mapping[Role, Instrument]], None] = _nothing_taken
-    operator_hears: Callable[[str, Mapping[str, Any]], None] = lambda _kind, _data: None
+    simulation: Simulation = field(default_factory=Simulation)
     sharing: Sharing = field(default_factory=Alone)
     owner: Ownership = field(default_factory=Unowned)
 
 
 @contextmanager
-def place(
-    station: str,
-    motor: MotorFile,
-    operator: str,
-    *,
-    answers: Path | None,
-    seed: int,
-    console: "Console",
-    language: str,
-    interrupts: Interrupts,
-    faults: "Sequence[GivenFault]" = (),
-    what: str = "",
-) -> Iterator[Place]:
-    """Give the surroundings for a run; `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one.
+def run_context(
+    request: RunRequest, console: "Console", interrupts: Interrupts, owner_purpose: str = ""
+) -> Iterator[RunContext]:
+    """Give the context of a run; `interrupts` is how a panel ends it, `owner_purpose` is what others are told who want the same
+    instruments.
 
-    `interrupts` is how a panel ends the run, `faults` are injected on a virtual bench, `what` is what others are told
-    who want the same instruments.
-    Raises UsageError where they do not go together, InputError for a bad file, HeldError where somebody else has one of
-    the station's instruments: before anything is opened.
+    Raises UsageError where station and operator do not go together, InputError for a bad file, HeldError where somebody else
+    has one of the station's instruments: before anything is opened.
     """
+    operator = request.operator
     if operator and operator not in OPERATORS:
         raise UsageError(text("--operator {operator}: allowed are {names}", operator=operator, names=OPERATORS))
-    if (answers is not None) != (operator == "answers"):
+    if (request.answers is not None) != (operator == "answers"):
         raise UsageError(text("--operator answers and --answers FILE go together"))
-    if station == VIRTUAL:
+    if request.station == VIRTUAL:
         if operator not in ("", "virtual", "panel", "fixture"):
             raise UsageError(
                 text(
@@ -101,68 +72,35 @@ def place(
                     operator=operator,
                 )
             )
-        by_fixture = operator == "fixture"
-        with _virtual(motor, seed, faults, fixture=by_fixture) as made, _watched(made, operator, interrupts) as watched:
-            yield watched
+        with _virtual(request, interrupts) as context:
+            yield context
         return
-    read = load_station(Path(station))
+    station = load_station(Path(request.station))
     with (
-        owning_stations([read], what) as owner,
-        place_at(
-            read,
-            motor,
-            operator,
-            answers=answers,
-            seed=seed,
-            console=console,
-            language=language,
-            interrupts=interrupts,
-            faults=faults,
-        ) as made,
+        owning_stations([station], owner_purpose) as owner,
+        station_context(station, request, console, interrupts) as context,
     ):
-        yield replace(made, owner=owner or made.owner)
+        yield replace(context, owner=owner or context.owner)
 
 
 @contextmanager
-def place_at(
-    read: Station,
-    motor: MotorFile,
-    operator: str,
-    *,
-    answers: Path | None,
-    seed: int,
-    console: "Console",
-    language: str,
-    interrupts: Interrupts,
-    faults: "Sequence[GivenFault]" = (),
-) -> Iterator[Place]:
-    """Give the surroundings for a run at a station that was read; otherwise as `place`."""
-    if operator == "virtual" or (read.control and operator in ("", "fixture")):
-        if not read.control:
-            raise UsageError(
-                text(
-                    "--operator virtual works on a virtual bench only: --station virtual, "
-                    "or a station file with [station] control, as motorbench sim serve writes it"
-                )
+def station_context(
+    station: Station, request: RunRequest, console: "Console", interrupts: Interrupts
+) -> Iterator[RunContext]:
+    """Give the context of a run at a station that was read; otherwise as `run_context`."""
+    operator = request.operator
+    if station.control and operator in ("", "virtual", "fixture", "panel"):
+        with _served(station, request, interrupts) as context:
+            yield context
+        return
+    if operator == "virtual":
+        raise UsageError(
+            text(
+                "--operator virtual works on a virtual bench only: --station virtual, "
+                "or a station file with [station] control, as motorbench sim serve writes it"
             )
-        with _served(read, seed, interrupts, faults, fixture=operator == "fixture") as made:
-            yield made
-        return
-    if not (read.control and operator == "panel"):
-        _refuse_faults(read, faults)
-    if operator == "panel":
-        with _at_panel(read, seed, interrupts, faults) as made:
-            yield made
-        return
-    if answers is not None:
-        yield _replayed(read, answers)
-        return
-    by_hand = _by_hand(read, motor, console, language, interrupts)
-    yield with_fixture(by_hand, lambda: read.fixture.winding_temperature) if operator == "fixture" else by_hand
-
-
-def _refuse_faults(station: Station, faults: "Sequence[GivenFault]") -> None:
-    if faults:
+        )
+    if request.faults:
         raise UsageError(
             text(
                 "--faults, --fault: {source} is no virtual bench, and faults are injected on one only: --station virtual, "
@@ -170,147 +108,120 @@ def _refuse_faults(station: Station, faults: "Sequence[GivenFault]") -> None:
                 source=station.source,
             )
         )
+    if operator == "panel":
+        with _at_panel(station, interrupts) as context:
+            yield context
+        return
+    if request.answers is not None:
+        yield _replayed(station, request.answers)
+        return
+    by_hand = _by_hand(station, request, console, interrupts)
+    yield with_fixture(by_hand, lambda: station.fixture.winding_temperature) if operator == "fixture" else by_hand
 
 
-def with_fixture(made: Place, thermometer: Callable[[], float | None]) -> Place:
-    """Return the same place with the station's own fixture in place of hands. Raises UsageError where it has none."""
+def with_fixture(context: RunContext, thermometer: Callable[[], float | None]) -> RunContext:
+    """Return the same context with the station's own fixture in place of hands. Raises UsageError where it has none."""
     from bench.operators.fixture import ROLES, FixtureOperator
 
-    there = ROLES & made.station.entries.keys()
-    if not there:
+    roles = ROLES & context.station.entries.keys()
+    if not roles:
         raise UsageError(
             text(
                 "--operator fixture: {source} has neither [instruments.switch_matrix] nor "
                 "[instruments.rotor_actuator], which do the work of hands",
-                source=made.station.source,
+                source=context.station.source,
             )
         )
-    fixture = FixtureOperator(made.clock, thermometer)
+    fixture = FixtureOperator(context.clock, thermometer)
     return replace(
-        made,
-        operator=fixture,
-        hand_time=lambda: fixture.hand_time,
-        operators_roles=there,
-        equip=fixture.take,
-        operator_hears=fixture.hear,
+        context,
+        operator=FixtureHands(hands=fixture, prompts=context.operator.prompts, roles=roles, fixture=fixture),
     )
 
 
 @contextmanager
-def _at_panel(station: Station, seed: int, interrupts: Interrupts, faults: "Sequence[GivenFault]") -> Iterator[Place]:
-    """Give a bench with a person at a panel; a served virtual bench's hands do what the person confirms."""
+def _at_panel(station: Station, interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.panel_operator import DistantOperator, DistantPrompt
 
-    if station.control:
-        with _served(station, seed, interrupts, faults) as made, _watched(made, "panel", interrupts) as watched:
-            yield watched
-        return
     with closing(DistantOperator(interrupts)) as person:
-        yield Place(
-            station,
-            SystemClock(),
-            person,
-            lambda role: DistantPrompt(person, role.value),
-            system_visa(station.visa_library),
-            {},
-            lambda: 0.0,
-            person.line.announce,
-        )
+        operator = PanelHands(hands=person, prompts=lambda role: DistantPrompt(person, role.value), person=person)
+        yield RunContext(station, SystemClock(), operator, system_visa(station.visa_library))
 
 
 @contextmanager
-def _watched(made: Place, operator: str, interrupts: Interrupts) -> Iterator[Place]:
+def _watched(context: RunContext, operator: str, interrupts: Interrupts) -> Iterator[RunContext]:
     """Put a person at a panel in front of virtual hands, where one is wanted."""
     if operator != "panel":
-        yield made
+        yield context
         return
     from bench.operators.panel_operator import DistantOperator
 
-    with closing(DistantOperator(interrupts, made.operator)) as person:
-        yield replace(made, operator=person, announce=person.line.announce)
+    behind = context.operator
+    with closing(DistantOperator(interrupts, behind.hands)) as person:
+        at_panel = PanelHands(hands=person, prompts=behind.prompts, person=person, behind=behind)
+        yield replace(context, operator=at_panel)
 
 
-def _by_hand(station: Station, motor: MotorFile, console: "Console", language: str, interrupts: Interrupts) -> Place:
+def _by_hand(station: Station, request: RunRequest, console: "Console", interrupts: Interrupts) -> RunContext:
     from bench.operators.terminal import TerminalOperator, TerminalPrompt
 
-    templates = catalogue(language)
-    person = TerminalOperator(console, translator(language), motor.nameplate.wire_colours, interrupts=interrupts)
-    return Place(
-        station,
-        SystemClock(),
-        person,
-        lambda role: TerminalPrompt(person, role.value, templates),
-        system_visa(station.visa_library),
-        {},
-        lambda: 0.0,
+    person = TerminalOperator(
+        console, translator(request.language), request.motor.nameplate.wire_colours, interrupts=interrupts
     )
+    operator = RunOperator(hands=person, prompts=lambda role: TerminalPrompt(person, role.value))
+    return RunContext(station, SystemClock(), operator, system_visa(station.visa_library))
 
 
-def _replayed(station: Station, answers: Path) -> Place:
+def _replayed(station: Station, answers: Path) -> RunContext:
     from bench.operators.answers import AnswersOperator, AnswersPrompt, load_answers
 
     given = load_answers(answers)
-    only_typed = all(entry.driver.name == registry.MANUAL for entry in station.entries.values())
-    return Place(
-        station,
-        ReplayClock() if only_typed else SystemClock(),
-        AnswersOperator(given),
-        lambda role: AnswersPrompt(given, role.value),
-        system_visa(station.visa_library),
-        {},
-        lambda: 0.0,
-    )
+    only_typed = all(entry.driver.name == MANUAL for entry in station.entries.values())
+    operator = RunOperator(hands=AnswersOperator(given), prompts=lambda role: AnswersPrompt(given, role.value))
+    clock = ReplayClock() if only_typed else SystemClock()
+    return RunContext(station, clock, operator, system_visa(station.visa_library))
 
 
 @contextmanager
-def _served(
-    station: Station, seed: int, interrupts: Interrupts, faults: "Sequence[GivenFault]", *, fixture: bool = False
-) -> Iterator[Place]:
+def _served(station: Station, request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.virtual import VirtualOperator
-    from bench.virtual.fault_file import inject
     from bench.virtual.served_world import ServedWorld
 
     with ServedWorld(station.control, interrupts) as world:
-        hands = VirtualOperator(world, seed)
-        inject(faults, lambda described: world.inject(described.told()))
-        made = Place(
+        worker = VirtualOperator(world, request.seed)
+        inject(request.faults, lambda described: world.inject(described.told()))
+        context = RunContext(
             station,
             world.clock,
-            hands,
-            lambda _: None,
+            VirtualHands.of(worker),
             system_visa(station.visa_library),
-            world.motor_truth(),
-            lambda: hands.hand_time,
-            step_started=world.step_started,
-            really=world.truth,
+            ServedSimulation(world),
         )
-        yield with_fixture(made, hands.thermometer) if fixture else made
+        if request.operator == "fixture":
+            context = with_fixture(context, worker.thermometer)
+        with _watched(context, request.operator, interrupts) as watched:
+            yield watched
 
 
 @contextmanager
-def _virtual(motor: MotorFile, seed: int, faults: "Sequence[GivenFault]", *, fixture: bool) -> Iterator[Place]:
-    from pyvisa import ResourceManager
-
+def _virtual(request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.virtual import VirtualOperator
-    from bench.virtual.fault_file import inject
     from bench.virtual.virtual_station import virtual_station
     from sim_instruments.bench import VirtualBench
 
+    motor, by_fixture = request.motor, request.operator == "fixture"
     truth = motor.virtual_motor()
-    with VirtualBench(truth, seed=seed, six_step=motor.six_step, sockets=False, fixture=fixture) as bench:
-        hands = VirtualOperator(bench.world, seed)
-        inject(faults, bench.injector.add)
-        made = Place(
+    with VirtualBench(truth, seed=request.seed, six_step=motor.six_step, sockets=False, fixture=by_fixture) as bench:
+        worker = VirtualOperator(bench.world, request.seed)
+        inject(request.faults, bench.injector.add)
+        context = RunContext(
             virtual_station(bench.addresses()),
             bench.clock,
-            hands,
-            lambda _: None,
-            lambda: ResourceManager(bench.visa_library),
-            truth_of(truth, motor.six_step),
-            lambda: hands.hand_time,
-            in_process=bench,
-            step_started=bench.injector.step_started,
-            listen_to_faults=bench.injector.listen,
-            really=bench.world.truth,
+            VirtualHands.of(worker),
+            system_visa(bench.visa_library),
+            InProcessSimulation(bench, true_values(known_parameters(), truth, motor.six_step)),
         )
-        yield with_fixture(made, hands.thermometer) if fixture else made
+        if by_fixture:
+            context = with_fixture(context, worker.thermometer)
+        with _watched(context, request.operator, interrupts) as watched:
+            yield watched

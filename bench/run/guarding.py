@@ -1,4 +1,4 @@
-"""Whether a run needs a guardian, and the run's surroundings with one."""
+"""Whether a run needs a guardian, and the run's context with one."""
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from uuid import uuid4
 
-from bench.run.context import Place
+from bench.run.context import RunContext
 from bench.safety.calls import CallWatches
 from bench.safety.guardian.guarded_instruments import needs_guardian
 from bench.safety.guardian.link import Guard, GuardianLink, Unguarded
@@ -20,7 +20,7 @@ from procedures.core.bench import Role
 
 @contextmanager
 def guarded(
-    where: Place,
+    context: RunContext,
     roles: Collection[Role],
     folder: Path,
     interrupts: Interrupts,
@@ -28,22 +28,25 @@ def guarded(
     *,
     wanted: bool = True,
     lifelines: Sequence[int] = (),
-) -> Iterator[tuple[Place, Guard]]:
+) -> Iterator[tuple[RunContext, Guard]]:
     """Have a guardian for the length of the block where the roles of a run can feed energy that would outlive its process.
 
-    Gives the surroundings, in which every wait looks at requests to stop and is no sign of death, and the guardian, which
+    Gives the context, in which every wait looks at requests to stop and is no sign of death, and the guardian, which
     is told of calls that nobody answers. The virtual bench in process ends
     with the process, and what a person sets is the person's to switch off. `lifelines` are file descriptors that it keeps open.
     """
-    station = where.station
+    station, operator = context.station, context.operator
     life = SignsOfLife()
-    waits = Waits(interrupts, life, interruptible=where.in_process is None)
+    waits = Waits(interrupts, life, interruptible=context.simulation.in_process is None)
     watched = replace(
-        where,
-        clock=WatchedClock(where.clock, waits),
-        operator=WatchedOperator(where.operator, waits),
-        prompts=watched_prompts(where.prompts, waits),
-        sharing=WatchedSharing(where.sharing, waits),
+        context,
+        clock=WatchedClock(context.clock, waits),
+        operator=replace(
+            operator,
+            hands=WatchedOperator(operator.hands, waits),
+            prompts=watched_prompts(operator.prompts, waits),
+        ),
+        sharing=WatchedSharing(context.sharing, waits),
     )
     if not wanted or station.source == VIRTUAL or not needs_guardian(station, roles):
         yield watched, Unguarded()

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import InputError, UsageError
+from bench.plugins.catalogue import Catalogue as Plugins
 from bench.station.station_file import Station
-from drivers.interfaces.text import Translate, text
+from drivers.interfaces.text import Text, Translate, text
 from procedures.core.procedure import Procedure, Settings
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
     for name in wanted:
         if name not in catalogue:
             raise UsageError(
-                text("there is no procedure {name!r}: {hint}; or all", name=name, hint=nearest(name, list(catalogue)))
+                text("there is no procedure {name!r}: {hint}; or all", name=name, hint=_why_not(name, catalogue))
             )
     given: dict[str, dict[str, Any]] = {name: {} for name in wanted}
     for assignment in assignments:
@@ -81,6 +82,11 @@ def check_roles(plan: Sequence[Planned], station: Station) -> None:
                     names=sorted(missing),
                 )
             )
+
+
+def _why_not(name: str, catalogue: Catalogue) -> Text:
+    """Say why a procedure cannot be had; a catalogue of plug-ins knows which of them is broken."""
+    return catalogue.why_not(name) if isinstance(catalogue, Plugins) else nearest(name, list(catalogue))
 
 
 def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalogue) -> None:

@@ -1,7 +1,10 @@
 """One line that says which step is under way."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bench.journal.events.run import KnownBefore, ProcedureStarted, RunFinished
+from procedures.core.events import Event, StepStarted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,20 +20,20 @@ class Progress:
         self._procedure = ""
         self._sentences: Mapping[str, str] = {}
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event; those that begin no step are passed over."""
-        if kind == "procedure_started":
-            self._procedure = data["procedure"]
-            self._sentences = data["steps"]
-            if self._live:
-                self._show(f"{self._place()} {self._procedure}")
-        elif kind == "step_started":
-            sentence = self._sentences.get(data["step"], data["text"])
-            self._show(f"{self._place()} {self._procedure}  §{data['step']}  {sentence}")
-        elif kind == "known_before":
-            self._say(f"{data['warning']['id']}: {data['message']}")
-        elif kind == "run_finished":
-            self.end()
+        match event:
+            case ProcedureStarted():
+                self._procedure, self._sentences = event.procedure, event.steps
+                if self._live:
+                    self._show(f"{self._place()} {self._procedure}")
+            case StepStarted():
+                sentence = self._sentences.get(event.step, event.text)
+                self._show(f"{self._place()} {self._procedure}  §{event.step}  {sentence}")
+            case KnownBefore():
+                self._say(f"{event.warning.identifier}: {event.message}")
+            case RunFinished():
+                self.end()
 
     def end(self) -> None:
         """Clear the changing line."""

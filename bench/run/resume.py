@@ -6,12 +6,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from bench.i18n.errors import InputError
-from bench.journal.encoding import plain
-from bench.journal.journal_file import Event, JournalFile, read_journal
+from bench.journal.codec import RecordedEvent
+from bench.journal.events.instruments import InstrumentOpened
+from bench.journal.events.run import RunBegun, RunFinished, RunStarted
+from bench.journal.events.safety import MadeSafe
+from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
 from bench.motor.motor_file import MotorFile
 from bench.station.station_file import Station
-from drivers.interfaces import Instrument
+from drivers.interfaces import Identity, Instrument
 from drivers.interfaces.text import Text, lines, text
 from procedures.core.bench import Role
 
@@ -21,32 +24,32 @@ _TOLD = 5
 _NOT_TOGETHER = text("figures from before and after would not belong together")
 
 
-def begun(folder: RunFolder) -> tuple[JournalFile, Mapping[str, Any]]:
+def begun(folder: RunFolder) -> tuple[JournalFile, RunStarted]:
     """Return a run's journal and what its first event tells. Raises InputError where it has no beginning."""
     read = read_journal(folder.journal)
-    if not read.events or read.events[0].kind != "run_started":
+    first = read.events[0].event if read.events else None
+    if not isinstance(first, RunStarted):
         raise InputError(
             text(
                 "{journal}: the journal has no beginning, so there is nothing to go on with; start a new run",
                 journal=folder.journal,
             )
         )
-    return read, read.events[0].data
+    return read, first
 
 
 def check_unchanged(
-    folder: RunFolder, began: Mapping[str, Any], motor: MotorFile, station: Station, software: Mapping[str, str]
+    folder: RunFolder, began: RunStarted, motor: MotorFile, station: Station, software: Mapping[str, str]
 ) -> None:
     """Raise InputError naming what has changed since the run began; a comment in a file may."""
     files = (
-        ("motor", motor.source, motor.content, motor.sha256),
-        ("station", station.source, station.content, station.sha256),
+        ("motor", began.motor, began.motor_file, motor.source, motor.content, motor.sha256),
+        ("station", began.station, began.station_file, station.source, station.content, station.sha256),
     )
-    for what, source, content, sha256 in files:
-        then = began.get(what, {})
-        if then.get("sha256") == sha256:
+    for what, then, before, source, content, sha256 in files:
+        if then.sha256 == sha256:
             continue
-        changed = _changes(began.get(f"{what}_file"), content)
+        changed = _changes(before, content) if before else None
         if changed is None or changed:
             raise InputError(
                 text(
@@ -55,21 +58,21 @@ def check_unchanged(
                     path=folder.path,
                     what=_FILES[what],
                     source=source,
-                    then=then.get("source"),
+                    then=then.source,
                     changes=_few(changed or [text("its content")]),
                     remedy=_station_remedy(station, changed) if what == "station" else _RESTORE,
                     not_together=_NOT_TOGETHER,
                 )
             )
-    then = began.get("software", {})
+    known = began.software
     changed = [
         _change(
             name,
-            _short(then[name]) if name in then else text("not recorded"),
+            _short(known[name]) if name in known else text("not recorded"),
             _short(software[name]) if name in software else text("gone"),
         )
-        for name in dict.fromkeys((*then, *software))
-        if then.get(name) != software.get(name)
+        for name in dict.fromkeys((*known, *software))
+        if known.get(name) != software.get(name)
     ]
     if changed:
         raise InputError(
@@ -83,12 +86,12 @@ def check_unchanged(
         )
 
 
-def check_identities(folder: RunFolder, events: Iterable[Event], opened: Mapping[Role, Instrument]) -> None:
+def check_identities(folder: RunFolder, events: Iterable[RecordedEvent], opened: Mapping[Role, Instrument]) -> None:
     """Raise InputError where another instrument answers than the one that a role had before."""
-    before = {e.data.get("instrument"): e.data.get("identity") for e in events if e.kind == "instrument_opened"}
+    before = identities(events)
     for role, instrument in opened.items():
-        then, now = before.get(role.value), plain(instrument.identity)
-        if then is not None and then != now:
+        then, now = before.get(role.value), instrument.identity
+        if then is not None and _who(then) != _who(now):
             raise InputError(
                 text(
                     "{path}: another instrument answers as {role} than before: it was {former} and is {present}. "
@@ -102,16 +105,23 @@ def check_identities(folder: RunFolder, events: Iterable[Event], opened: Mapping
             )
 
 
-def left_unsafe(events: Iterable[Event]) -> bool:
-    """Return whether a run's last session may have left something on: it has no end, or its way down failed somewhere."""
+def identities(events: Iterable[RecordedEvent]) -> dict[str, Identity]:
+    """Return who answered last in each role that was opened."""
+    opened = (recorded.event for recorded in events)
+    return {event.instrument: event.identity for event in opened if isinstance(event, InstrumentOpened)}
+
+
+def left_unsafe(events: Iterable[RecordedEvent]) -> bool:
+    """Return whether a run's last session may have left something on: it has no end, or its shutdown failed somewhere."""
     ended = failed = False
-    for event in events:
-        if event.kind in ("run_started", "run_resumed"):
-            ended = failed = False
-        elif event.kind == "made_safe":
-            failed = failed or event.data.get("outcome") == "failed"
-        elif event.kind == "run_finished":
-            ended = True
+    for recorded in events:
+        match recorded.event:
+            case RunBegun():
+                ended = failed = False
+            case MadeSafe(outcome="failed"):
+                failed = True
+            case RunFinished():
+                ended = True
     return failed or not ended
 
 
@@ -126,7 +136,7 @@ def _station_remedy(station: Station, changed: Sequence[Text] | None) -> Text:
     return _RESTORE
 
 
-def _changes(before: object, after: str) -> list[Text] | None:
+def _changes(before: str, after: str) -> list[Text] | None:
     """Return the keys that differ between two files; None where that cannot be told."""
     then, now = _parsed(before), _parsed(after)
     if then is None or now is None:
@@ -143,9 +153,7 @@ def _change(name: str, then: Text | str, now: Text | str) -> Text:
     return text("{name} was {then} and is {now}", name=name, then=then, now=now)
 
 
-def _parsed(content: object) -> Mapping[str, Any] | None:
-    if not isinstance(content, str):
-        return None
+def _parsed(content: str) -> Mapping[str, Any] | None:
     for parse in (tomllib.loads, json.loads):
         try:
             found: Any = parse(content)
@@ -178,6 +186,6 @@ def _short(value: object) -> str:
     return f"{said[:12]}…" if len(said) > 40 else said
 
 
-def _who(identity: object) -> Text | str:
-    known = identity if isinstance(identity, Mapping) else {}
-    return " ".join(str(part) for part in known.values() if part) or text("unknown")
+def _who(identity: Identity) -> Text | str:
+    parts = (identity.manufacturer, identity.model, identity.serial_number, identity.firmware)
+    return " ".join(part for part in parts if part) or text("unknown")

@@ -1,16 +1,27 @@
-"""Runs procedures one after the other, and takes the way down however it ends."""
+"""Runs procedures one after the other, and carries out the shutdown however it ends."""
 
 import traceback
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import monotonic
-from typing import Any, Protocol
+from typing import Protocol
 
-from bench.i18n.errors import message, said_by
+from bench.i18n.errors import message
 from bench.journal.errors import RecordError
+from bench.journal.events.run import (
+    ConsistencyChecked,
+    KnownBefore,
+    LeaseBegun,
+    LeaseEnded,
+    NotForeseen,
+    ProcedureFailed,
+    ProcedureFinished,
+    ProcedureStarted,
+    RunFinished,
+)
+from bench.journal.events.safety import ShutdownStarted
 from bench.journal.journal import Journal
 from bench.journal.run_view import RunView
-from bench.journal.stored_result import store, store_notice
 from bench.run.plan import Planned
 from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
 from bench.safety.guardian.link import Guard, Unguarded
@@ -21,6 +32,7 @@ from bench.station.shutdown_sequence import OFF_BY, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from drivers.interfaces.text import Translate, text
 from procedures.core.bench import Bench, Operator, ProcedureError, Role
+from procedures.core.events import Event
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Notice
 from procedures.estimation.fitting.fit import EstimationError
@@ -38,6 +50,9 @@ class Instruments(Protocol):
 
     def opened(self) -> Mapping[Role, Instrument]:
         """Return those that are open, without anything in front of them."""
+
+    def silent(self) -> Collection[Role]:
+        """Return the roles whose instrument did not answer its last call."""
 
     def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
         """Close all, or those of these roles, each on its own; return what went wrong."""
@@ -62,8 +77,7 @@ class Runner:
     def run(
         self,
         plan: Sequence[Planned],
-        begin: str,
-        about: Mapping[str, Any],
+        begin: Event,
         *,
         after: After = stop_at_failure,
         repeat: Collection[str] = (),
@@ -72,7 +86,7 @@ class Runner:
     ) -> RunView:
         """Run what is not finished yet and return the view; never raises for what happens on the bench.
 
-        `begin` is the first event's kind and `about` its data; `warnings` hold for the whole run. The status is `completed`,
+        `begin` is the first event; `warnings` hold for the whole run. The status is `completed`,
         `failed` or `aborted`. `after` says what follows each attempt at a procedure. What is named in `repeat` runs
         although it is finished; its new result takes the place of the old one, which stays in the journal.
         `unsafe_before` says that an earlier session may have left something on: it is switched off before all else.
@@ -83,16 +97,14 @@ class Runner:
         with self.interrupts.raising():
             try:
                 try:
-                    status = self._measure(
-                        plan, begin, about, after, repeat, warnings, causes, unsafe_before=unsafe_before
-                    )
+                    status = self._measure(plan, begin, after, repeat, warnings, causes, unsafe_before=unsafe_before)
                 finally:
                     # From here on no request to stop is raised any more.
                     self.interrupts.shutdown_begins()
             except (Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
                 causes.append(_interruption(stop, self.translate))
-            except Exception as error:  # noqa: BLE001  the journal itself may have failed; the way down follows all the same
+            except Exception as error:  # noqa: BLE001  the journal itself may have failed; the shutdown follows all the same
                 status = "failed"
                 causes.append(message(error, self.translate))
             finally:
@@ -106,8 +118,7 @@ class Runner:
     def _measure(
         self,
         plan: Sequence[Planned],
-        begin: str,
-        about: Mapping[str, Any],
+        begin: Event,
         after: After,
         repeat: Collection[str],
         warnings: Sequence[Notice],
@@ -117,7 +128,7 @@ class Runner:
     ) -> str:
         """Do what is planned; return the status, and put into `causes` why a procedure failed."""
         status = "completed"
-        self.journal.event(begin, **about)
+        self.journal.record(begin)
         self.interrupts.check()
         bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
         for notice in warnings:
@@ -137,7 +148,7 @@ class Runner:
                 causes.append(f"{planned.name}: {attempt.cause}")
             if follows is Next.STOP:
                 break
-        self._check_consistency()
+        self._check_consistency(plan)
         # One that was swallowed is no reason to call the run complete.
         self.interrupts.check()
         return status
@@ -147,13 +158,13 @@ class Runner:
         roles = {role for planned in left for role in planned.procedure.roles}
         if unsafe := secure(self.instruments, roles, self._walk):
             raise InstrumentError(
-                "the bench", "; ".join(unsafe), remedy="Switch it off by hand, then go on with --resume"
+                "the bench", "; ".join(unsafe), remedy=text("Switch it off by hand, then go on with --resume")
             )
 
     def _tell(self, procedure: str, notice: Notice) -> None:
         """Put a warning into the journal that is known before anything is energised."""
         said = notice.message.render(self.translate)
-        self.journal.event("known_before", procedure=procedure, warning=store_notice(notice), message=said)
+        self.journal.record(KnownBefore(procedure=procedure, warning=notice, message=said))
 
     def _foresee(self, bench: Bench, planned: Planned) -> None:
         try:
@@ -161,44 +172,46 @@ class Runner:
                 self._tell(planned.name, notice)
         except (InstrumentError, ProcedureError) as error:
             # Nothing is claimed of an instrument that does not answer; the procedure itself will say so.
-            self.journal.event("not_foreseen", procedure=planned.name, cause=message(error, self.translate))
+            self.journal.record(NotForeseen(procedure=planned.name, cause=message(error, self.translate)))
 
-    def _check_consistency(self) -> None:
+    def _check_consistency(self, plan: Sequence[Planned]) -> None:
         findings = {name: result.findings for name, result in self.view.finished.items()}
-        alarms = check_consistency(self.view.parameters(), findings, self.nameplate)
-        self.journal.event("consistency_checked", warnings=[store_notice(alarm) for alarm in alarms])
+        procedures = {planned.name: planned.procedure for planned in plan}
+        alarms = check_consistency(self.view.parameters(), findings, self.nameplate, procedures)
+        self.journal.record(ConsistencyChecked(warnings=alarms))
 
     def _procedure(self, bench: Bench, planned: Planned) -> Attempt:
         """Make one attempt."""
         self.interrupts.check()
         procedure = planned.procedure(bench, self.nameplate, planned.settings, self.view.parameters().parameters)
         values = procedure.step_values()
-        self.journal.event(
-            "procedure_started",
-            procedure=planned.name,
-            section=planned.procedure.section,
-            settings=planned.settings.model_dump(mode="json"),
-            values={name: value for name, value in values.items() if isinstance(value, int | float | str)},
-            steps={step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()},
+        steps = {step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()}
+        self.journal.record(
+            ProcedureStarted(
+                procedure=planned.name,
+                section=planned.procedure.section,
+                settings=planned.settings.model_dump(mode="json"),
+                values={name: value for name, value in values.items() if isinstance(value, int | float | str)},
+                steps=steps,
+            )
         )
         started, shared = self.clock.now(), self._shares(planned)
         try:
             if shared:
                 waited = self.sharing.acquire(shared, planned.name)
                 started += waited
-                self.journal.event("lease", instruments=sorted(role.value for role in shared), waited=waited)
+                self.journal.record(LeaseBegun(instruments=sorted(role.value for role in shared), waited=waited))
                 self._foresee(bench, planned)
             for role in sorted(planned.procedure.roles, key=lambda role: role.value):
                 self.instruments.open(role)
             result = procedure.run()
-            self.journal.event("procedure_finished", result=store(result))
+            self.journal.record(ProcedureFinished(result=result))
         except BaseException as error:
             cause = _cause(error, self.translate)
-            self.journal.event(
-                "procedure_failed", procedure=planned.name, cause=cause, trace=traceback.format_exception(error)
-            )
+            trace = traceback.format_exception(error)
+            self.journal.record(ProcedureFailed(procedure=planned.name, cause=cause, trace=trace))
             if not isinstance(error, Exception) or isinstance(error, RecordError):
-                # What is shared stays so until the way down has been walked.
+                # What is shared stays so until the shutdown is done.
                 raise
             self._walk()
             self._give_back(shared)
@@ -214,16 +227,16 @@ class Runner:
         if shared:
             faults = self.instruments.close(shared)
             self.sharing.release()
-            self.journal.event("lease_ended", faults=list(faults))
+            self.journal.record(LeaseEnded(faults=faults))
 
     def _down(self, causes: Sequence[str]) -> list[str]:
         self.interrupts.shutdown_begins()
         self.guard.going_down()
         try:
             why = "\n".join(causes) or "the procedures have ended"
-            self.journal.event("way_down_started", cause=why, **self.interrupts.delays())
+            self.journal.record(ShutdownStarted(cause=why, **self.interrupts.delays()))
         except OSError:
-            # The way down does not need the journal; what needs it is said when the run is finished.
+            # The shutdown does not need the journal; what needs it is said when the run is finished.
             pass
         unsafe = self._walk()
         faults = self.instruments.close()
@@ -233,28 +246,28 @@ class Runner:
 
     def _walk(self) -> list[str]:
         opened, hurry = self.instruments.opened(), self.interrupts.hurry
-        return failures(shut_down(self.way_down, opened, self.journal, self.clock, hurry=hurry))
+        silent = self.instruments.silent()
+        return failures(shut_down(self.way_down, opened, self.journal, self.clock, hurry=hurry, silent=silent))
 
     def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:
-        ended: dict[str, Any] = {
-            "status": status,
-            "cause": "\n".join(causes),
-            "bench_time": bench_time,
-            "wall_time": wall_time,
-            "guardian": self.guard.record_end(),
-        }
+        ended = RunFinished(
+            status=status,
+            cause="\n".join(causes),
+            bench_time=bench_time,
+            wall_time=wall_time,
+            guardian=self.guard.record_end(),
+        )
         try:
-            self.journal.event("run_finished", **ended)
+            self.journal.record(ended)
         except OSError as error:
             # The disk is full or gone: the view is told directly, so that the caller still learns how it ended.
-            unwritten = text("the journal cannot be written: {error}", error=said_by(error)).render(self.translate)
-            ended |= {"status": "failed", "cause": "\n".join([*causes, unwritten])}
-            self.view.apply("run_finished", ended)
+            unwritten = text("the journal cannot be written: {error}", error=error).render(self.translate)
+            self.view.apply(replace(ended, status="failed", cause="\n".join([*causes, unwritten])))
         self.journal.close()
 
 
 def secure(instruments: Instruments, roles: Iterable[Role], walk: Callable[[], Sequence[str]]) -> list[str]:
-    """Open the instruments of these roles, each whatever becomes of the others, and walk the way down; return what is not well."""
+    """Open the instruments of these roles, each whatever becomes of the others, and carry out the shutdown; return what is not well."""
     unreached = []
     for role in sorted(roles, key=lambda role: role.value):
         try:

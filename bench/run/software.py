@@ -6,17 +6,22 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
+from bench.plugins.catalogues import Catalogues, installed
+
 #: Packages of this program that take part in a figure.
 _OWN = ("bench", "drivers", "procedures", "sim_instruments")
 _LIBRARIES = ("motorbench", "numpy", "scipy", "GTC")
 
 
-def software() -> dict[str, str]:
+def software(catalogues: Catalogues | None = None) -> dict[str, str]:
     """Return the versions of the program, of Python and of the libraries that compute; `code` is a hash of the program's source.
 
-    The version alone does not tell two states of a working copy apart.
+    The version alone does not tell two states of a working copy apart. Of plug-ins among the catalogues it is the version of
+    their distribution, or the SHA-256 of their file.
     """
-    return {name: version(name) for name in _LIBRARIES} | {"python": platform.python_version(), "code": _code()}
+    own = {name: version(name) for name in _LIBRARIES} | {"python": platform.python_version(), "code": _code()}
+    plugins = (catalogues or installed()).about()
+    return own | {told["name"]: told.get("version") or told.get("sha256", "") for told in plugins}
 
 
 def _code() -> str:

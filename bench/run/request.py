@@ -1,0 +1,93 @@
+"""What a run is asked to do, how it is carried out, and what has come of it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.journal.journal import Listener
+from bench.journal.recording import WaveformSink
+from bench.journal.run_folder import RunFolder
+from bench.journal.run_view import RunView
+from bench.journal.waveforms import WaveformFolder
+from bench.motor.motor_file import MotorFile
+from bench.run.retry_policy import After, stop_at_failure
+from drivers.interfaces import Clock
+from procedures.core.result import Notice
+
+if TYPE_CHECKING:
+    from bench.virtual.fault_file import GivenFault
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """What the command line asks for; `language` is settled already. Without `guardian`, none is started: for tests.
+
+    `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one; `faults` are injected on a
+    virtual bench.
+    """
+
+    procedures: Sequence[str]
+    motor: MotorFile
+    station: str
+    language: str
+    runs: Path
+    operator: str = ""
+    person: str = ""
+    answers: Path | None = None
+    assignments: Sequence[str] = field(default_factory=tuple)
+    seed: int = 0
+    trace: bool = False
+    faults: "Sequence[GivenFault]" = ()
+    go_on: bool = False
+    resume: RunFolder | None = None
+    repeat: Sequence[str] = ()
+    guardian: bool = True
+
+
+@dataclass(frozen=True)
+class UnitReference:
+    """A motor of a batch: the batch's name, the motor's number in it, and the socket it is measured at."""
+
+    batch: str
+    number: int
+    socket: str
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a run is carried out; the defaults are those of a single run, a line has others.
+
+    `folder` is made already; `versions` are known already; `waveforms` gives where samples go, for their folder; `lifelines` are
+    file descriptors that a guardian keeps open for as long as it lives; `procedure_clock` is what procedures wait by, the bench's
+    clock where it is None. Without `durable`, only the run's end is forced to the disk, and no room is kept for it. Without
+    `write_result` there is no `result.json`.
+    """
+
+    after: After = stop_at_failure
+    warnings: Sequence[Notice] = ()
+    listeners: Sequence[Listener] = ()
+    folder: RunFolder | None = None
+    versions: Mapping[str, str] = field(default_factory=dict)
+    waveforms: Callable[[Path], WaveformSink] = WaveformFolder
+    lifelines: Sequence[int] = ()
+    procedure_clock: Clock | None = None
+    durable: bool = True
+    unit: UnitReference | None = None
+    write_result: bool = True
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run that has ended: its folder, what it came to, that as JSON, and the bench time (s) that hands needed.
+
+    `journal_sha256` is the hash of the journal's last event. `left` is the actual state of a virtual bench after the
+    shutdown, empty for a real one.
+    """
+
+    folder: RunFolder
+    view: RunView
+    result: dict[str, Any]
+    hand_time: float
+    journal_sha256: str = ""
+    left: Mapping[str, Any] = field(default_factory=dict)

@@ -1,0 +1,100 @@
+"""Who does the hand work of a run, and how the run deals with them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bench.safety.station_instruments import Prompts
+from drivers.interfaces import Instrument
+from procedures.core.bench import Operator, Role
+from procedures.core.events import Event
+
+if TYPE_CHECKING:
+    from bench.operators.fixture import FixtureOperator
+    from bench.operators.panel_operator import DistantOperator
+    from bench.operators.virtual import VirtualOperator
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOperator:
+    """Somebody who needs nothing of the run; `prompts` asks for the readings of manual instruments.
+
+    An operator that works with instruments of the station uses those in `roles`.
+    """
+
+    hands: Operator
+    prompts: Prompts
+    roles: frozenset[Role] = frozenset()
+
+    @property
+    def hand_time(self) -> float:
+        """Bench time (s) of hand work, where it is known beforehand."""
+        return 0.0
+
+    def announce(self, folder: Path) -> None:
+        """Say in the run's folder how the operator is reached, where that is needed."""
+
+    def equip(self, instruments: Mapping[Role, Instrument]) -> None:
+        """Hand over the station's instruments."""
+
+    def hear(self, event: Event) -> None:
+        """Take an event of the journal."""
+
+
+def _no_prompt(_: Role) -> None:
+    """Ask nobody: the virtual bench has no manual instruments."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class VirtualHands(RunOperator):
+    """The virtual operator of a virtual bench."""
+
+    worker: "VirtualOperator"
+
+    @classmethod
+    def of(cls, worker: "VirtualOperator") -> "VirtualHands":
+        """Return them."""
+        return cls(hands=worker, prompts=_no_prompt, worker=worker)
+
+    @property
+    def hand_time(self) -> float:
+        """Bench time (s) of hand work."""
+        return self.worker.hand_time
+
+
+@dataclass(frozen=True, kw_only=True)
+class PanelHands(RunOperator):
+    """A person at a panel; on a virtual bench the hands `behind` do what the person confirms."""
+
+    person: "DistantOperator"
+    behind: RunOperator | None = None
+
+    @property
+    def hand_time(self) -> float:
+        """Bench time (s) of hand work, on a virtual bench."""
+        return self.behind.hand_time if self.behind else 0.0
+
+    def announce(self, folder: Path) -> None:
+        """Say in the run's folder how the person is reached."""
+        self.person.line.announce(folder)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixtureHands(RunOperator):
+    """The station's own fixture, which works with its instruments in `roles`."""
+
+    fixture: "FixtureOperator"
+
+    @property
+    def hand_time(self) -> float:
+        """Bench time (s) of the fixture's work."""
+        return self.fixture.hand_time
+
+    def equip(self, instruments: Mapping[Role, Instrument]) -> None:
+        """Hand over the station's instruments."""
+        self.fixture.take(instruments)
+
+    def hear(self, event: Event) -> None:
+        """Take an event of the journal: what is energised, and when the shutdown opens the relays."""
+        self.fixture.hear(event)
