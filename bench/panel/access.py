@@ -10,15 +10,19 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pydantic import Field
+from tomli_w import dumps as toml_text
 
 from bench.files.toml_file import Section, read, validate
-from bench.files.toml_text import toml_text
 from bench.i18n.errors import InputError, UsageError
 from bench.panel.sessions import Right
 from bench.panel.throttle import LoginThrottle, network_of
-from drivers.interfaces.text import text
+from drivers.interfaces.text import reason_of, text
+
+if TYPE_CHECKING:
+    from argon2 import PasswordHasher
 
 _NAME = re.compile(r"[\w.-]{1,64}")
 #: A password that is tried by hand is not found out; one by a program should not be either.
@@ -127,8 +131,10 @@ def load_people(path: Path) -> Mapping[str, Person]:
     return {name: Person(person.role, person.password) for name, person in file.people.items()}
 
 
-def add_person(path: Path, name: str, role: str, password: str) -> None:
+def add_person(path: Path, name: str, role: str, password: str, hasher: "PasswordHasher | None" = None) -> None:
     """Add a person to a file, or change role and password; the file is readable by its owner alone.
+
+    Without a `hasher`, a password's hash takes the time and memory that argon2-cffi recommends.
 
     Raises UsageError for a name, role or password that will not do, InputError for a file that is not right.
     """
@@ -147,7 +153,7 @@ def add_person(path: Path, name: str, role: str, password: str) -> None:
             )
         )
     people = dict(load_people(path)) if path.exists() else {}
-    people[name] = Person(Right(role), PasswordHasher().hash(password))
+    people[name] = Person(Right(role), (hasher or PasswordHasher()).hash(password))
     _write(path, people)
 
 
@@ -161,4 +167,4 @@ def _write(path: Path, people: Mapping[str, Person]) -> None:
             os.fsync(file.fileno())
         part.replace(path)
     except OSError as error:
-        raise InputError(text("{path}: cannot be written: {strerror}", path=path, strerror=error.strerror)) from None
+        raise InputError(text("{path}: cannot be written: {strerror}", path=path, strerror=reason_of(error))) from None

@@ -33,8 +33,10 @@ class Archived:
 
     def matches(self, words: str) -> bool:
         """Tell whether every word is found in name, motor, serial number, person, status or a parameter's name."""
-        told = " ".join((self.name, self.date, self.motor, self.serial_number, self.person, self.status, *self.figures))
-        return all(word in told.lower() for word in words.lower().split())
+        searched = " ".join(
+            (self.name, self.date, self.motor, self.serial_number, self.person, self.status, *self.figures)
+        )
+        return all(word in searched.lower() for word in words.lower().split())
 
 
 class Archive:
@@ -46,9 +48,9 @@ class Archive:
 
     def list(self) -> list[Archived]:
         """Return all runs, newest first; a folder that holds none is passed over."""
-        found = sorted(self._read(), key=lambda run: run.name, reverse=True)
-        self._known = {run.name: self._known[run.name] for run in found}
-        return found
+        runs = sorted(self._read(), key=lambda run: run.name, reverse=True)
+        self._known = {run.name: self._known[run.name] for run in runs}
+        return runs
 
     def _read(self) -> Iterator[Archived]:
         if not self._runs.is_dir():
@@ -68,25 +70,25 @@ class Archive:
 
 
 def _archived(folder: Path, source: Path) -> Archived:
-    told: Mapping[str, Any] = {}
+    result: Mapping[str, Any] = {}
     if source.name == "result.json":
         try:
-            told = json.loads(source.read_text(encoding="utf-8"))
+            result = json.loads(source.read_text(encoding="utf-8"))
         except ValueError:
-            told = {"status": "unreadable"}
+            result = {"status": "unreadable"}
     else:
         # Killed before its result was written: its beginning says whose it is.
         first = next(JournalTail(source).read_new(), None)
-        told = {**(first.data if first else {}), "status": "interrupted"}
-    motor = told.get("motor") or {}
+        result = {**(first.data if first else {}), "status": "interrupted"}
+    motor = result.get("motor") or {}
     return Archived(
         folder.name,
         folder.name[:16],
         str(motor.get("name", "")),
         str(motor.get("serial_number", "")),
-        str(told.get("person") or ""),
-        str(told.get("status", "")),
-        dict(_figures(told.get("parameters") or {})),
+        str(result.get("person") or ""),
+        str(result.get("status", "")),
+        dict(_figures(result.get("parameters") or {})),
     )
 
 

@@ -158,13 +158,13 @@ async def _too_large(scope: Scope, receive: Receive, send: Send) -> None:
 
 def _again(body: bytes, receive: Receive) -> Receive:
     """Return what gives a body that was read already, then whatever comes after it."""
-    given = False
+    replayed = False
 
     async def again() -> Message:
-        nonlocal given
-        if given:
+        nonlocal replayed
+        if replayed:
             return await receive()
-        given = True
+        replayed = True
         return {"type": "http.request", "body": body, "more_body": False}
 
     return again

@@ -27,14 +27,14 @@ class AllowedHosts:
 
     def refusal(self, scope: Mapping[str, Any]) -> Text | None:
         """Return why a connection is refused, or None: one host, and one of ours."""
-        given = _headers(scope, b"host")
-        found = _HOST.fullmatch(given[0]) if len(given) == 1 else None
-        if found is not None and self._is_ours(_plain(found["name"]), scope):
+        hosts = _headers(scope, b"host")
+        match = _HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
+        if match is not None and self._is_ours(_plain(match["name"]), scope):
             return None
         return text(
             "The panel does not answer to the host {host!r}. If this is its name or address, start it with "
             "motorbench serve --allow-host NAME.",
-            host=", ".join(given)[:100],
+            host=", ".join(hosts)[:100],
         )
 
     def _is_ours(self, name: str, scope: Mapping[str, Any]) -> bool:

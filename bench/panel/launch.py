@@ -1,4 +1,4 @@
-"""Starts runs as processes of their own: they outlive the panel's server, and each has its own way down."""
+"""Starts runs as processes of their own: they outlive the panel's server, and each has its own shutdown."""
 
 import asyncio
 import json
@@ -39,12 +39,12 @@ class Order:
 
     def arguments(self, runs: Path) -> list[str]:
         """Return the command line that says the same."""
-        said = ["run", *self.procedures, "--station", self.station, "--motor", self.motor]
-        said += ["--operator", "panel", f"--person={self.person}", "--language", self.language, "--runs", str(runs)]
-        said += [f"--set={setting}" for setting in self.settings]
-        said += ["--continue-on-error"] if self.go_on else []
-        said += [f"--serial-number={self.serial_number}"] if self.serial_number else []
-        return said + ([f"--seed={self.seed}"] if self.seed is not None else [])
+        args = ["run", *self.procedures, "--station", self.station, "--motor", self.motor]
+        args += ["--operator", "panel", f"--person={self.person}", "--language", self.language, "--runs", str(runs)]
+        args += [f"--set={setting}" for setting in self.settings]
+        args += ["--continue-on-error"] if self.go_on else []
+        args += [f"--serial-number={self.serial_number}"] if self.serial_number else []
+        return args + ([f"--seed={self.seed}"] if self.seed is not None else [])
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class BatchOrder:
 
     def arguments(self, runs: Path) -> list[str]:
         """Return the command line that says the same."""
-        said = ["eol", "run", self.plan, "--station", self.station, "--serials", "panel", f"--person={self.person}"]
-        said += ["--language", self.language, "--runs", str(runs)]
-        said += [f"--batch={self.batch}"] if self.batch else []
-        said += [f"--records={self.records}"] if self.records else []
-        return said + ([f"--sockets={self.sockets}"] if self.sockets is not None else [])
+        args = ["eol", "run", self.plan, "--station", self.station, "--serials", "panel", f"--person={self.person}"]
+        args += ["--language", self.language, "--runs", str(runs)]
+        args += [f"--batch={self.batch}"] if self.batch else []
+        args += [f"--records={self.records}"] if self.records else []
+        return args + ([f"--sockets={self.sockets}"] if self.sockets is not None else [])
 
 
 class Launcher:
@@ -81,10 +81,10 @@ class Launcher:
 
     async def resume(self, folder: Path, person: str, repeat: Sequence[str] = (), language: str = "en") -> Path:
         """Have a run go on where it ended, or a procedure of it again. Raises InputError with what it said instead."""
-        said = ["run", "--resume", str(folder), "--operator", "panel", f"--person={person}", "--runs", str(self._runs)]
-        said += ["--language", language]
-        said += [f"--repeat={name}" for name in repeat]
-        return await self._launch(said)
+        args = ["run", "--resume", str(folder), "--operator", "panel", f"--person={person}", "--runs", str(self._runs)]
+        args += ["--language", language]
+        args += [f"--repeat={name}" for name in repeat]
+        return await self._launch(args)
 
     async def start_batch(self, order: "BatchOrder") -> Path:
         """Start a batch and return its folder once it can be talked to. Raises InputError with what it said instead."""
@@ -92,8 +92,8 @@ class Launcher:
 
     async def _launch(self, arguments: Sequence[str], announced: str = FILE) -> Path:
         self._reap()
-        with tempfile.TemporaryFile() as said:
-            pid = _spawn([sys.executable, "-m", "bench", *arguments], said.fileno())
+        with tempfile.TemporaryFile() as errors:
+            pid = _spawn([sys.executable, "-P", "-m", "motorbench", *arguments], errors.fileno())
             self._children.add(pid)
             try:
                 async with asyncio.timeout(_START_TIME):
@@ -108,8 +108,8 @@ class Launcher:
                 raise InputError(
                     text("the run did not begin within {start_time:g} s; it was ended", start_time=_START_TIME)
                 ) from None
-            said.seek(0)
-            words = said.read().decode("utf-8", "replace").strip()
+            errors.seek(0)
+            words = errors.read().decode("utf-8", "replace").strip()
             raise InputError(words.removeprefix("motorbench: ") or text("the run ended at once and said nothing"))
 
     def _reap(self) -> None:
@@ -126,11 +126,11 @@ class Launcher:
         return None
 
 
-def _spawn(command: list[str], said: int) -> int:
-    """Start a process that hears no Ctrl-C of the server's terminal; what it says on standard error goes to `said`."""
+def _spawn(command: list[str], errors: int) -> int:
+    """Start a process that gets no Ctrl-C of the server's terminal; its standard error goes to `errors`."""
     actions = [
         (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0),
         (os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0),
-        (os.POSIX_SPAWN_DUP2, said, 2),
+        (os.POSIX_SPAWN_DUP2, errors, 2),
     ]
     return os.posix_spawn(command[0], command, os.environ, file_actions=actions, setsid=True)

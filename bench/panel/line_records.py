@@ -4,8 +4,8 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from bench.i18n.errors import InputError, said_by
-from drivers.interfaces.text import Text, text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, text, text_of
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -27,7 +27,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Found:
+class StatisticsView:
     """What there is: types, the type's batches (the latest first), parameters, the choice made good, and its statistics.
 
     `fault` says why there are no statistics, or none of the parameter.
@@ -46,7 +46,7 @@ def serial_numbers(words: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(re.findall(r"[^\s,;，、；]+", words)))
 
 
-def read_statistics(reference: str, choice: Choice) -> Found:
+def read_statistics(reference: str, choice: Choice) -> StatisticsView:
     """Return what a reader chose of the records in a database. Takes its time: not for an event loop."""
     # The database's library takes a second to load, which a panel without a line need not spend.
     from sqlalchemy.exc import SQLAlchemyError
@@ -60,33 +60,35 @@ def read_statistics(reference: str, choice: Choice) -> Found:
         finally:
             engine.dispose()
     except NoDatabaseError:
-        return Found(choice, fault=text("There are no records at {records} yet; see --records.", records=reference))
+        return StatisticsView(
+            choice, fault=text("There are no records at {records} yet; see --records.", records=reference)
+        )
     except (InputError, SQLAlchemyError, OSError) as error:
         # What a database says of itself stays as it is.
         own = getattr(error, "orig", None)
-        said = said_by(error) if own is None else " ".join(str(own).split())
-        return Found(choice, fault=text("The records cannot be read: {error}", error=said))
+        message = text_of(error) if own is None else " ".join(str(own).split())
+        return StatisticsView(choice, fault=text("The records cannot be read: {error}", error=message))
 
 
-def _read(engine: "Engine", choice: Choice) -> Found:
-    from bench.eol.line_statistics import Wanted, line_statistics, measured_parameters
+def _read(engine: "Engine", choice: Choice) -> StatisticsView:
+    from bench.eol.line_statistics import StatisticsRequest, line_statistics, measured_parameters
     from bench.eol.store.selection import kept_batches
 
     with engine.connect() as connection:
         kept = kept_batches(connection)
     if not kept:
-        return Found(choice, fault=text("There are no records yet."))
+        return StatisticsView(choice, fault=text("There are no records yet."))
     models = tuple(dict.fromkeys(model for _, model in kept))
     if choice.model and choice.model not in models:
-        return Found(choice, models, fault=text("There are no records of the type {name}.", name=choice.model))
+        return StatisticsView(choice, models, fault=text("There are no records of the type {name}.", name=choice.model))
     # A batch that is named without its type tells the type.
     model = choice.model or next((model for batch, model in kept if batch == choice.batch), models[0])
     batches = tuple(batch for batch, of in kept if of == model)
     batch = batches[0] if choice.batch is None else choice.batch
     choice = replace(choice, model=model, batch=batch)
     if batch != ALL and batch not in batches:
-        return Found(choice, models, batches, fault=text("There is no batch {name}.", name=batch))
-    wanted = Wanted(() if batch == ALL else (batch,), model, golden=choice.golden)
+        return StatisticsView(choice, models, batches, fault=text("There is no batch {name}.", name=batch))
+    wanted = StatisticsRequest(() if batch == ALL else (batch,), model, golden=choice.golden)
     parameters = tuple(measured_parameters(engine, wanted))
     fault = None
     if choice.parameter and choice.parameter not in parameters:
@@ -97,5 +99,5 @@ def _read(engine: "Engine", choice: Choice) -> Found:
         choice = replace(choice, parameter=choice.parameter or parameters[0])
     # Yields and failures come with any parameter; one keeps the database from summing up all.
     of = choice.parameter if fault is None else next(iter(parameters), "")
-    found = line_statistics(engine, replace(wanted, parameters=(of,) if of else ()))
-    return Found(choice, models, batches, parameters, found, fault)
+    statistics = line_statistics(engine, replace(wanted, parameters=(of,) if of else ()))
+    return StatisticsView(choice, models, batches, parameters, statistics, fault)

@@ -1,19 +1,17 @@
 """A run's motor, as its journal holds it."""
 
 import tomllib
-from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
 
-from procedures.core.nameplate import Connection, Nameplate
+from bench.journal.events.run import RunStarted
+from procedures.core.nameplate import Nameplate, WindingConnection
 
-_UNKNOWN = Nameplate("?", Connection.WYE, 1.0)
+_UNKNOWN = Nameplate("?", WindingConnection.WYE, 1.0)
 
 
-def nameplate_of(start: Mapping[str, Any]) -> Nameplate:
-    """Return as much of the nameplate as drawings need: name, connection, colours; `start` is the run's first event."""
-    content = start.get("motor_file")
-    return _read(str(content)) if content else _UNKNOWN
+def nameplate_of(start: RunStarted | None) -> Nameplate:
+    """Return as much of the nameplate as drawings need: name, connection, colours."""
+    return _read(start.motor_file) if start is not None and start.motor_file else _UNKNOWN
 
 
 @lru_cache(maxsize=64)
@@ -25,7 +23,7 @@ def _read(content: str) -> Nameplate:
         }
         return Nameplate(
             str(plate["name"]),
-            Connection(plate["connection"]),
+            WindingConnection(plate["connection"]),
             float(plate["rated_current"]),
             wire_colours=colours,
             serial_number=str(plate.get("serial_number", "")),

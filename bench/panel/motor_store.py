@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tomli_w import dumps as toml_text
+
 from bench.files.toml_file import validate
-from bench.files.toml_text import toml_text
-from bench.i18n.errors import InputError, said_by
+from bench.i18n.errors import InputError
 from bench.journal.disk import write_file
 from bench.motor.motor_sections import NameplateSection
 from drivers.interfaces.text import text
@@ -29,7 +30,5 @@ def save_motor(folder: Path, nameplate: Mapping[str, Any]) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         write_file(path, toml_text({"nameplate": dict(nameplate)}).encode())
     except OSError as error:
-        raise InputError(
-            text("{path}: the motor file was not written: {error}", path=path, error=said_by(error))
-        ) from error
+        raise InputError(text("{path}: the motor file was not written: {error}", path=path, error=error)) from error
     return path

@@ -40,26 +40,27 @@ class Offered:
 
 
 class Offer:
-    """The procedures that this installation has; asked for once."""
+    """The procedures that this installation and the station's plug-ins have; asked for once."""
 
-    def __init__(self) -> None:
+    def __init__(self, station: str = "virtual") -> None:
+        self._station = station
         self._asked: asyncio.Task[dict[str, Offered]] | None = None
 
     async def procedures(self) -> Mapping[str, Offered]:
         """Return them by name, in the order of a whole measurement. Raises InputError where the command fails."""
-        if self._asked is None:
-            self._asked = asyncio.create_task(_offered())
+        if self._asked is None or (self._asked.done() and self._asked.exception() is not None):
+            self._asked = asyncio.create_task(_offered(self._station))
         return await asyncio.shield(self._asked)
 
     def title(self, procedure: str) -> Text:
         """Return what readers call a procedure; its own name until that is known."""
-        found = self._known(procedure)
-        return Text(found.title if found else "{name}", {"name": procedure})
+        offered = self._known(procedure)
+        return Text(offered.title if offered else "{name}", {"name": procedure})
 
     def step(self, procedure: str, identifier: str) -> StepWords | None:
         """Return a step's words, where they are known already."""
-        found = self._known(procedure)
-        return next((step for step in found.steps if step.identifier == identifier), None) if found else None
+        offered = self._known(procedure)
+        return next((step for step in offered.steps if step.identifier == identifier), None) if offered else None
 
     def _known(self, procedure: str) -> Offered | None:
         if self._asked is None or not self._asked.done() or self._asked.exception() is not None:
@@ -78,7 +79,7 @@ class Rehearsed:
 async def rehearse(procedures: Sequence[str], station: str, motor: str, language: str) -> Rehearsed:
     """Return what `motorbench run … --rehearse` says of a plan. Raises InputError with its message."""
     with tempfile.TemporaryDirectory() as folder:
-        told = await _command(
+        reply = await _command(
             "run",
             *procedures,
             "--station",
@@ -92,9 +93,9 @@ async def rehearse(procedures: Sequence[str], station: str, motor: str, language
             "--runs",
             folder,
         )
-    failed = [f"{one['name']}: {one['cause']}" for one in told["procedures"] if one["cause"]]
-    passed = [f"{one['procedure']}: {one['message']}" for one in told["violations"]]
-    times = {one["name"]: (float(one["bench_time"]), float(one["hand_time"])) for one in told["procedures"]}
+    failed = [f"{one['name']}: {one['cause']}" for one in reply["procedures"] if one["cause"]]
+    passed = [f"{one['procedure']}: {one['message']}" for one in reply["violations"]]
+    times = {one["name"]: (float(one["bench_time"]), float(one["hand_time"])) for one in reply["procedures"]}
     return Rehearsed(times, tuple(dict.fromkeys([*passed, *failed])))
 
 
@@ -103,8 +104,8 @@ async def check_station(station: Path, language: str) -> Mapping[str, Any]:
     return await _command("station", "check", str(station), "--json", "--language", language)
 
 
-async def _offered() -> dict[str, Offered]:
-    told = await _command("procedures", "--json", "--language", "en")
+async def _offered(station: str) -> dict[str, Offered]:
+    reply = await _command("procedures", "--station", station, "--json", "--language", "en")
     return {
         name: Offered(
             name,
@@ -115,15 +116,16 @@ async def _offered() -> dict[str, Offered]:
             data["settings"],
             data["end_of_line"],
         )
-        for name, data in told["procedures"].items()
+        for name, data in reply["procedures"].items()
     }
 
 
 async def _command(*arguments: str) -> Mapping[str, Any]:
     process = await asyncio.create_subprocess_exec(
         sys.executable,
+        "-P",
         "-m",
-        "bench",
+        "motorbench",
         *arguments,
         stdin=asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.PIPE,
@@ -131,7 +133,7 @@ async def _command(*arguments: str) -> Mapping[str, Any]:
     )
     try:
         async with asyncio.timeout(_TIME):
-            out, said = await process.communicate()
+            out, errors = await process.communicate()
     except TimeoutError:
         process.kill()
         await process.wait()
@@ -139,11 +141,11 @@ async def _command(*arguments: str) -> Mapping[str, Any]:
             text("motorbench {command} did not answer within {time:g} s", command=" ".join(arguments), time=_TIME)
         ) from None
     try:
-        told = json.loads(out)
+        reply = json.loads(out)
     except ValueError:
-        told = None
-    if isinstance(told, dict) and set(told) != {"error"}:
-        return told
+        reply = None
+    if isinstance(reply, dict) and set(reply) != {"error"}:
+        return reply
     # What it printed for programs is English; what it said to people is in their language.
-    complaint = said.decode("utf-8", "replace").strip().rpartition("motorbench: ")[2]
+    complaint = errors.decode("utf-8", "replace").strip().rpartition("motorbench: ")[2]
     raise InputError(complaint or text("motorbench {command} said nothing", command=" ".join(arguments)))

@@ -39,7 +39,7 @@ class Panel:
         self.control = Control()
         self.sessions = sessions or Sessions()
         self.launcher = Launcher(runs)
-        self.offer = Offer()
+        self.offer = Offer(str(station))
         self.archive = Archive(runs)
         self.line = LiveLine(runs)
         self.plans = plans or Path("plans")

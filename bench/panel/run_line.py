@@ -56,7 +56,7 @@ class RunLine:
         return await self.say({"id": number, "answer": value})
 
     async def abort(self, person: str) -> Text | None:
-        """Have the run take the way down; return why not, or None."""
+        """Have the run carry out the shutdown; return why not, or None."""
         return await self.say({"abort": person})
 
     async def close(self) -> None:

@@ -1,10 +1,9 @@
 """A journal that is still being written, read as it grows."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from bench.journal.journal import Event
+from bench.journal.codec import RecordedEvent, decode
 
 #: Read at most this much (bytes) at once: a long journal must not hold up who waits for its end.
 _PIECE = 1 << 20
@@ -18,7 +17,7 @@ class JournalTail:
         self._offset = 0
         self._begun = b""
 
-    def read_new(self) -> Iterator[Event]:
+    def read_new(self) -> Iterator[RecordedEvent]:
         """Give the events written since the last call; a line still being written waits for the next call.
 
         A journal that is not there yet gives none.
@@ -29,15 +28,7 @@ class JournalTail:
                 while piece := file.read(_PIECE):
                     self._offset += len(piece)
                     *whole, self._begun = (self._begun + piece).split(b"\n")
-                    yield from filter(None, map(_event, whole))
+                    # A torn line in the middle is where a killed run was resumed.
+                    yield from (decoded[0] for line in whole if (decoded := decode(line)))
         except FileNotFoundError:
             return
-
-
-def _event(line: bytes) -> Event | None:
-    try:
-        raw = json.loads(line)
-        return Event(raw["n"], raw["wall"], raw["time"], raw["kind"], raw["data"])
-    except (ValueError, KeyError, TypeError):
-        # A torn line in the middle is where a killed run was resumed.
-        return None

@@ -14,8 +14,8 @@ from reports.labels import parameter_name, phrase
 
 def budgets_part(run: LiveRun, reader: Reader) -> None:
     """Build the budgets of a run's parameters."""
-    say, found = reader.say, run.view.run.parameters()
-    with_budget = [p for p in found.parameters.values() if p.budget]
+    say, parameters = reader.say, run.view.run.parameters().parameters
+    with_budget = [p for p in parameters.values() if p.budget]
     if not with_budget:
         return
     with named(ui.element("section").classes("mb-card mb-4"), say(text("Uncertainty budgets"))):
@@ -27,13 +27,13 @@ def budgets_part(run: LiveRun, reader: Reader) -> None:
 
 
 def _table(parameter: Parameter, reader: Reader) -> None:
-    told = budget_table(parameter)
-    if told is None:
+    budget = budget_table(parameter)
+    if budget is None:
         return
-    lines = [[_said(cell, reader) for cell in row.cells] for row in told.rows]
-    numeric = frozenset(number for number, column in enumerate(told.columns) if column.right)
-    table([_said(column.title, reader) for column in told.columns], lines, numeric=numeric)
+    lines = [[_cell_text(cell, reader) for cell in row.cells] for row in budget.rows]
+    numeric = frozenset(number for number, column in enumerate(budget.columns) if column.right)
+    table([_cell_text(column.title, reader) for column in budget.columns], lines, numeric=numeric)
 
 
-def _said(cell: Cell, reader: Reader) -> str:
+def _cell_text(cell: Cell, reader: Reader) -> str:
     return cell if isinstance(cell, str) else reader.say(cell)

@@ -9,6 +9,7 @@ from urllib.parse import quote
 from nicegui import ui
 
 from bench.i18n.errors import InputError
+from bench.journal.events.run import MotorReference
 from bench.journal.signatures import sign, signatures
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.budgets import budgets_part
@@ -18,8 +19,8 @@ from bench.panel.pages.parts import named, table
 from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
+from bench.plugins.files import catalogues_of_run
 from drivers.interfaces.text import text
-from reports.exports.catalogue import TARGETS
 from reports.tables.summary import rows
 
 
@@ -34,11 +35,13 @@ class _Ended:
         self._session = session
         self._run = run
         self._reader = reader
+        start = run.view.run.start
+        self._exports = catalogues_of_run(start.software if start is not None else {}).exports
 
     def build(self) -> None:
         say, view = self._reader.say, self._run.view.run
-        motor = view.start.get("motor", {})
-        ui.label(f"{motor.get('name', '?')} {motor.get('serial_number', '')}").classes("text-3xl font-bold")
+        motor = view.start.motor if view.start is not None else MotorReference("?")
+        ui.label(f"{motor.name} {motor.serial_number}").classes("text-3xl font-bold")
         ui.label(say(STATUS.get(view.status, text("was interrupted")))).classes("text-xl")
         if view.cause:
             ui.label(view.cause).classes("text-base whitespace-pre-line").style("color:#7a130d")
@@ -64,7 +67,7 @@ class _Ended:
                 again = ui.select(titles, label=say(text("Procedure to repeat"))).props("outlined dense")
                 again.classes("w-64")
                 ui.button(say(text("Repeat")), on_click=lambda: self._repeat(again.value)).props("outline")
-            targets = {name: target.title for name, target in TARGETS.items()}
+            targets = {name: target.title for name, target in self._exports.items()}
             target = ui.select(targets, label=say(text("Export for"))).props("outlined dense").classes("w-48")
             ui.button(say(text("Export")), on_click=lambda: self._export(target.value)).props("outline")
             ui.button(say(text("Report")), on_click=self._report).props("outline")
@@ -73,7 +76,7 @@ class _Ended:
 
     def _parameters(self) -> None:
         say, view = self._reader.say, self._run.view.run
-        head = [text("Parameter"), text("Value"), text("Unit"), text("u"), text("u, %"), text("Note's")]
+        head = [text("Parameter"), text("Value"), text("Unit"), text("u"), text("u, %"), text("Note's formula")]
         head += [text("Truth")] if view.truth else []
         lines = []
         for row in rows(view.parameters(), view.truth, self._reader.translate):
@@ -84,7 +87,7 @@ class _Ended:
             return
         numeric = frozenset({1, 3, 4, 5, 6} if view.truth else {1, 3, 4, 5})
         table([*map(say, head), "§"], lines, numeric=numeric)
-        legend = text("u: standard uncertainty. Note's: the note's simple formula on the same readings.")
+        legend = text("u: standard uncertainty. Note's formula: its result on the same readings.")
         ui.label(say(legend)).classes("text-sm mt-2")
 
     def _warnings(self) -> None:
@@ -103,15 +106,15 @@ class _Ended:
         with self._signatures:
             ui.label(say(text("Signatures"))).classes("text-lg font-semibold")
             try:
-                given = signatures(self._run.folder)
+                signed = signatures(self._run.folder)
             except InputError as error:
                 ui.label(self._reader.fault(error)).style("color:#7a130d")
                 return
-            for signature in given:
+            for signature in signed:
                 when = datetime.fromisoformat(signature.time).strftime("%Y-%m-%d %H:%M:%S UTC")
-                said = [f"{signature.person} ({signature.role})", when, signature.words]
-                said.append(f"SHA-256 {signature.sha256[:12]}…")
-                ui.label(" · ".join(part for part in said if part)).classes("text-base")
+                parts = [f"{signature.person} ({signature.role})", when, signature.words]
+                parts.append(f"SHA-256 {signature.sha256[:12]}…")
+                ui.label(" · ".join(part for part in parts if part)).classes("text-base")
                 if not signature.holds:
                     ui.label(
                         say(text("This signature does not hold: the run went on, or was changed, after it."))
@@ -157,7 +160,7 @@ class _Ended:
             "export", str(self._run.folder.path), "--for", target, "--language", self._session.language
         )
         if out is not None:
-            ui.download.content(out, f"{self._run.name}.{target}{TARGETS[target].suffix}")
+            ui.download.content(out, f"{self._run.name}.{target}{self._exports[target].suffix}")
 
     async def _report(self) -> None:
         language = self._session.language
@@ -172,16 +175,17 @@ class _Ended:
         """Return what a command of motorbench prints; what it refuses is shown."""
         process = await asyncio.create_subprocess_exec(
             sys.executable,
+            "-P",
             "-m",
-            "bench",
+            "motorbench",
             *arguments,
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
         )
-        out, said = await process.communicate()
+        out, errors = await process.communicate()
         if process.returncode != 0:
-            self._complain(said.decode("utf-8", "replace").strip().removeprefix("motorbench: "))
+            self._complain(errors.decode("utf-8", "replace").strip().removeprefix("motorbench: "))
             return None
         return out
 

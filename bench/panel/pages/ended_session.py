@@ -32,8 +32,8 @@ def offer_abort(call: Callable[[], Awaitable[Text | None]], *buttons: ui.element
 
 def abort_of(client: Client) -> Abort | None:
     """Return how a page aborts, where there is something to abort."""
-    found: Abort | None = client.storage.get(_KEY)
-    return found
+    abort: Abort | None = client.storage.get(_KEY)
+    return abort
 
 
 def show_ended(client: Client, session: Session) -> None:

@@ -67,15 +67,15 @@ class _History:
 
     def _show(self) -> None:
         say = self._reader.say
-        found = [run for run in self._runs if run.matches(str(self._words.value or ""))]
+        runs = [run for run in self._runs if run.matches(str(self._words.value or ""))]
         if self._parameter.value:
-            found = [run for run in found if self._parameter.value in run.figures]
-        self._count.set_text(say(text("{found} of {all} runs", found=len(found), all=len(self._runs))))
+            runs = [run for run in runs if self._parameter.value in run.figures]
+        self._count.set_text(say(text("{found} of {all} runs", found=len(runs), all=len(self._runs))))
         self._table.clear()
         with self._table, ui.element("table").classes("mb-table"):
             self._head()
             with ui.element("tbody"):
-                for run in found[:_SHOWN]:
+                for run in runs[:_SHOWN]:
                     self._line(run)
 
     def _head(self) -> None:
@@ -148,19 +148,19 @@ def _compared_table(compared: list[Compared], names: list[str], reader: Reader) 
     say = reader.say
     head = [say(text("Parameter")), *names, say(text("Unit")), say(text("Difference, %")), "E_n", ""]
     lines = []
-    for found in compared:
-        scale = scale_of(found.first, unit_for_readers(found.name, found.unit))
-        values = [v / scale.factor for v in (found.first, found.second)]
+    for pair in compared:
+        scale = scale_of(pair.first, unit_for_readers(pair.name, pair.unit))
+        values = [v / scale.factor for v in (pair.first, pair.second)]
         counts = all(value == round(value) for value in values)
         decimals = 0 if counts else decimals_for(0.0, values[0]) + 1
         lines.append(
             [
-                say(parameter_name(found.name)),
+                say(parameter_name(pair.name)),
                 *(figure(value, decimals) for value in values),
                 scale.unit,
-                f"{100.0 * found.difference:+.2f}" if math.isfinite(found.difference) else "–",
-                "–" if not math.isfinite(found.normalised_error) else f"{found.normalised_error:+.2f}",
-                say(text("disagree")) if found.disagree else "",
+                f"{100.0 * pair.difference:+.2f}" if math.isfinite(pair.difference) else "–",
+                "–" if not math.isfinite(pair.normalised_error) else f"{pair.normalised_error:+.2f}",
+                say(text("disagree")) if pair.disagree else "",
             ]
         )
     table(head, lines, numeric=frozenset({1, 2, 4, 5}))
@@ -176,8 +176,8 @@ def _type_figures(panel: Panel, run: str, figures: Mapping[str, Figure]) -> dict
     return {name: Figure(float(value), 0.0, figures[name].unit) for name, value in expected.items() if name in figures}
 
 
-def _shown(name: str, found: Figure) -> str:
-    scale = scale_of(found.value, unit_for_readers(name, found.unit))
-    value, spread = found.value / scale.factor, found.uncertainty / scale.factor
+def _shown(name: str, shown: Figure) -> str:
+    scale = scale_of(shown.value, unit_for_readers(name, shown.unit))
+    value, spread = shown.value / scale.factor, shown.uncertainty / scale.factor
     share = percent(abs(spread / value)) if value else "–"
     return f"{figure(value, decimals_for(spread, value))} {scale.unit}, u {share} %"

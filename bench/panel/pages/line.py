@@ -36,7 +36,7 @@ _STYLE = """
 </style>
 """
 #: The field is emptied where it is filled: a scanner is at the next number before the server has heard of this one.
-_TAKE = "(e) => { const given = e.target.value; e.target.value = ''; e.target.dispatchEvent(new Event('input')); emit(given); }"
+_TAKE = "(e) => { const serial = e.target.value; e.target.value = ''; e.target.dispatchEvent(new Event('input')); emit(serial); }"
 _RETURN = (
     "document.addEventListener('keydown', e => {"
     "const field = document.querySelector('.mb-scan input');"
@@ -81,7 +81,7 @@ class _LinePage:
                 self._end.classes("text-lg")
                 self._abort = ui.button(say(text("ABORT")), on_click=self._stop, color=None)
                 named(self._abort.classes("mb-abort text-xl px-8"), say(text("Abort the batch: everything off")))
-                ui.tooltip(say(text("Every socket takes its way down. Key: Ctrl+Esc. Finish: Ctrl+End")))
+                ui.tooltip(say(text("Every socket shuts down. Key: Ctrl+Esc. Finish: Ctrl+End")))
             self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
             self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
@@ -317,5 +317,5 @@ def _is_plan(path: Path) -> bool:
     return re.search(r"^\[plan\]", path.read_text(encoding="utf-8", errors="replace"), re.MULTILINE) is not None
 
 
-def _local(told: str) -> str:
-    return datetime.fromisoformat(told).astimezone().strftime("%H:%M")
+def _local(time: str) -> str:
+    return datetime.fromisoformat(time).astimezone().strftime("%H:%M")

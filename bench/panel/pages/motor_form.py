@@ -16,7 +16,7 @@ from bench.panel.pages.frame import Reader, frame
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
-from procedures.core.nameplate import Connection
+from procedures.core.nameplate import WindingConnection
 
 _LABELS: Mapping[str, Text] = {
     "name": text("Motor's name"),
@@ -70,29 +70,32 @@ class _MotorForm:
         unit = _unit(field)
         label = say(_LABELS[name]) + (f", {unit}" if unit else "") + (" *" if field.is_required() else "")
         if name == "connection":
-            options = {Connection.WYE.value: say(text("star (wye)")), Connection.DELTA.value: say(text("delta"))}
+            options = {
+                WindingConnection.WYE.value: say(text("star (wye)")),
+                WindingConnection.DELTA.value: say(text("delta")),
+            }
             return ui.select(options, label=label).props("outlined dense")
-        made = ui.input(label).props("outlined dense")
+        field_input = ui.input(label).props("outlined dense")
         if name not in _TEXTS:
-            made.props("inputmode=decimal").props["hint"] = _range(field)
-        return made
+            field_input.props("inputmode=decimal").props["hint"] = _range(field)
+        return field_input
 
     def _save(self) -> None:
         try:
-            path = save_motor(self._panel.motors, self._given())
+            path = save_motor(self._panel.motors, self._values())
         except InputError as error:
             self._fault.set_text(self._reader.fault(error))
             return
         ui.navigate.to(f"/?{urlencode({'motor': path.stem})}")
 
-    def _given(self) -> dict[str, Any]:
-        given: dict[str, Any] = {}
+    def _values(self) -> dict[str, Any]:
+        values: dict[str, Any] = {}
         for name, field in self._fields.items():
             typed = str(field.value or "").strip()
             if typed:
-                given[name] = typed if name in (*_TEXTS, "connection") else _number(typed)
+                values[name] = typed if name in (*_TEXTS, "connection") else _number(typed)
         colours = {terminal: str(field.value).strip() for terminal, field in self._colours.items() if field.value}
-        return given | ({"wire_colours": colours} if colours else {})
+        return values | ({"wire_colours": colours} if colours else {})
 
 
 def _unit(field: FieldInfo) -> str:

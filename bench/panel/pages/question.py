@@ -5,8 +5,6 @@ from typing import Any
 from nicegui import ui
 
 from bench.drawings.connections import draw_connections
-from bench.i18n.language import catalogue
-from bench.i18n.phrasebook import translate_said
 from bench.journal.stored_result import restore_text
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
@@ -135,8 +133,7 @@ class QuestionCard:
         if question["kind"] == "number":
             return [say(text("Read and enter: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "confirm":
-            said = translate_said(question["sentence"], catalogue(self._reader.session.language))
-            return [f"{say(role_name(question['instrument']))}: {said}"]
+            return [f"{say(role_name(question['instrument']))}: {say(restore_text(question['task']))}"]
         action = self._run.view.action
         if action is not None and type(action).__name__ == question["action"]:
             return [say(line) for line in action.lines(nameplate_of(self._run.view.run.start).wire_colours)]

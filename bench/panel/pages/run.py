@@ -98,7 +98,7 @@ class _RunPage:
 
     def _show_emergency(self, *, ended: bool) -> None:
         view, say = self._run.view, self._reader.say
-        failed = [f"{event['instrument']}: {event['error']}" for event in view.made_safe if event.get("error")]
+        failed = [f"{event.instrument}: {event.error}" for event in view.made_safe if event.error]
         lines = []
         if ended and view.run.status == "aborted":
             lines.append(say(text("ABORTED: {cause}", cause=view.run.cause)))

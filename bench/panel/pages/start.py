@@ -21,6 +21,9 @@ from reports.labels import role_name, section_name
 
 #: Roles that the virtual bench in process does without: its hands do what a fixture would.
 _NOT_VIRTUAL = frozenset({"switch_matrix", "rotor_actuator", "insulation_tester"})
+_LIST = 'document.querySelector(".mb-procedures").inert'
+_HOLD = "() => { " + _LIST + " = true; emit(); }"
+_RELEASE = _LIST + " = false"
 
 
 def start_page(panel: Panel, session: Session, motor: str = "") -> None:
@@ -70,9 +73,10 @@ class _StartPage:
                 self._serial.on("keydown.enter", self._begin)
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("2  Procedures"))).classes("text-xl font-bold mb-2")
-                self._list = ui.element("div").classes("flex flex-col flex-nowrap")
+                self._list = ui.element("div").classes("flex flex-col flex-nowrap mb-procedures")
                 with self._list:
                     ui.spinner(size="2rem")
+                self._hold_list()
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("3  Station"))).classes("text-xl font-bold mb-2")
                 self._station = ui.element("div").classes("w-full")
@@ -139,6 +143,11 @@ class _StartPage:
                 box.set_enabled(not missing)
                 self._boxes[name] = box
 
+    def _hold_list(self) -> None:
+        """Let nothing be clicked in the list, in the browser itself, from a choice of the motor until the motor's own is there."""
+        # Its handler comes after that of the value, whose list is then on its way already.
+        self._motor.on("update:model-value", lambda: ui.run_javascript(_RELEASE), js_handler=_HOLD)
+
     def _motor_chosen(self) -> None:
         """On the virtual bench the six-step drive is that of the motor's file, and hands stand in for a fixture."""
         if self._panel.station != VIRTUAL or not self._motor.value or not self._offered:
@@ -178,24 +187,26 @@ class _StartPage:
         with self._station:
             ui.spinner(size="2rem")
         try:
-            told = await check_station(Path(self._panel.station), self._session.language)
+            station = await check_station(Path(self._panel.station), self._session.language)
         except InputError as error:
-            told = {"name": self._panel.station, "instruments": {}, "overdue": [self._reader.fault(error)]}
+            station = {"name": self._panel.station, "instruments": {}, "overdue": [self._reader.fault(error)]}
         self._station.clear()
         with self._station:
-            for role, found in told["instruments"].items():
-                self._instrument(role, found)
-            for words in told["overdue"]:
+            for role, instrument in station["instruments"].items():
+                self._instrument(role, instrument)
+            for words in station["overdue"]:
                 ui.label(f"⚠ {words}").classes("text-base").style("color:#6b4400")
             ui.button(say(text("Check again")), on_click=self._check).props("outline")
-        self._roles = frozenset(role for role, found in told["instruments"].items() if found["error"] is None)
+        self._roles = frozenset(
+            role for role, instrument in station["instruments"].items() if instrument["error"] is None
+        )
         self._show_procedures(self._offered)
 
-    def _instrument(self, role: str, found: Mapping[str, Any]) -> None:
-        good = found["error"] is None
+    def _instrument(self, role: str, instrument: Mapping[str, Any]) -> None:
+        good = instrument["error"] is None
         ui.label(f"{'✓' if good else '✗'} {self._reader.say(role_name(role))}").classes("text-base font-semibold")
-        ui.label(str(found["identity"] if good else found["error"])).classes("text-sm pl-6 break-all")
-        calibration = found.get("calibration")
+        ui.label(str(instrument["identity"] if good else instrument["error"])).classes("text-sm pl-6 break-all")
+        calibration = instrument.get("calibration")
         due = calibration and calibration.get("due")
         words = text("calibrated until {date}", date=str(due)) if due else text("no calibration entered")
         ui.label(self._reader.say(words)).classes("text-sm pl-6").style("color:#44505c")
@@ -209,17 +220,17 @@ class _StartPage:
             return
         self._tell(say(text("Rehearsing on a virtual twin …")))
         try:
-            found = await rehearse(chosen, self._panel.station, str(self._motor.value), self._session.language)
+            rehearsed = await rehearse(chosen, self._panel.station, str(self._motor.value), self._session.language)
         except InputError as error:
             self._complain(self._reader.fault(error))
             return
-        for name, (bench, hands) in found.times.items():
+        for name, (bench, hands) in rehearsed.times.items():
             if name in self._notes:
                 words = text("about {minutes:.1f} min, {hands:.0f} s of it by hand", minutes=bench / 60.0, hands=hands)
                 self._notes[name].set_text(say(words))
-        total = sum(bench for bench, _ in found.times.values())
+        total = sum(bench for bench, _ in rehearsed.times.values())
         self._tell(say(text("About {minutes:.0f} min in all.", minutes=total / 60.0)))
-        self._fault.set_text("\n".join(found.objections))
+        self._fault.set_text("\n".join(rehearsed.objections))
 
     def _tell(self, words: str) -> None:
         self._fault.set_text("")

@@ -22,7 +22,7 @@ from bench.eol.statistics_messages import (
     signals,
 )
 from bench.eol.verdict import Verdict
-from bench.panel.line_records import ALL, Choice, Found, read_statistics, serial_numbers
+from bench.panel.line_records import ALL, Choice, StatisticsView, read_statistics, serial_numbers
 from bench.panel.pages.frame import Reader, frame
 from bench.panel.pages.parts import named, table
 from bench.panel.panel import Panel
@@ -78,24 +78,24 @@ class _Statistics:
         self._asked += 1
         asked = self._asked
         self._status.set_text(self._reader.say(text("Reading the records …")))
-        found = await background.io_bound(read_statistics, self._panel.records, self._choice)
+        view = await background.io_bound(read_statistics, self._panel.records, self._choice)
         # Whoever chooses again before the answer is there wants the later one.
-        if found is not None and asked == self._asked:
-            self._show(found)
+        if view is not None and asked == self._asked:
+            self._show(view)
 
-    def _show(self, found: Found) -> None:
-        say, statistics = self._reader.say, found.statistics
-        self._choice = found.choice
-        self._offer(found)
+    def _show(self, view: StatisticsView) -> None:
+        say, statistics = self._reader.say, view.statistics
+        self._choice = view.choice
+        self._offer(view)
         self._status.set_text("" if statistics is None else say(_selected(statistics)))
-        self._fault.set_text("" if found.fault is None else say(found.fault))
+        self._fault.set_text("" if view.fault is None else say(view.fault))
         self._content.clear()
         if statistics is None:
             return
         with self._content:
             with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-2 w-full"):
                 self._yields(statistics)
-                each = statistics.parameters.get(found.choice.parameter) if found.fault is None else None
+                each = statistics.parameters.get(view.choice.parameter) if view.fault is None else None
                 if each is not None:
                     self._capability(each)
             self._failures(statistics)
@@ -106,13 +106,13 @@ class _Statistics:
 
     # what is chosen
 
-    def _offer(self, found: Found) -> None:
-        say, choice = self._reader.say, found.choice
-        self._model.set_visibility(len(found.models) > 1)
-        batches = {ALL: say(text("All batches")), **{name: name for name in found.batches}}
-        parameters = {name: say(parameter_name(name)) for name in found.parameters}
+    def _offer(self, view: StatisticsView) -> None:
+        say, choice = self._reader.say, view.choice
+        self._model.set_visibility(len(view.models) > 1)
+        batches = {ALL: say(text("All batches")), **{name: name for name in view.batches}}
+        parameters = {name: say(parameter_name(name)) for name in view.parameters}
         for select, options, value in (
-            (self._model, {model: model for model in found.models}, choice.model),
+            (self._model, {model: model for model in view.models}, choice.model),
             (self._batch, batches, choice.batch),
             (self._parameter, parameters, choice.parameter),
         ):
@@ -167,8 +167,10 @@ class _Statistics:
                 ui.label(counted).classes("text-base w-full")
 
     def _capability(self, each: "ParameterStatistics") -> None:
-        say, found = self._reader.say, each.distribution
-        with self._card(text("Capability: {parameter}", parameter=parameter_name(found.parameter)), "capability"):
+        say, distribution = self._reader.say, each.distribution
+        with self._card(
+            text("Capability: {parameter}", parameter=parameter_name(distribution.parameter)), "capability"
+        ):
             rows = [
                 [name, index(by, which)]
                 for name, by, which in (
@@ -181,7 +183,7 @@ class _Statistics:
             self._table([text("Index"), text("Value [95 % interval]")], rows, numeric={1})
             words = text("Cp and Cpk by the spread between neighbours, Pp and Ppk by the spread of all.")
             ui.label(say(words)).classes("text-sm mt-2")
-            if found.changed:
+            if distribution.changed:
                 changed = text("The limits were others at first; shown are those of the latest motor.")
                 ui.label(say(changed)).classes("text-base mt-2")
 
@@ -205,27 +207,27 @@ class _Statistics:
             [
                 self._reader.say(parameter_name(each.name)),
                 str(each.failed),
-                percentage(found.share, 1),
-                percentage(found.cumulative, 1),
+                percentage(row.share, 1),
+                percentage(row.cumulative, 1),
                 str(each.errors),
             ]
-            for each, found in zip(failures, pareto([each.failed for each in failures]), strict=True)
+            for each, row in zip(failures, pareto([each.failed for each in failures]), strict=True)
         ]
         head = [title, text("Failed"), text("% of failures"), text("Cumulative, %"), text("Errors")]
         self._table(head, rows, numeric={1, 2, 3, 4})
 
     def _histogram(self, each: "ParameterStatistics") -> None:
-        found, scale = each.distribution, scale_for(each)
-        spread = found.standard_deviation / scale.factor
-        digits = decimals_for(spread, found.mean / scale.factor)
-        name = parameter_name(found.parameter)
+        distribution, scale = each.distribution, scale_for(each)
+        spread = distribution.standard_deviation / scale.factor
+        digits = decimals_for(spread, distribution.mean / scale.factor)
+        name = parameter_name(distribution.parameter)
         rows = [
-            (text("Motors"), str(found.count)),
-            (text("Limits"), bounds(found.limits.low, found.limits.high, scale, digits)),
-            (text("Mean"), figure(found.mean / scale.factor, digits)),
+            (text("Motors"), str(distribution.count)),
+            (text("Limits"), bounds(distribution.limits.low, distribution.limits.high, scale, digits)),
+            (text("Mean"), figure(distribution.mean / scale.factor, digits)),
             (text("Standard deviation, all"), figure(spread, digits + 1)),
             (text("Standard deviation, neighbours"), figure(each.within.standard_deviation / scale.factor, digits + 1)),
-            (text("Least … most"), bounds(found.least, found.most, scale, digits)),
+            (text("Least … most"), bounds(distribution.least, distribution.most, scale, digits)),
         ]
         with self._card(text("Distribution: {parameter}", parameter=name), "distribution"), _beside():
             self._plot(histogram_plot(each, self._reader.translate))

@@ -1,5 +1,6 @@
 """A run's waveforms: chosen from a list, drawn by their extremes, drawn anew where one zooms in."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from nicegui import events, ui
@@ -27,8 +28,8 @@ class WaveformsPart:
         """Build it; nothing where the run has no waveforms."""
         say = self._reader.say
         records = {
-            number: f"{number + 1} · {say(self._panel.offer.title(event['procedure']))} · {event['step']}"
-            for number, event in enumerate(self._run.view.waveforms)
+            number: f"{number + 1} · {say(self._panel.offer.title(record.procedure))} · {record.step}"
+            for number, record in enumerate(self._run.view.waveforms)
         }
         if not records:
             return
@@ -43,19 +44,19 @@ class WaveformsPart:
             self._chart.on("chart:datazoom", self._zoomed, throttle=0.1, leading_events=False)
 
     async def _choose(self, event: events.ValueChangeEventArguments[int]) -> None:
-        told = self._run.view.waveforms[event.value]
+        record = self._run.view.waveforms[event.value]
         try:
-            self._waves = await background.io_bound(self._read, told["value"]) or {}
+            self._waves = await background.io_bound(self._read, record.taken.value) or {}
         except (OSError, KeyError) as error:
-            self._fault.set_text(self._reader.say(text("The record cannot be read: {error}", error=str(error))))
+            self._fault.set_text(self._reader.say(text("The record cannot be read: {error}", error=error)))
             return
         self._draw(None, None)
         self._chart.set_visibility(True)
 
-    def _read(self, told: dict[str, Any]) -> dict[str, StoredWaveform]:
+    def _read(self, channels: Mapping[str, Any]) -> dict[str, StoredWaveform]:
         return {
             self._reader.say(text("channel {number}", number=name)): self._one(part["waveform"])
-            for name, part in told.items()
+            for name, part in channels.items()
         }
 
     def _one(self, reference: str) -> StoredWaveform:
