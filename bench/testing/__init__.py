@@ -11,22 +11,25 @@ from bench.eol.limits import Limits
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.preparation import check_parameters, planned_of
 from bench.eol.plan import Plan, load_plan
-from bench.eol.record import CheckRecord, Measured
+from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
 from bench.journal.run_folder import RunFolder
 from bench.motor.motor_file import MotorFile, load_motor
+from bench.plugins.catalogues import installed
 from bench.run.console import console_on
-from bench.run.context import place
+from bench.run.context import run_context
 from bench.run.plan import Planned, check_roles, make_plan
-from bench.run.run import How, Wishes, carry_out
+from bench.run.request import RunOptions, RunRequest
+from bench.run.run import carry_out
 from bench.safety.interrupts import Interrupts
 from bench.station.library_logs import quieten_libraries
-from bench.virtual.fault_file import given_faults, inject
-from bench.virtual.true_values import truth_of
-from procedures.catalogue import catalogue
+from bench.virtual.fault_file import given_faults
+from bench.virtual.fault_hooks import inject
+from bench.virtual.true_values import true_values
 from procedures.core.result import Parameter
+from procedures.known_parameters import known_parameters
 from sim_instruments.bench import VirtualBench
 
 if TYPE_CHECKING:
@@ -38,7 +41,7 @@ class Ran:
     """A run on the virtual bench: how it ended, what it found, what is true, and where its record lies.
 
     `status` is `completed`, `failed` or `aborted`, `warnings` are the identifiers of what the run warned of, `left` tells what was
-    really so on the bench after the way down.
+    really so on the bench after the shutdown.
     """
 
     status: str
@@ -56,7 +59,7 @@ class Judged:
 
     verdict: Verdict
     first_pass: bool
-    figures: Mapping[str, Measured]
+    figures: Mapping[str, MeasuredFigure]
     attempts: tuple[CheckRecord, ...]
     run: Ran
 
@@ -82,7 +85,7 @@ class BenchUnderTest:
         self._open = ExitStack()
         nominal = motor.virtual_motor()
         self.bench = self._open.enter_context(VirtualBench(nominal, seed=seed, six_step=motor.six_step, sockets=False))
-        self.truth = truth_of(nominal, motor.six_step)
+        self.truth = true_values(known_parameters(), nominal, motor.six_step)
         self.inject(*faults)
 
     def inject(self, *faults: str) -> None:
@@ -115,19 +118,20 @@ def run_procedures(
     faults: Sequence[str],
 ) -> Ran:
     """Measure a virtual motor by procedures, all by the real drivers. Raises InputError for names and settings that are none."""
-    planned = make_plan(names, [f"{name}={_toml(value)}" for name, value in settings.items()], catalogue())
-    return _run(planned, motor, runs, seed, faults, How())
+    planned = make_plan(names, [f"{name}={_toml(value)}" for name, value in settings.items()], installed().procedures)
+    return run_planned(planned, motor, runs, seed=seed, faults=faults)
 
 
 class PlanUnderTest:
     """An end-of-line plan of one's own, read and checked; `measure` judges virtual motors by it."""
 
     def __init__(self, path: Path, runs: Path) -> None:
-        self.plan: Plan = load_plan(path, list(catalogue()))
+        self.plan: Plan = load_plan(path)
         self._runs = runs
-        self._planned = planned_of(self.plan.checks, self.plan.source)
-        check_parameters(self.plan, self._planned)
-        self.motor = load_motor(self.plan.motor)
+        known = self.plan.catalogues().procedures
+        self._planned = planned_of(self.plan.checks, self.plan.source, known)
+        check_parameters(self.plan, self._planned, known)
+        self.motor = load_motor(self.plan.motor, known)
         self.limits: Mapping[str, Limits] = self.plan.limits(self.motor.nameplate.expected)
 
     def measure(
@@ -139,7 +143,8 @@ class PlanUnderTest:
         elif truth:
             raise InputError("give a motor, or true values to change in the plan's own")
         judge = MotorJudge(self.plan.checks, self.limits, self.plan.guard, self.plan.minimum_ratio)
-        ran = _run(self._planned, motor, self._runs, seed, faults, How(after=judge.after))
+        options = RunOptions(after=judge.after)
+        ran = run_planned(self._planned, motor, self._runs, seed=seed, faults=faults, options=options)
         figures = {name: judge.measured(parameter) for name, parameter in ran.parameters.items()}
         verdict = judge.verdict(figures.values(), aborted=ran.status == "aborted", planned=len(self._planned))
         return Judged(verdict, judge.first_pass(verdict), figures, judge.attempts, ran)
@@ -178,27 +183,27 @@ def assert_holds_truth(
         raise AssertionError("\n".join(misses))
 
 
-def _run(planned: Sequence[Planned], motor: MotorFile, runs: Path, seed: int, faults: Sequence[str], how: How) -> Ran:
+def run_planned(
+    planned: Sequence[Planned],
+    motor: MotorFile,
+    runs: Path,
+    *,
+    seed: int,
+    faults: Sequence[str] = (),
+    options: RunOptions | None = None,
+    interrupts: Interrupts | None = None,
+) -> Ran:
+    """Carry out a run on the virtual bench in this process; `interrupts` are what may stop it."""
     quieten_libraries()
     given = given_faults(None, faults)
-    interrupts = Interrupts()
-    wishes = Wishes(
+    interrupts = interrupts or Interrupts()
+    request = RunRequest(
         [each.name for each in planned], motor, "virtual", "en", runs, seed=seed, faults=given, guardian=False
     )
-    with place(
-        "virtual",
-        motor,
-        "",
-        answers=None,
-        seed=seed,
-        console=console_on(io.StringIO()),
-        language="en",
-        interrupts=interrupts,
-        faults=given,
-    ) as where:
-        check_roles(planned, where.station)
-        done = carry_out(wishes, planned, where, interrupts, how)
-        truth = dict(where.truth)
+    with run_context(request, console_on(io.StringIO()), interrupts) as context:
+        check_roles(planned, context.station)
+        done = carry_out(request, planned, context, interrupts, options or RunOptions())
+        truth = context.simulation.true_values
     return Ran(
         done.view.status,
         done.view.cause,

@@ -1,0 +1,176 @@
+"""All catalogues together: what this installation has, and what plug-in files beside a station or a plan add."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import distributions
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from bench.plugins.catalogue import BrokenPlugin, Catalogue, Entry, Origin, PluginFile
+from bench.plugins.records import RecordOutput
+from drivers.catalogue import Driver
+from drivers.interfaces import Role
+from drivers.interfaces.text import text
+from procedures.catalogue import ORDER
+
+if TYPE_CHECKING:
+    from procedures.core.procedure import Procedure
+    from reports.exports.target import Target
+    from sim_instruments.catalogue import SimulatedInstrument
+
+#: The distribution whose names go before everybody else's.
+OURS = "motorbench"
+_PREFIX = "motorbench."
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+NamedT = TypeVar("NamedT", bound=_Named)
+GROUPS = ("drivers", "simulated_instruments", "procedures", "exports", "records")
+
+
+@dataclass(frozen=True)
+class Catalogues:
+    """The five catalogues, and the plug-in files among what they were made of."""
+
+    entries: dict[str, tuple[Entry, ...]]
+    unusable: tuple[BrokenPlugin, ...] = ()
+    files: tuple[PluginFile, ...] = ()
+    drivers: Catalogue[tuple[Driver, ...]] = field(init=False)
+    simulated_instruments: "Catalogue[SimulatedInstrument]" = field(init=False)
+    procedures: "Catalogue[type[Procedure[Any]]]" = field(init=False)
+    exports: "Catalogue[Target]" = field(init=False)
+    records: Catalogue[RecordOutput] = field(init=False)
+
+    def __post_init__(self) -> None:
+        for group in GROUPS:
+            made: Catalogue[Any] = Catalogue(self.entries.get(group, ()), _ACCEPT[group], self.unusable)
+            object.__setattr__(self, group, made)
+
+    def with_files(self, files: Sequence[PluginFile]) -> "Catalogues":
+        """Return these and what plug-in files declare besides."""
+        added = [file for file in files if file not in self.files]
+        if not added:
+            return self
+        entries = {
+            group: (*self.entries.get(group, ()), *(entry for file in added for entry in file.entries.get(group, ())))
+            for group in GROUPS
+        }
+        unusable = [BrokenPlugin("", file.origin, file.error) for file in added if file.error is not None]
+        return Catalogues(entries, (*self.unusable, *unusable), (*self.files, *added))
+
+    def driver(self, name: str, role: Role) -> Driver | None:
+        """Return the driver of a name for a role, None where there is none."""
+        return next((driver for driver in self.drivers.get(name, ()) if driver.role is role), None)
+
+    def drivers_for(self, role: Role) -> list[str]:
+        """Return the names of the drivers that can fill a role; all are loaded for it."""
+        return [name for name in self.drivers if self.driver(name, role) is not None]
+
+    def broken(self, *, load: bool = True) -> tuple[BrokenPlugin, ...]:
+        """Return what cannot be used: of everything, or without `load` as far as it is known by now."""
+        found = [broken for group in GROUPS for broken in getattr(self, group).broken(load=load)]
+        return (*self.unusable, *found)
+
+    def about(self) -> list[dict[str, str]]:
+        """Return what a record says of the plug-ins that take part: distributions with version, files with SHA-256."""
+        found = {entry.origin: entry.origin.as_dict() for group in self.entries.values() for entry in group}
+        return [told for origin, told in found.items() if origin.name != OURS]
+
+
+@cache
+def installed() -> Catalogues:
+    """Return what the installed distributions declare in the entry-point groups `motorbench.*`, ours first."""
+    found: dict[str, list[Entry]] = {group: [] for group in GROUPS}
+    seen: set[str] = set()
+    for distribution in distributions():
+        declared = distribution.read_text("entry_points.txt")
+        if declared is None or _PREFIX not in declared:
+            continue
+        name = str(distribution.metadata["Name"])
+        if name in seen:
+            continue
+        seen.add(name)
+        origin = Origin(name, distribution.version)
+        for point in distribution.entry_points:
+            group = point.group.removeprefix(_PREFIX)
+            if point.group.startswith(_PREFIX) and group in found:
+                found[group].append(Entry(point.name, origin, point.load))
+    for entries in found.values():
+        entries.sort(key=lambda entry: (entry.origin.name != OURS, entry.origin.name))
+    places = {name: place for place, name in enumerate(ORDER)}
+    found["procedures"].sort(key=lambda entry: places.get(entry.name, len(places)))
+    return Catalogues({group: tuple(entries) for group, entries in found.items()})
+
+
+def accept_drivers(name: str, loaded: object) -> tuple[Driver, ...]:
+    """Return the drivers of a name, one a role. Raises ValueError for anything else."""
+    found = loaded if isinstance(loaded, tuple) else (loaded,)
+    if not found or not all(isinstance(driver, Driver) for driver in found):
+        raise _other(loaded, "drivers.catalogue.Driver, or a tuple of them")
+    for driver in found:
+        _check_name(name, driver.name)
+    return found
+
+
+def accept_simulated(name: str, loaded: object) -> "SimulatedInstrument":
+    """Return a simulated instrument. Raises ValueError for anything else."""
+    from sim_instruments.catalogue import SimulatedInstrument
+
+    return _named(name, loaded, SimulatedInstrument)
+
+
+def accept_procedure(name: str, loaded: object) -> "type[Procedure[Any]]":
+    """Return a procedure's class. Raises ValueError for anything else, or a class that is not complete."""
+    from procedures.core.procedure import Procedure
+
+    if not isinstance(loaded, type) or not issubclass(loaded, Procedure):
+        raise _other(loaded, "subclass of procedures.core.procedure.Procedure")
+    missing = [key for key in ("name", "title", "section", "roles", "gives") if not hasattr(loaded, key)]
+    missing += sorted(getattr(loaded, "__abstractmethods__", ()))
+    if missing:
+        raise ValueError(text("{name} does not define {missing}", name=loaded.__name__, missing=missing))
+    _check_name(name, loaded.name)
+    loaded.settings_type()
+    return loaded
+
+
+def accept_export(name: str, loaded: object) -> "Target":
+    """Return an export's target. Raises ValueError for anything else."""
+    from reports.exports.target import Target
+
+    return _named(name, loaded, Target)
+
+
+def accept_records(name: str, loaded: object) -> RecordOutput:
+    """Return an output for records. Raises ValueError for anything else."""
+    return _named(name, loaded, RecordOutput)
+
+
+def _named(name: str, loaded: object, kind: type[NamedT]) -> NamedT:
+    if not isinstance(loaded, kind):
+        raise _other(loaded, f"{kind.__module__}.{kind.__name__}")
+    _check_name(name, loaded.name)
+    return loaded
+
+
+def _check_name(name: str, declared: object) -> None:
+    if name != declared:
+        raise ValueError(text("it declares the name {declared!r}", declared=declared))
+
+
+def _other(loaded: object, wanted: str) -> ValueError:
+    kind = loaded.__name__ if isinstance(loaded, type) else type(loaded).__name__
+    return ValueError(text("it is {kind} and must be a {wanted}", kind=kind, wanted=wanted))
+
+
+_ACCEPT: dict[str, Callable[[str, object], Any]] = {
+    "drivers": accept_drivers,
+    "simulated_instruments": accept_simulated,
+    "procedures": accept_procedure,
+    "exports": accept_export,
+    "records": accept_records,
+}

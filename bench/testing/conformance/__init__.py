@@ -1,0 +1,21 @@
+"""Whether a driver, a simulated instrument, a procedure or an export of one's own keeps to what motorbench relies on."""
+
+from bench.testing.conformance.driver import check_driver
+from bench.testing.conformance.export import check_export
+from bench.testing.conformance.manual import Limits, Manual, NotYet, Reply
+from bench.testing.conformance.procedure import check_procedure
+from bench.testing.conformance.report import CheckFinding, ConformanceReport
+from bench.testing.conformance.simulated_instrument import check_simulated_instrument
+
+__all__ = [
+    "CheckFinding",
+    "ConformanceReport",
+    "Limits",
+    "Manual",
+    "NotYet",
+    "Reply",
+    "check_driver",
+    "check_export",
+    "check_procedure",
+    "check_simulated_instrument",
+]

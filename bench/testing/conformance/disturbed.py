@@ -1,0 +1,137 @@
+"""A use whose messages are disturbed one by one: every error is told, nothing stays on, and the next use is right."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bench.testing.conformance.report import Checks, in_words
+from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError
+from sim_instruments.faults.line_faults import Fault, FaultKind
+
+#: A delay (s) beyond every time-out: the reply comes when another one is waited for; and one that is no fault.
+_LATE, _LITTLE_LATE = 30.0, 0.05
+_WHAT = {
+    FaultKind.SILENCE: "silence",
+    FaultKind.HALF: "half a reply",
+    FaultKind.GARBAGE: "garbage",
+    FaultKind.LATE: "a late reply",
+    FaultKind.NOT_A_NUMBER: "NaN",
+    FaultKind.OVERFLOW: "overrange",
+    FaultKind.EXCEPTION: "an exception",
+    FaultKind.WRONG_UNIT: "another unit's reply",
+    FaultKind.REPLACE: "a refusal",
+}
+_KINDS: dict[str, tuple[FaultKind, ...]] = {
+    "visa": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.LATE, FaultKind.NOT_A_NUMBER, FaultKind.OVERFLOW),
+    "modbus": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.EXCEPTION, FaultKind.WRONG_UNIT),
+    "serial": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.GARBAGE, FaultKind.NOT_A_NUMBER),
+    "can": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.REPLACE),
+}
+_NO_READING = (FaultKind.NOT_A_NUMBER, FaultKind.OVERFLOW)
+
+
+@dataclass(frozen=True)
+class _Message:
+    """A message of the undisturbed use: the how-manieth it is, its text, and whether something was energised then."""
+
+    number: int
+    text: str
+    energised: bool
+
+
+def disturb(trial: Trial) -> None:
+    """Disturb each different message of a use, and once cut the line for good.
+
+    Each message is disturbed in two of the ways that its line can be, in turn; where the trial is thorough, in every way.
+    """
+    with trial.opened(listening=True) as (made, instrument):
+        made.messages.clear()
+        began = made.bench.clock.now()
+        trial.brief(made, instrument)
+        took = made.bench.clock.now() - began
+        messages = list(_different(made.messages))
+    for turn, message in enumerate(messages):
+        kinds = [kind for kind in _KINDS[made.transport] if _strikes(kind, message.text, made.transport)]
+        many = len(kinds) if trial.thorough else 2
+        for kind in sorted({kinds[(turn + step) % len(kinds)] for step in range(many if kinds else 0)}):
+            _disturbed(trial, message, kind, took)
+    with trial.opened() as (made, instrument):
+        made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=_LITTLE_LATE, times=None))
+        wrong = trial.wrong(made, instrument, safe=True)
+    trial.checks.that("replies that come a little late", not wrong, wrong, "Wait for the reply time")
+    for message in [one for one in messages if one.energised][: 3 if trial.thorough else 1]:
+        _cut(trial, message)
+
+
+def _different(messages: Sequence[tuple[str, bool]]) -> Iterator[_Message]:
+    seen: set[tuple[str, bool]] = set()
+    for number, (text, energised) in enumerate(messages, 1):
+        if (text, energised) not in seen:
+            seen.add((text, energised))
+            yield _Message(number, text, energised)
+
+
+def _strikes(kind: FaultKind, text: str, transport: str) -> bool:
+    if transport == "visa":
+        if "?" not in text:
+            return False
+        return kind not in _NO_READING or not ("DATA" in text.upper() or "ERR" in text.upper())
+    return True
+
+
+def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) -> None:
+    what, checks = _WHAT[kind], trial.checks
+    with trial.opened() as (made, instrument):
+        made.faults.add(Fault.at(kind, message.number, delay=_LATE))
+        began = made.bench.clock.now()
+        # What the instrument itself refuses is not sent again by itself: it was told, and whoever hears it makes safe.
+        one_use(trial, made, instrument, what, message.text, refusal=kind in (FaultKind.EXCEPTION, FaultKind.REPLACE))
+        passed = made.bench.clock.now() - began
+        checks.that(
+            f"{what}: in time",
+            passed <= took + trial.session.longest,
+            f"{passed:.3g} s instead of {took:.3g} s ('{message.text}')",
+            "Wait no longer than the reply time",
+        )
+        made.faults.clear()
+        wrong, remedy = (
+            trial.wrong(made, instrument, safe=True),
+            "Throw away what may still come before the next exchange",
+        )
+        checks.that(f"{what}: the next exchange is in step", not wrong, f"after '{message.text}': {wrong}", remedy)
+
+
+def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *, refusal: bool = False) -> None:
+    """Check that a brief use ends with right values or an InstrumentError, with nothing left on.
+
+    `what` becomes of the message `text`. After a `refusal` that was told, what stays on is for whoever hears it.
+    """
+    during, told, checks = Checks(), False, trial.checks
+    try:
+        trial.session.brief(made, instrument, during)
+    except InstrumentError as error:
+        told = True
+        checks.that(f"{what}: is told", in_words(error.what), f"it says '{error.what}'", "Say what was wrong in words")
+    except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
+        finding = f"{type(error).__name__} at '{text}': {error}"
+        checks.that(f"{what}: is told", False, finding, "Raise InstrumentError where the instrument is at fault")
+    wrong = during.wrong
+    remedy = "Refuse a reply that is not whole, no number, or beyond the range"
+    checks.that(f"{what}: never becomes a value", not wrong, f"'{text}': {wrong}", remedy)
+    remedy = "Switch off in a finally clause, and send it again where the first time failed"
+    off = (told and refusal) or not made.energised
+    checks.that(f"{what}: nothing stays on", off, f"it is on after '{text}'", remedy)
+
+
+def _cut(trial: Trial, message: _Message) -> None:
+    """Check silence from a message on: it is told, and once the line is mended make_safe takes the energy away."""
+    with trial.opened() as (made, instrument):
+        silence = made.faults.add(Fault(FaultKind.SILENCE, lambda count, _: count >= message.number, times=None))
+        with trial.checks.refuses("a line that is cut", InstrumentError, remedy="Raise CommunicationError"):
+            trial.brief(made, instrument)
+        made.faults.remove(silence)
+        instrument.make_safe()
+        off, remedy = not made.energised, "Renew the connection"
+        trial.checks.that("make_safe once the line is mended", off, "it is on", remedy)

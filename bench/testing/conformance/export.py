@@ -1,0 +1,111 @@
+"""An export: its file holds each figure, the same each time, and it is refused where a needed one is missing."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from bench.i18n.errors import InputError
+from bench.plugins.catalogues import Catalogues, installed
+from bench.testing.conformance.report import Checks, ConformanceReport
+from procedures.core.result import Parameter
+from reports.exports.checks import ExportRefusedError
+from reports.exports.quantities import ExportQuantity, Fixed, FromPlate
+from reports.exports.subject import Datasheet, Subject
+from reports.exports.target import Target, sheet_for
+
+_PLATE = Datasheet(rated_current=29.0, maximum_current=80.0, rated_speed_rpm=3000.0, maximum_speed_rpm=4000.0)
+#: A motor's name that a format may stumble over.
+_AWKWARD = 'LG "400W" <µ> \\ motor; # 1, 电机'
+
+
+def check_export(export: Target | str, *, catalogues: Catalogues | None = None) -> ConformanceReport:
+    """Check an export, itself or by its name. Raises InputError for one that is not there."""
+    if isinstance(export, str):
+        export = (catalogues or installed()).exports.need(export, lambda why: InputError(why))
+    checks = Checks()
+    subject = example_subject(export)
+    sheet = sheet_for(export, subject)
+    written = export.write(sheet)
+    checks.that(
+        "writes text", isinstance(written, str) and bool(written.strip()), "nothing was written", "Return the file"
+    )
+    checks.that("the same each time", export.write(sheet) == written, "it differs", "Use no time and no order of a set")
+    checks.that(
+        "suffix", bool(re.fullmatch(r"\.[A-Za-z0-9.]+", export.suffix)), f"{export.suffix!r}", "Give it with its point"
+    )
+    names = [field.name for field in export.fields]
+    checks.that("fields' names", len(set(names)) == len(names), f"{names}", "Name each once")
+    for line in sheet.lines:
+        _check_figure(export, sheet, line, written, checks)
+    _check_refused(export, subject, checks)
+    awkward = replace(subject, motor=_AWKWARD, serial_number=_AWKWARD)
+    checks.that(
+        "an awkward name",
+        bool(export.write(sheet_for(export, awkward))),
+        "nothing was written",
+        "Mask what the format needs",
+    )
+    return checks.report(f"{export.name} (export)")
+
+
+def example_subject(export: Target) -> Subject:
+    """Return a motor of which everything is known well that an export asks for."""
+    values: dict[str, Parameter] = {}
+    for number, each in enumerate(_needed(export)):
+        value = 4.0 if each.name == "pole_pairs" else 0.0123 * (1.0 + 0.37 * number)
+        deviation = 0.0 if each.name == "pole_pairs" else 1e-3 * value
+        values[each.name] = Parameter(
+            each.name, value, each.unit, deviation, math.inf, (value - 2.0 * deviation, value + 2.0 * deviation), "example",
+            "", "example",
+        )  # fmt: skip
+    return Subject("LG-400W", "4711", "run", "2026-01-01", "motorbench", values, _PLATE)
+
+
+def _needed(export: Target) -> list[Any]:
+    from procedures.core.parameters import PARAMETERS
+
+    found = {each.name: each for field in export.fields for each in getattr(field.quantity, "needs", ())}
+    return list(found.values()) or [PARAMETERS["stator_resistance"], PARAMETERS["pole_pairs"]]
+
+
+def _check_figure(export: Target, sheet: Any, line: Any, written: str, checks: Checks) -> None:
+    """Each figure stands in the file: with another value the file is another one."""
+    other = replace(line, figure=replace(line.figure, value=2.0 * line.figure.value + 1.0))
+    lines = tuple(other if each is line else each for each in sheet.lines)
+    checks.that(
+        f"{line.name}: stands in the file",
+        export.write(replace(sheet, lines=lines)) != written,
+        "the file is the same with another value",
+        "Write the figure of this line",
+    )
+
+
+def _check_refused(export: Target, subject: Subject, checks: Checks) -> None:
+    remedy = "Make the field optional, or let sheet_for refuse it"
+    for field in export.fields:
+        if isinstance(field.quantity, Fixed):
+            continue
+        if isinstance(field.quantity, FromPlate):
+            less = replace(subject, datasheet=Datasheet())
+        else:
+            less = replace(subject, parameters=_without(subject.parameters, field.quantity))
+        if not field.optional:
+            with checks.refuses(f"{field.name}: refused where it is missing", ExportRefusedError, remedy=remedy):
+                export.write(sheet_for(export, less))
+        else:
+            with_reasons: Any = ()
+            try:
+                sheet = sheet_for(export, less)
+                with_reasons = sheet.left_out
+                export.write(sheet)
+            except ExportRefusedError:
+                # Another field needs the same.
+                continue
+            checks.that(f"{field.name}: left out where it is missing", bool(with_reasons), "no reason is given", remedy)
+
+
+def _without(parameters: Mapping[str, Parameter], quantity: ExportQuantity) -> dict[str, Parameter]:
+    gone = {each.name for each in quantity.needs}
+    return {name: each for name, each in parameters.items() if name not in gone}

@@ -1,0 +1,65 @@
+"""What a driver is: its role's class and methods, who it says it is, which watch it arms."""
+
+import inspect
+from dataclasses import fields
+from typing import Any
+
+from bench.testing.conformance.session import Trial
+from drivers.interfaces import Identity, MeasurementError, Watching
+from drivers.interfaces.declarations import Effect, declarations
+
+
+def check_interface(trial: Trial) -> None:
+    """Check class, methods, identity, watchdog, and what is said before anything was configured."""
+    subject, checks = trial.subject, trial.checks
+    standard = {one.name: one.default for one in fields(subject.driver.options)}
+    for name, value in checks.manual.defaults.items():
+        there = standard.get(name)
+        checks.that(f"default of {name}", there == value, f"{there} instead of {value}", "Compare with the reference")
+    with trial.opened() as (_, instrument):
+        interface = subject.role.interface
+        is_one = interface in type(instrument).__mro__
+        remedy = f"Derive its class from {interface.__module__}.{interface.__name__}"
+        checks.that("interface", is_one, f"{type(instrument).__name__} is no {interface.__name__}", remedy)
+        for name, declared in declarations(interface).items():
+            if declared.is_property or not callable(getattr(type(instrument), name, None)):
+                continue
+            parameters = list(inspect.signature(getattr(instrument, name)).parameters.values())
+            have = {one.name: one.default for one in parameters}
+            checks.that(
+                f"signature of {name}",
+                have == dict(declared.arguments),
+                f"{have} instead of {dict(declared.arguments)}",
+                "Take the interface's names and defaults",
+            )
+        identity = instrument.identity
+        known = isinstance(identity, Identity) and bool(identity.model)
+        checks.that("identity", known, f"{identity}", "Ask the instrument when it is opened")
+        if (stated := checks.manual.identity) is not None:
+            checks.that(
+                "identity as stated", identity == stated, f"{identity} instead of {stated}", "Compare its parts"
+            )
+        checks.that(
+            "identity stays", instrument.identity == identity, "it changes", "Keep what was asked when it was opened"
+        )
+        if isinstance(subject.options, Watching):
+            asked, armed = subject.options.watchdog, instrument.watchdog
+            checks.that(
+                "watchdog", armed is None or asked is not None, f"{armed}, asked for {asked}", "Arm what is asked for"
+            )
+        if "configure" in declarations(interface) and not subject.role.feeds:
+            _unready(trial, instrument)
+        for arguments, accuracy in checks.manual.accuracies_at.items():
+            found = instrument.accuracy_at(*arguments)
+            several = (found, accuracy) if isinstance(accuracy, tuple) else ((found,), (accuracy,))
+            for is_so, is_stated in zip(*several, strict=True):
+                checks.same_accuracy(f"accuracy_at{arguments}", is_so, is_stated)
+
+
+def _unready(trial: Trial, instrument: Any) -> None:
+    remedy = "Raise MeasurementError where nothing was configured yet"
+    for name, declared in declarations(trial.subject.role.interface).items():
+        needed = [one for one in declared.arguments.values() if one is inspect.Parameter.empty]
+        if declared.effect is Effect.READING and not declared.is_property and not needed:
+            with trial.checks.refuses(f"{name}() before configure()", MeasurementError, remedy=remedy):
+                getattr(instrument, name)()

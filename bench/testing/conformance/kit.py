@@ -1,0 +1,47 @@
+"""All conformance checks behind one object, for a test: what does not conform fails it with every finding."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.plugins.catalogues import Catalogues, installed
+from bench.plugins.files import load_file
+from bench.testing.conformance.driver import check_driver
+from bench.testing.conformance.export import check_export
+from bench.testing.conformance.procedure import check_procedure
+from bench.testing.conformance.report import ConformanceReport
+from bench.testing.conformance.simulated_instrument import check_simulated_instrument
+
+
+class Conformance:
+    """Checks plug-ins; `runs` is the folder for the records of procedures."""
+
+    def __init__(self, runs: Path) -> None:
+        self._runs = runs
+        self._catalogues: Catalogues = installed()
+
+    def files(self, *paths: Path | str) -> "Conformance":
+        """Add plug-in files, as a station's [plugins] names them. Raises InputError for one that is not there."""
+        self._catalogues = self._catalogues.with_files([load_file(Path(path).resolve(), str(path)) for path in paths])
+        return self
+
+    def driver(self, driver: Any, **how: Any) -> ConformanceReport:
+        """Check a driver as `check_driver` does. Raises AssertionError that lists what does not conform."""
+        return _required(check_driver(driver, catalogues=self._catalogues, **how))
+
+    def simulated_instrument(self, simulated: Any, **how: Any) -> ConformanceReport:
+        """Check a simulated instrument as `check_simulated_instrument` does. Raises AssertionError likewise."""
+        return _required(check_simulated_instrument(simulated, catalogues=self._catalogues, **how))
+
+    def procedure(self, name: str, settings: Sequence[str] = (), **how: Any) -> ConformanceReport:
+        """Check a procedure as `check_procedure` does. Raises AssertionError likewise."""
+        return _required(check_procedure(name, self._runs, settings=settings, catalogues=self._catalogues, **how))
+
+    def export(self, export: Any) -> ConformanceReport:
+        """Check an export as `check_export` does. Raises AssertionError likewise."""
+        return _required(check_export(export, catalogues=self._catalogues))
+
+
+def _required(report: ConformanceReport) -> ConformanceReport:
+    report.require()
+    return report

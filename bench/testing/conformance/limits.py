@@ -1,0 +1,100 @@
+"""Set points beyond the model's, the station's or the manual's limits: refused with nothing sent, and taken at the limit."""
+
+import inspect
+import math
+from typing import Any
+
+from bench.testing.conformance.manual import Limits
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError, Role, SetpointError
+from drivers.interfaces.declarations import Lasting, declarations
+
+
+def check_limits(trial: Trial) -> None:
+    """Check the limits that the instrument states of itself, those that the station lowers, and the manual's."""
+    subject, checks = trial.subject, trial.checks
+    remedy = "Check every set point against the model's and the station's limit before anything is sent"
+    for lowered in (False, True):
+        options, lowering = subject.options, trial
+        bounds = {
+            amount.own: getattr(options, amount.own)
+            for each in declarations(subject.role.interface).values()
+            for amount in each.amounts.values()
+            if hasattr(options, amount.own)
+        }
+        if lowered:
+            if not bounds:
+                return
+            with trial.opened() as (_, instrument):
+                least = {own: 0.5 * getattr(instrument, own) for own in bounds}
+            lowering = trial.having(**least)
+        # The machine behind stays what it is: only the driver's limits are lowered.
+        with lowering.opened(listening=True) as (made, instrument):
+            if lowered:
+                for own, least_value in least.items():
+                    stated = getattr(instrument, own)
+                    checks.close(f"{own} of the station", stated, least_value, 1e-9 * abs(least_value), remedy)
+            _refused(made, instrument, subject.role, checks, remedy)
+            for one in () if lowered else checks.manual.limits:
+                _as_stated(made, instrument, one, checks, remedy)
+
+
+def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: str) -> None:
+    for name, declared in declarations(role.interface).items():
+        for argument, amount in declared.amounts.items():
+            if not amount.own:
+                continue
+            highest = float(getattr(instrument, amount.own))
+            checks.that(f"{amount.own} is positive", highest > 0.0, f"{highest}", "State the largest value")
+            allowed = dict.fromkeys(declared.arguments, 0.0)
+            allowed = {
+                **allowed,
+                **{other: one for other, one in declared.arguments.items() if one is not inspect.Parameter.empty},
+            }
+            if role is Role.INSULATION_TESTER:
+                allowed["duration"] = 1.0
+            if role is Role.LCR_METER:
+                allowed["level"] = 1.0
+            wrong = [1.001 * highest + 1e-6, math.nan, math.inf, -1.001 * highest - 1e-6]
+            for value in (one for one in wrong if not math.isinf(highest)):
+                made.messages.clear()
+                with checks.refuses(
+                    f"{name}: {argument} = {'beyond' if value == value else 'NaN'}", SetpointError, remedy=remedy
+                ):
+                    result = getattr(instrument, name)(**{**allowed, argument: value})
+                    if declared.lasting is Lasting.BLOCK:
+                        with result:
+                            pass
+                sent = [message for message, _ in made.messages]
+                checks.that(f"{name}: nothing is sent for what is refused", not sent, f"{sent}", remedy)
+                checks.that(f"{name}: nothing is on for what is refused", not made.energised, "it is on", remedy)
+
+
+def _as_stated(made: Stand, instrument: Any, stated: Limits, checks: Checks, remedy: str) -> None:
+    what = f"{stated.method}: {stated.argument} as the manual states it"
+
+    def call(value: float) -> None:
+        result = getattr(instrument, stated.method)(**{**stated.beside, stated.argument: value})
+        if hasattr(result, "__enter__"):
+            with result:
+                pass
+
+    for value in (stated.lowest, stated.highest):
+        try:
+            call(value)
+        except SetpointError as error:
+            checks.that(what, False, f"{value:g} is refused: {error}", remedy)
+        except InstrumentError as error:
+            # At its limit it may be that nothing settles; the value was taken.
+            checks.that(what, True, f"{error}", remedy)
+        instrument.make_safe()
+    beyond = stated.step or 1e-3 * max(abs(stated.lowest), abs(stated.highest))
+    between = [stated.lowest + 0.5 * stated.step] if stated.step else []
+    for value in (stated.lowest - min(beyond, abs(stated.lowest) * 1e-3 or beyond), stated.highest + beyond, *between):
+        made.messages.clear()
+        with checks.refuses(what, SetpointError, remedy=f"{remedy} ({value:g})"):
+            call(value)
+        sent = [message for message, _ in made.messages]
+        checks.that(f"{stated.method}: nothing is sent for what is refused", not sent, f"{sent}", remedy)

@@ -1,0 +1,196 @@
+"""Replies that the manual speaks of: each is told by the call that meets it, and what says "not yet" is waited for."""
+
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from operator import attrgetter
+from typing import Any
+
+from bench.testing.conformance.manual import NotYet, Reply
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError
+from sim_instruments.faults.line_faults import Fault, FaultKind
+
+#: How often one is asked before what was not yet is so.
+_LOOKS = 2
+#: How far (relative, s) a driver's patience may be from the stated one.
+_PATIENCE, _LOOK = 0.15, 0.15
+
+
+class _NotToldError(Exception):
+    """A call returned although it met the reply."""
+
+
+class _Calls:
+    """Stands before an instrument, counts the calls of its methods, and raises where one that met the reply returns."""
+
+    def __init__(self, line: "_Line") -> None:
+        self.line = line
+        self.instrument: Any = None
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self.instrument, name)
+        return (lambda *given, **named: self.call(name, value, *given, **named)) if callable(value) else value
+
+    def call(self, name: str, act: Callable[..., Any], *given: Any, **named: Any) -> Any:
+        """Call something; raises _NotToldError where it returns nevertheless."""
+        self.line.begin(name)
+        struck = self.line.struck
+        result = act(*given, **named)
+        if self.line.struck > struck and self.line.must_tell:
+            self.line.returned(name, result)
+        return self._block(name, result) if hasattr(result, "__enter__") else result
+
+    @contextmanager
+    def _block(self, name: str, block: Any) -> Iterator[Any]:
+        inner = self.call(f"{name} begins", block.__enter__)
+        try:
+            yield inner
+        except BaseException as error:
+            if not block.__exit__(type(error), error, error.__traceback__):
+                raise
+        else:
+            self.call(f"{name} ends", block.__exit__, None, None, None)
+
+
+class _Line:
+    """What becomes of the messages that one reply belongs to, from the `begins`-th call on; it counts calls from 0, opening."""
+
+    def __init__(self, made: Stand, reply: Reply | NotYet, begins: int | None, *, looks: int | None = None) -> None:
+        self._made, self._reply, self._begins, self._looks = made, reply, begins, looks
+        self._pattern = re.compile(reply.message)
+        transport = made.transport
+        self._fault = Fault(FaultKind.FROZEN if transport == "modbus" else FaultKind.REPLACE, self._strikes, times=None)
+        self._transport, self._row = transport, 0
+        self.number, self.struck, self.must_tell = -1, 0, begins is not None and looks is None
+        #: The calls that have such messages, by their number; the times (s) of the row of messages that lasted longest.
+        self.met: dict[int, str] = {}
+        self.read = False
+        self.longest, self._since, self._name = 0.0, 0.0, ""
+        made.faults.add(self._fault)
+
+    def begin(self, name: str) -> None:
+        """Begin the next call."""
+        self.number, self._name = self.number + 1, name
+
+    def returned(self, name: str, result: Any) -> None:
+        """Raise where a call that met the reply returns, or returns another value than that of the reply."""
+        reads = self._reply.reads if isinstance(self._reply, Reply) else {}
+        if not reads:
+            raise _NotToldError(name)
+        self.read = True
+        for what, value in reads.items():
+            found = attrgetter(what)(result)
+            if not math.isclose(found, value, rel_tol=1e-6, abs_tol=1e-12):
+                raise _NotToldError(f"{name}: {what} is {found:g} instead of {value:g}")
+
+    def _strikes(self, _: int, message: str) -> bool:
+        now = self._made.bench.clock.now()
+        if self._pattern.search(message) is None:
+            # What asks for errors in between is no other matter.
+            self._row = self._row if "ERR" in message else 0
+            return False
+        self.met.setdefault(self.number, self._name)
+        self._since = now if self._row == 0 else self._since
+        self._row += 1
+        self.longest = max(self.longest, now - self._since)
+        if self._begins is None or self.number < self._begins:
+            return False
+        if self._looks is not None and self._row > self._looks:
+            return False
+        if isinstance(self._reply, NotYet) and now - self._since > 10.0 * self._reply.patience + 10.0:
+            return False
+        self.struck += 1
+        self._put(message)
+        return True
+
+    def _put(self, message: str) -> None:
+        data = self._reply.data
+        match self._transport:
+            case "visa":
+                self._fault.reply = data + b"\n"
+            case "modbus":
+                self._fault.memory[message] = bytes((3, len(data))) + data
+            case "can":
+                _, index, subindex = message.split()
+                place = int(index[:4], 16).to_bytes(2, "little") + bytes([int(subindex)])
+                self._fault.reply = bytes([0x43 | (4 - len(data)) << 2]) + place + data.ljust(4, b"\0")
+            case _:
+                self._fault.reply = data
+
+
+def check_replies(trial: Trial) -> None:
+    """Check each reply that the manual speaks of, in each call that may meet it."""
+    checks = trial.checks
+    for reply in checks.manual.replies:
+        name = f"'{reply.data.decode('latin-1') if reply.data.isascii() else reply.data.hex(' ')}' to {reply.message}"
+        if reply.error is None and not reply.reads:
+            _goes_on(trial, reply, f"{name} is no error")
+            continue
+        for number, call in _calls(trial, reply, name):
+            _met(trial, reply, number, f"{name}: {call}", reply.error)
+    for waited in checks.manual.not_yet:
+        name = f"not yet: {waited.message}"
+        _goes_on(trial, waited, f"{name} is waited for")
+        longest = [_met(trial, waited, number, f"{name} for good", None) for number, _ in _calls(trial, waited, name)]
+        if longest and not math.isnan(waited.patience):
+            allowed, remedy = _PATIENCE * waited.patience + _LOOK, "Count from the first look, in s"
+            checks.close(f"{name}: patience (s)", max(longest), waited.patience, allowed, remedy)
+
+
+def _calls(trial: Trial, reply: Reply | NotYet, name: str) -> Sequence[tuple[int, str]]:
+    """Return the first of each method's calls that may meet a reply."""
+    with trial.stand() as made:
+        line = _Line(made, reply, None)
+        _use(trial, made, line)
+    first = {call: number for number, call in reversed(line.met.items())}
+    met = [(number, call) for call, number in first.items() if reply.call in ("", call, call.partition(" ")[0])]
+    trial.checks.that(f"{name}: there are such messages", bool(met), "none is sent", "Compare it with the messages")
+    return met
+
+
+def _use(trial: Trial, made: Stand, line: _Line, checks: Checks | None = None) -> None:
+    calls = _Calls(line)
+    trial.session.prepare(made)
+    calls.instrument = calls.call("open", made.open)
+    try:
+        trial.session.brief(made, calls, checks or Checks())
+    finally:
+        calls.instrument.close()
+
+
+def _goes_on(trial: Trial, reply: Reply | NotYet, what: str) -> None:
+    """Check that the reply, as long as it comes, is no error."""
+    during = Checks()
+    with trial.stand() as made:
+        try:
+            line = _Line(made, reply, 0, looks=_LOOKS if isinstance(reply, NotYet) else sys.maxsize)
+            _use(trial, made, line, during)
+            during.that("it comes", line.struck > 0, "no such message is sent", "Compare it with the messages")
+        except InstrumentError as error:
+            during.that("no error", False, f"{error}", "It is a proper reply")
+    trial.checks.that(what, not during.wrong, during.wrong, "Go on")
+
+
+def _met(trial: Trial, reply: Reply | NotYet, number: int, what: str, error: type[InstrumentError] | None) -> float:
+    """Check that the reply, from a call on, is told, or read; return how long (s) the same question was asked at most."""
+    with trial.stand() as made:
+        line = _Line(made, reply, number)
+        line.must_tell = isinstance(reply, Reply)
+        if isinstance(reply, Reply) and reply.reads:
+            try:
+                # What comes after it is no matter.
+                with suppress(InstrumentError):
+                    _use(trial, made, line)
+            except _NotToldError as wrong:
+                trial.checks.that(what, False, f"{wrong}", "Compare scale, sign and unit with the manual")
+            trial.checks.that(what, line.read, "no value is returned", "It is a proper reply")
+        else:
+            remedy = "Look at every reply, and raise where it is not what the manual announces"
+            with trial.checks.refuses(what, error or InstrumentError, remedy=remedy):
+                _use(trial, made, line)
+    return line.longest

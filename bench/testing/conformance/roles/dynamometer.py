@@ -1,0 +1,171 @@
+"""Use of a dynamometer: the shaft driven both ways by speed and by torque, braked, and left to coast."""
+
+import math
+from contextlib import AbstractContextManager
+from typing import Any
+
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import CheckSession
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError, MeasurementError, SetpointError
+
+#: How far a speed may be from the one commanded: relative, and rad/s.
+_SLIP, _STEP = 0.06, 0.1
+_REST = 0.1
+
+
+def _prepare(stand: Stand) -> None:
+    stand.world.couple_dynamometer()
+
+
+def _speed(dynamometer: Any, share: float) -> float:
+    return float(f"{share * min(dynamometer.maximum_speed, 150.0):.4g}")
+
+
+def _energise(_: Stand, dynamometer: Any) -> AbstractContextManager[None]:
+    block: AbstractContextManager[None] = dynamometer.driving_speed(_speed(dynamometer, 0.1))
+    return block
+
+
+def _compare(stand: Stand, dynamometer: Any, checks: Checks, what: str) -> None:
+    before = stand.bench.clock.now()
+    reading = dynamometer.measure()
+    actual = stand.world.dynamometer
+    speed, torque = actual.speed(0.02), actual.torque(0.02)
+    slack = 2e-3 * abs(speed) + 0.02
+    checks.accuracy(f"{what}: speed reading", reading.speed_accuracy, reading.speed, "rad/s", speed, slack)
+    checks.accuracy(f"{what}: torque reading", reading.torque_accuracy, reading.torque, "N·m", torque, 5e-3)
+    power = reading.speed * reading.torque
+    checks.close(
+        f"{what}: power", reading.power, power, 0.02 * abs(power) + 0.1, "Power is torque times speed, with its sign"
+    )
+    now = stand.bench.clock.now()
+    checks.that("time of the reading", before <= reading.time <= now, f"{reading.time:g} s", "Give the clock's time")
+
+
+def _hold(stand: Stand, checks: Checks, speed: float) -> None:
+    actual = stand.world.dynamometer.speed(0.02)
+    checks.close(
+        "set point: speed",
+        actual,
+        speed,
+        _SLIP * abs(speed) + _STEP,
+        "Compare the command with the manual (rpm, Hz, pole pairs, direction), and wait until the speed has settled",
+    )
+    checks.that("drives in a block", stand.energised, "the drive is off", "Enable it in the block")
+
+
+def _off(stand: Stand, checks: Checks) -> None:
+    checks.that("off at the end of a block", not stand.energised, "the drive is on", "Disable it in a finally clause")
+
+
+def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+    speed = _speed(dynamometer, 0.1)
+    dynamometer.stop()
+    dynamometer.zero_torque()
+    with dynamometer.driving_speed(speed):
+        _hold(stand, checks, speed)
+        _compare(stand, dynamometer, checks, "at speed")
+    _off(stand, checks)
+    dynamometer.stop()
+
+
+def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+    dynamometer.zero_torque()
+    for share in (stand.between(0.5, 0.9), -stand.between(0.2, 0.6)):
+        speed = _speed(dynamometer, share)
+        with dynamometer.driving_speed(speed):
+            _hold(stand, checks, speed)
+            stand.wait(0.1)
+            _compare(stand, dynamometer, checks, "forwards" if speed > 0.0 else "backwards")
+            dynamometer.set_speed(-speed / 3.0)
+            _hold(stand, checks, -speed / 3.0)
+            for wrong in (math.nan, 2.0 * dynamometer.maximum_speed, -2.0 * dynamometer.maximum_speed):
+                with checks.refuses(
+                    "a speed beyond the maximum", SetpointError, remedy="Check before anything is sent"
+                ):
+                    dynamometer.set_speed(wrong)
+            with checks.refuses("zeroing a turning shaft", MeasurementError, remedy="Ask the speed first"):
+                dynamometer.zero_torque()
+            dynamometer.command_zero()
+            stand.wait(2.0)
+            checks.close(
+                "command_zero(): speed", stand.world.dynamometer.speed(), 0.0, 1.0, "Command no speed and no torque"
+            )
+        _off(stand, checks)
+    _brake(stand, dynamometer, checks)
+    _torque(stand, dynamometer, checks)
+    # It cannot get there: the speed that was commanded is not reported as reached.
+    stand.world.set_stuck_rotor(True)
+    with (
+        checks.refuses(
+            "a shaft that is jammed", MeasurementError, remedy="Wait for the speed, and raise where it does not come"
+        ),
+        dynamometer.driving_speed(_speed(dynamometer, 0.3)),
+    ):
+        pass
+    _off(stand, checks)
+    stand.world.set_stuck_rotor(False)
+    stand.wait(5.0)
+    dynamometer.make_safe()
+    # It runs away: that it does not come to rest is told.
+    remedy = "Wait until the shaft stands, for settle_timeout at most"
+    with checks.refuses("a shaft that does not come to rest", InstrumentError, remedy=remedy):
+        with dynamometer.driving_speed(_speed(dynamometer, 0.1)):
+            stand.world.damage.run_dynamometer_away(60.0)
+            stand.wait(1.0)
+            dynamometer.stop()
+    stand.world.damage.run_dynamometer_away(None)
+    dynamometer.make_safe()
+    dynamometer.stop()
+
+
+def _brake(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+    """Check that the shaft coasts at the end of a block, and that stop() brakes it."""
+    with dynamometer.driving_speed(_speed(dynamometer, 0.9)):
+        pass
+    checks.that(
+        "coasts at the end of a block",
+        abs(stand.world.dynamometer.speed()) > 1.0,
+        "it was braked",
+        "Coast to a stop at the end of a block",
+    )
+    dynamometer.stop()
+    speed = stand.world.dynamometer.speed()
+    checks.close("stop(): at rest", speed, 0.0, _REST, "Return once the shaft stands")
+    _off(stand, checks)
+
+
+def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+    remedy = "Compare the torque command with the manual: share of the rated torque, sign, scale"
+    stand.world.set_stuck_rotor(True)
+    for share in (stand.between(0.3, 0.6), -stand.between(0.1, 0.2)):
+        torque = float(f"{share * dynamometer.maximum_torque:.3g}")
+        with dynamometer.driving_torque(torque, 40.0):
+            stand.wait(0.5)
+            actual = stand.world.dynamometer.torque(0.02)
+            checks.close(
+                "set point: torque", actual, torque, 0.02 * abs(torque) + 2e-3 * dynamometer.maximum_torque, remedy
+            )
+            reading = dynamometer.measure()
+            checks.close("torque reading at rest", reading.torque, actual, 0.02 * abs(actual) + 0.02, remedy)
+            if share < 0.0:
+                dynamometer.command_zero()
+                stand.wait(0.2)
+                left = stand.world.dynamometer.torque()
+                checks.close("command_zero(): torque", left, 0.0, 0.02, "Command no speed and no torque")
+        _off(stand, checks)
+    stand.world.set_stuck_rotor(False)
+    with dynamometer.driving_torque(float(f"{0.05 * dynamometer.maximum_torque:.3g}"), 40.0):
+        stand.wait(1.0)
+        dynamometer.stop()
+        speed = stand.world.dynamometer.speed()
+        checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, "Switch off before the mode is changed")
+    for torque, limit in ((math.nan, 40.0), (2.0 * dynamometer.maximum_torque, 40.0), (0.1, -1.0), (0.1, 1e5)):
+        with checks.refuses("torques that cannot be", SetpointError, remedy="Check before anything is sent"):
+            with dynamometer.driving_torque(torque, limit):
+                pass
+    dynamometer.stop()
+
+
+SESSION = CheckSession(_prepare, _brief, _full, _energise, stuck="dynamometer")

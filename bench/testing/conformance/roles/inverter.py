@@ -1,0 +1,130 @@
+"""Use of an inverter: a field that turns both ways, and a regulated current."""
+
+import math
+from contextlib import AbstractContextManager
+from typing import Any
+
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import CheckSession
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError, SetpointError
+
+_SETTLED = 0.1
+
+
+def _prepare(stand: Stand) -> None:
+    stand.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
+
+
+def _energise(_: Stand, inverter: Any) -> AbstractContextManager[None]:
+    block: AbstractContextManager[None] = inverter.driving_frequency(5.0, _current(inverter, 0.2))
+    return block
+
+
+def _current(inverter: Any, share: float) -> float:
+    return float(f"{share * min(inverter.maximum_current, 10.0):.3g}")
+
+
+def _compare(stand: Stand, inverter: Any, checks: Checks, what: str) -> None:
+    reading = inverter.measure_frequency()
+    actual = stand.world.inverter
+    checks.reading(f"{what}: frequency reading", reading, actual.output_frequency(), "Hz", 0.05)
+    reading = inverter.measure_current()
+    checks.reading(f"{what}: current reading", reading, actual.q_current(), "A", 0.05)
+
+
+def _turn(stand: Stand, inverter: Any, checks: Checks, frequency: float, current: float) -> None:
+    with inverter.driving_frequency(frequency, current):
+        checks.that("drives in a block", stand.energised, "the drive is off", "Enable it in the block")
+        found = stand.world.inverter.output_frequency()
+        remedy = "Compare the command with the manual (rpm, pole pairs, scale), and wait until the ramp has ended"
+        checks.close("set point: frequency", found, frequency, 0.01 * abs(frequency) + 0.1, remedy)
+        stand.wait(_SETTLED)
+        found = stand.world.inverter.current_amplitude()
+        remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated"
+        checks.close("set point: amplitude", found, current, 0.02 * current, remedy)
+        _compare(stand, inverter, checks, "at a frequency")
+    _off(stand, checks)
+
+
+def _off(stand: Stand, checks: Checks) -> None:
+    checks.that("off at the end of a block", not stand.energised, "the drive is on", "Disable it in a finally clause")
+
+
+def _brief(stand: Stand, inverter: Any, checks: Checks) -> None:
+    _turn(stand, inverter, checks, 5.0, _current(inverter, 0.2))
+
+
+def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
+    for frequency in (stand.between(10.0, 20.0), -stand.between(5.0, 10.0)):
+        _turn(stand, inverter, checks, frequency, _current(inverter, stand.between(0.4, 0.9)))
+    inverter.make_safe()
+    stand.world.lock_rotor()
+    remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated, sign"
+    for share in (stand.between(0.4, 0.9), -stand.between(0.1, 0.3)):
+        current = _current(inverter, share)
+        with stand.sampling(stand.world.inverter.current_amplitude) as currents, inverter.driving_current(current):
+            checks.close(
+                "set point: current", stand.world.inverter.q_current(), current, 0.03 * abs(current) + 0.05, remedy
+            )
+            stand.wait(_SETTLED)
+            _compare(stand, inverter, checks, "at a current")
+            inverter.set_current(-current / 2.0)
+            found = stand.world.inverter.q_current()
+            checks.close("set point: current in a block", found, -current / 2.0, 0.03 * abs(current) + 0.05, remedy)
+            checks.that(
+                "no more current on the way",
+                max(currents, default=0.0) <= 1.2 * abs(current) + 0.2,
+                f"{max(currents, default=0.0):.3g} A for {current:.3g} A",
+                "Command no current before the drive is enabled",
+            )
+            inverter.command_zero()
+            stand.wait(_SETTLED)
+            found = stand.world.inverter.q_current()
+            checks.close("command_zero(): current", found, 0.0, 0.05, "Command no current and no speed")
+        _off(stand, checks)
+    stand.world.release_rotor()
+    with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
+        inverter.command_zero()
+        stand.wait(2.0)
+        found = stand.world.inverter.output_frequency()
+        checks.close("command_zero(): frequency", found, 0.0, 0.1, "Command no current and no speed")
+    highest, current = inverter.maximum_frequency, inverter.maximum_current
+    for frequency, amplitude in (
+        (2.0 * highest, 1.0),
+        (-2.0 * highest, 1.0),
+        (math.nan, 1.0),
+        (1.0, -1.0),
+        (1.0, 2.0 * current),
+    ):
+        with checks.refuses("set points that cannot be", SetpointError, remedy="Check before anything is sent"):
+            with inverter.driving_frequency(frequency, amplitude):
+                pass
+    for wrong in (2.0 * current, -2.0 * current, math.nan):
+        with checks.refuses("currents that cannot be", SetpointError, remedy="Check before anything is sent"):
+            with inverter.driving_current(wrong):
+                pass
+        with checks.refuses("currents that cannot be set", SetpointError, remedy="Check before anything is sent"):
+            inverter.set_current(wrong)
+    stand.world.connect({})
+    with (
+        checks.refuses(
+            "a current that cannot flow", InstrumentError, remedy="Wait for it, and raise where it does not come"
+        ),
+        inverter.driving_current(_current(inverter, 0.5)),
+    ):
+        pass
+    _off(stand, checks)
+    _prepare(stand)
+    stand.wait(5.0)
+    remedy = "Wait until the ramp has ended, for settle_timeout at most"
+    stand.world.damage.run_inverter_away(80.0)
+    with checks.refuses("a frequency that is not reached", InstrumentError, remedy=remedy):
+        with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
+            pass
+    stand.world.damage.run_inverter_away(None)
+    _off(stand, checks)
+    stand.wait(5.0)
+
+
+SESSION = CheckSession(_prepare, _brief, _full, _energise, stuck="inverter")

@@ -1,0 +1,215 @@
+"""Use of an oscilloscope: the voltage between two terminals of a turned shaft, and a current in a wire."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import CheckSession
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import (
+    ChannelSettings,
+    MeasurementError,
+    OverloadError,
+    ProbeKind,
+    SetpointError,
+    Slope,
+    Trigger,
+    Waveform,
+)
+
+_SPEED = 120.0
+
+
+def _prepare(stand: Stand) -> None:
+    _turn(stand, _SPEED)
+
+
+def _turn(stand: Stand, speed: float) -> None:
+    stand.world.turn_shaft(speed)
+    stand.wait(1.0)
+
+
+def _amplitude(stand: Stand, channel: int) -> float:
+    """Return half the peak-to-peak value (V or A) of what a channel's probe senses."""
+    now = stand.bench.clock.now()
+    signal = stand.world.probe_signal(channel, np.linspace(now - 0.05, now, 501))
+    return float(np.ptp(signal)) / 2.0
+
+
+def _voltage_channels(stand: Stand, scope: Any) -> list[int]:
+    channels = list(scope.channels(ProbeKind.VOLTAGE))
+    for number, channel in enumerate(channels):
+        stand.world.attach_voltage_probe(channel, *(("A", "B") if number == 0 else ("B", "C")))
+    return channels
+
+
+def _record(stand: Stand, scope: Any, channels: list[int], trigger: Trigger, share: float) -> dict[int, Waveform]:
+    scope.configure_acquisition(0.05, 1000, share)
+    scope.configure_trigger(trigger)
+    scope.initiate()
+    found: dict[int, Waveform] = scope.fetch(channels, 2.0)
+    return found
+
+
+def _compare(
+    stand: Stand, checks: Checks, waveform: Waveform, channel: int, unit: str, trigger: Trigger, share: float
+) -> None:
+    remedy = "Compare the preamble's increments, origins and references, and the byte order, with the manual"
+    time, values = waveform.time, waveform.values
+    checks.that(
+        "waveform: channel and unit", (waveform.channel, waveform.unit) == (channel, unit), f"{waveform.unit}", remedy
+    )
+    checks.that(
+        "waveform: number of points", len(values) >= 1000 and len(time) == len(values), f"{len(values)}", remedy
+    )
+    checks.close(
+        "waveform: length", float(time[-1] - time[0]), 0.05, 2e-3, "Compare the time scale's command: s a division?"
+    )
+    checks.close("waveform: share before the trigger", float(-time[0]), share * 0.05, 2e-3, remedy)
+    accuracy = waveform.accuracy
+    actual = _amplitude(stand, channel)
+    found = float(np.ptp(values)) / 2.0
+    allowed = accuracy.gain * actual + 4.0 * waveform.resolution + 0.01 * actual
+    checks.close("waveform: amplitude", found, actual, allowed, remedy)
+    checks.close("waveform: mean", float(values.mean()), 0.0, accuracy.offset + 0.15 * actual, remedy)
+    checks.that(
+        "waveform: accuracy",
+        0.0 < accuracy.gain <= 0.1 and 0.0 < accuracy.offset <= 0.5 * actual and bool(accuracy.source),
+        f"{accuracy}",
+        "State it as the manual does: of the full scale, a division, or the reading",
+    )
+    steps = np.unique(np.abs(np.diff(values)))
+    least = float(steps[steps > 1e-9 * actual].min())
+    checks.that(
+        "waveform: resolution",
+        0.2 * least <= waveform.resolution <= 5.0 * least,
+        f"{waveform.resolution:.3g} {unit}, the samples are {least:.3g} {unit} apart",
+        "It is one step of the converter",
+    )
+    checks.that("waveform: not clipped", not waveform.clipped, "said to be clipped", remedy)
+    if trigger.channel == channel:
+        at = int(np.argmin(np.abs(time)))
+        checks.close(
+            "trigger: level",
+            float(values[at]),
+            trigger.level,
+            0.05 * actual + accuracy.offset,
+            "Compare level and time zero",
+        )
+        slope = float(values[min(at + 20, len(values) - 1)] - values[max(at - 20, 0)])
+        checks.that(
+            "trigger: slope", (slope > 0.0) is (trigger.slope is Slope.RISING), f"{slope:g} {unit}", "Compare the slope"
+        )
+
+
+def _show(stand: Stand, scope: Any, channel: int, offset: float = 0.0, screens: float = 4.0) -> float:
+    """Put a channel's trace on the screen; return its amplitude."""
+    amplitude = _amplitude(stand, channel)
+    scope.configure_channel(channel, ChannelSettings(screens * amplitude, offset * amplitude))
+    return amplitude
+
+
+def _brief(stand: Stand, scope: Any, checks: Checks) -> None:
+    channel = _voltage_channels(stand, scope)[0]
+    amplitude = _show(stand, scope, channel)
+    trigger = Trigger(channel, 0.3 * amplitude)
+    _compare(stand, checks, _record(stand, scope, [channel], trigger, 0.25)[channel], channel, "V", trigger, 0.25)
+    _screen(stand, scope, checks, channel)
+
+
+def _screen(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+    speed = abs(stand.world.shaft_velocity())
+    frequency = speed * stand.world.motor.pole_pairs / (2.0 * math.pi)
+    checks.reading("measure_frequency", scope.measure_frequency(channel), frequency, "Hz", 0.02 * frequency)
+    reading = scope.measure_amplitude(channel)
+    checks.reading("measure_amplitude", reading, _amplitude(stand, channel), "V", 0.02 * reading.value)
+
+
+def _full(stand: Stand, scope: Any, checks: Checks) -> None:
+    channels = _voltage_channels(stand, scope)
+    for slope, share, offset, speed in (
+        (Slope.FALLING, 0.6, 0.3, stand.between(90.0, 110.0)),
+        (Slope.RISING, 0.1, -0.2, stand.between(180.0, 200.0)),
+    ):
+        _turn(stand, speed)
+        for channel in channels:
+            amplitude = _show(stand, scope, channel, offset)
+        trigger = Trigger(channels[-1], -0.4 * amplitude, slope)
+        found = _record(stand, scope, channels, trigger, share)
+        for channel in channels:
+            _compare(stand, checks, found[channel], channel, "V", trigger, share)
+    found = _record(stand, scope, channels[:1], Trigger(None), 0.0)
+    checks.that(
+        "a record without a trigger", channels[0] in found, f"{sorted(found)}", "Start at once without a channel"
+    )
+    _screen(stand, scope, checks, channels[0])
+    _refused(stand, scope, checks, channels[0])
+    _current(stand, scope, checks)
+    _prepare(stand)
+
+
+def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+    amplitude = _show(stand, scope, channel, screens=1.0)
+    found = _record(stand, scope, [channel], Trigger(channel, 0.0), 0.5)
+    checks.that("clipped is told", found[channel].clipped, "it is not", "Look at the converter's ends")
+    with checks.refuses("amplitude off the screen", OverloadError, MeasurementError, remedy="Refuse a clipped trace"):
+        scope.measure_amplitude(channel)
+    _show(stand, scope, channel)
+    began = stand.bench.clock.now()
+    with checks.refuses("no trigger", MeasurementError, remedy="Wait for the time-out at most, and raise"):
+        _record(stand, scope, [channel], Trigger(channel, 1.8 * amplitude), 0.5)
+    took = stand.bench.clock.now() - began
+    checks.that("time-out of fetch", 1.9 <= took <= 4.0, f"{took:.3g} s instead of 2 s", "Count from the call of fetch")
+    # Less than a period.
+    scope.configure_acquisition(1e-3, 1000)
+    scope.configure_trigger(Trigger(None))
+    scope.initiate()
+    scope.fetch([channel], 1.0)
+    with checks.refuses("frequency of less than a period", MeasurementError, remedy="Refuse 9.9E37"):
+        scope.measure_frequency(channel)
+    remedy = "Check before anything is sent"
+    for act, arguments in (
+        (scope.configure_channel, (97, ChannelSettings(1.0))),
+        (scope.configure_channel, (channel, ChannelSettings(math.nan))),
+        (scope.configure_channel, (channel, ChannelSettings(1e9))),
+        (scope.configure_channel, (channel, ChannelSettings(1e-9))),
+        (scope.configure_channel, (channel, ChannelSettings(10.0, math.nan))),
+        (scope.configure_trigger, (Trigger(97),)),
+        (scope.configure_acquisition, (math.nan, 1000)),
+        (scope.configure_acquisition, (0.0, 1000)),
+        (scope.configure_acquisition, (0.05, 10**12)),
+        (scope.configure_acquisition, (0.05, 1000, 1.5)),
+        (scope.configure_acquisition, (0.05, 1000, -0.5)),
+        (scope.measure_frequency, (97,)),
+        (scope.measure_amplitude, (97,)),
+        (scope.fetch, ([97], 1.0)),
+    ):
+        with checks.refuses(f"{act.__name__}: what cannot be", SetpointError, remedy=remedy):
+            act(*arguments)
+
+
+def _current(stand: Stand, scope: Any, checks: Checks) -> None:
+    """Compare a direct current, by a current probe."""
+    world = stand.world
+    for channel in scope.channels(ProbeKind.CURRENT)[:1]:
+        world.attach_current_probe(channel, "A")
+        world.connect({"A": "supply+", "B": "supply-"})
+        world.lock_rotor()
+        world.supply.set_voltage(4.0)
+        world.supply.set_current_limit(world.supply.stage.maximum_current)
+        world.supply.switch(True)
+        stand.wait(0.5)
+        scope.configure_channel(channel, ChannelSettings(8.0, 1.0))
+        found = _record(stand, scope, [channel], Trigger(None), 0.0)[channel]
+        checks.that("current: unit", found.unit == "A", found.unit, "A current probe's channel is in A")
+        actual = world.truth()["terminal_currents"]["A"]
+        checks.accuracy("current", found.accuracy, float(found.values.mean()), "A", actual, found.resolution)
+        world.supply.switch(False)
+        world.connect({})
+        world.release_rotor()
+        world.detach_probe(channel)
+
+
+SESSION = CheckSession(_prepare, _brief, _full)

@@ -1,0 +1,57 @@
+"""Options of a station file: accuracies that replace the maker's, and further sets of options with which it is used."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import station_of
+from drivers.interfaces import Accuracy, Watching
+
+
+def check_station(trial: Trial, variants: Sequence[Mapping[str, Any]]) -> None:
+    """Check that each accuracy of the station is stated by a reading, and that every variant of the options works."""
+    given = {
+        one.name: Accuracy(gain=0.1 + 0.01 * number, offset=0.01, source="the station's calibration")
+        for number, one in enumerate(fields(trial.subject.options))
+        if "Accuracy | None" in str(one.type)
+    }
+    if given:
+        during = Checks()
+        with trial.having(**given).opened() as (made, instrument):
+            trial.session.brief(made, instrument, during)
+        for name, accuracy in given.items():
+            same = any(
+                (one.gain, one.offset, one.source) == (accuracy.gain, 0.01, accuracy.source) for one in during.stated
+            )
+            trial.checks.that(f"{name} of the station", same, "no reading states it", "It replaces the maker's")
+    for variant in variants:
+        other, name = trial.having(**variant), f"with {dict(variant)}"
+        other = replace(other, subject=replace(other.subject, station=station_of(other.subject.options)))
+        if isinstance(other.subject.options, Watching) and other.subject.options.watchdog is not None:
+            _watched(other, name)
+            continue
+        with other.opened(listening=True) as (made, instrument):
+            wrong = other.wrong(made, instrument, full=True)
+        trial.checks.that(f"{name}: it works", not wrong, wrong, "Take every option into account")
+
+
+def _watched(trial: Trial, name: str) -> None:
+    """Check that the watchdog which is asked for is armed, by who uses the instrument only, and let go of at the end."""
+    asked, checks = trial.subject.options.watchdog, trial.checks
+    with trial.stand(sockets=True) as made:
+        trial.session.prepare(made)
+        for _ in range(2):
+            instrument: Any = made.open()
+            armed = instrument.watchdog
+            same = armed is not None and armed.time == asked.time
+            checks.that(
+                f"{name}: armed", same, f"{armed}, asked for {asked}", "Arm what is asked for, and read it back"
+            )
+            guard: Any = made.open(guarding=True, elsewhere=True)
+            checks.that(f"{name}: guarding arms nothing", guard.watchdog is None, f"{guard.watchdog}", "Leave it alone")
+            guard.close()
+            instrument.close()
+            left = instrument.watchdog
+            checks.that(f"{name}: close() ends the watch", left is None, f"{left}", "Put back what was set")
