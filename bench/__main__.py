@@ -1,6 +1,6 @@
-"""`python -m bench` is `motorbench`."""
+"""`python -m bench` is `motorbench`, too."""
 
-from bench.cli.main import main
+from motorbench.__main__ import main
 
 if __name__ == "__main__":
     main()

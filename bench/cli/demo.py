@@ -8,11 +8,11 @@ from bench.cli.output import print_end, print_json, print_page, print_summary
 from bench.cli.run import given_faults_of
 from bench.i18n.language import language_of, translator
 from bench.motor.motor_file import load_motor
+from bench.plugins.catalogues import installed
 from bench.report.ahead import ReportAhead
 from bench.run.console import console_on
-from bench.run.run import Finished, Wishes
+from bench.run.request import Finished, RunRequest
 from bench.run.run import run as run_session
-from procedures.catalogue import catalogue
 
 
 def demo(
@@ -47,7 +47,7 @@ def demo(
     """
     chosen = language_of(language)
     translate = translator(chosen)
-    wishes = Wishes(
+    request = RunRequest(
         procedures=("all",),
         motor=load_motor(motor),
         station="virtual",
@@ -57,20 +57,20 @@ def demo(
         faults=given_faults_of(faults, fault),
     )
     if json:
-        done = run_session(wishes, catalogue(), console_on(sys.stderr))
+        done = run_session(request, installed().procedures, console_on(sys.stderr))
         print_json(done.result)
     else:
-        done = _shown(wishes)
+        done = _shown(request)
     if done.view.status != "completed":
         print_end(done.view, done.folder, translate)
         return 1
     return 0
 
 
-def _shown(wishes: Wishes) -> Finished:
-    translate = translator(wishes.language)
-    with ReportAhead(wishes.language) as report:
-        done = run_session(wishes, catalogue(), console_on(sys.stderr), listeners=(report.hear,))
+def _shown(request: RunRequest) -> Finished:
+    translate = translator(request.language)
+    with ReportAhead(request.language) as report:
+        done = run_session(request, installed().procedures, console_on(sys.stderr), listeners=(report.hear,))
         print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
         sys.stdout.flush()
         print_page(report.page(), done.folder, translate)

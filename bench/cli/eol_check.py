@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from bench.cli.options import Seed
 from bench.cli.output import print_json
-from bench.eol.line.batch import BatchWishes
 from bench.eol.line.dry_run import DryRun, dry_run
+from bench.eol.line.preparation import BatchRequest
 from bench.run.console import console_on
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def check(
         Print one JSON object and nothing else.
 
     """
-    wishes = BatchWishes(
+    request = BatchRequest(
         plan=plan,
         station=station,
         runs=Path(),
@@ -56,7 +56,7 @@ def check(
         operator=operator,
         seed=seed,
     )
-    done = dry_run(wishes)
+    done = dry_run(request)
     if json:
         print_json(done.as_dict())
     else:
@@ -86,7 +86,7 @@ def _print(console: "Console", done: DryRun) -> None:
     console.print(limits)
     much = " (more than a tenth)" if done.overhead > _MUCH else ""
     console.print(
-        f"Cycle {done.cycle:.1f} s a motor ({done.waits:.1f} s of it waiting for other sockets and on the way down); "
+        f"Cycle {done.cycle:.1f} s a motor ({done.waits:.1f} s of it waiting for other sockets and in the shutdown); "
         f"physical floor {done.floor:.1f} s, overhead {100.0 * done.overhead:.1f} %{much}\n"
         f"{done.sockets} sockets: {done.per_hour:.0f} motors an hour",
         markup=False,

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from bench.cli.output import print_json
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import InputError, UsageError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import reason_of, text
 
 Format = Literal["csv", "parquet", "junit", "jsonl"]
 
@@ -103,9 +103,7 @@ def _whole(out: Path, write: Callable[[Iterable[MotorRecord], IO[bytes]], int], 
         made.chmod(0o666 & ~umask)
         made.replace(out)
     except OSError as error:
-        raise InputError(
-            text("{out} cannot be written: {error}", out=out, error=error.strerror or str(error))
-        ) from error
+        raise InputError(text("{out} cannot be written: {error}", out=out, error=reason_of(error))) from error
     finally:
         if made is not None:
             made.unlink(missing_ok=True)

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any
 from bench.cli.options import Seed
 from bench.cli.output import print_json
 from bench.eol.labels import label_of
-from bench.eol.line.admission import Refused
-from bench.eol.line.batch import BatchWishes, Counts, run_batch
-from bench.eol.line.batch_log import Begun
+from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.batch import Counts, run_batch
+from bench.eol.line.batch_listener import BatchListener
+from bench.eol.line.preparation import BatchRequest
 from bench.eol.record import MotorRecord
 from bench.eol.store.faults import StoreError
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError, said_by
+from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text, text_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -77,7 +78,7 @@ def run(
         Print one JSON object and nothing else.
 
     """
-    wishes = BatchWishes(
+    request = BatchRequest(
         plan=plan,
         station=station,
         runs=runs,
@@ -93,27 +94,27 @@ def run(
         again=again,
     )
     began = monotonic()
-    ears = _Teller(console_on(sys.stderr if json else sys.stdout), translator(wishes.language))
+    listener = _Printer(console_on(sys.stderr if json else sys.stdout), translator(request.language))
     try:
-        counts, stopped = run_batch(wishes, ears, sys.stdin)
+        counts, stopped = run_batch(request, listener, sys.stdin)
     except StoreError as error:
-        raise InputError(said_by(error)) from None
-    told = _told(counts, stopped, monotonic() - began)
+        raise InputError(text_of(error)) from None
+    summary = _summary(counts, stopped, monotonic() - began)
     if json:
-        print_json(told)
+        print_json(summary)
     else:
-        _say(console_on(sys.stdout), told)
-    translate = translator(wishes.language)
+        _print(console_on(sys.stdout), summary)
+    translate = translator(request.language)
     if counts.waits.anything:
         for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
             print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     if stopped:
-        said = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
-        print(f"motorbench: {said.render(translate)}", file=sys.stderr)
+        sentence = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
+        print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     return 0 if not stopped and counts.verdicts[Verdict.PASS.value] == counts.motors else 1
 
 
-class _Teller:
+class _Printer(BatchListener):
     """Prints a line for each motor, and its label."""
 
     def __init__(self, console: "Console", translate: Translate) -> None:
@@ -121,16 +122,13 @@ class _Teller:
         self._translate = translate
         self._waits = Waiting()
 
-    def begun(self, motor: Begun, socket: str) -> None:
-        """Say nothing: its end is soon told."""
-
     def done(self, record: MotorRecord) -> None:
         """Print the label and what was wrong."""
         self._line(label_of(record))
         if record.cause:
             self._line(f"    {record.cause}")
 
-    def refused(self, refused: Refused) -> None:
+    def refused(self, refused: RefusedSerial) -> None:
         """Print why."""
         self._line(text("refused: {why}", why=refused.why).render(self._translate))
 
@@ -153,7 +151,7 @@ class _Teller:
         self._console.file.flush()
 
 
-def _told(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
+def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
     return {
         "motors": counts.motors,
         **{verdict.value: counts.verdicts[verdict.value] for verdict in Verdict},
@@ -173,15 +171,15 @@ def _told(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
     }
 
 
-def _say(console: "Console", told: dict[str, Any]) -> None:
-    motors = told["motors"]
+def _print(console: "Console", summary: dict[str, Any]) -> None:
+    motors = summary["motors"]
     share = (
-        f"{100.0 * told['first_pass'] / motors:.1f} % at once, {100.0 * told['pass'] / motors:.1f} % in the end"
+        f"{100.0 * summary['first_pass'] / motors:.1f} % at once, {100.0 * summary['pass'] / motors:.1f} % in the end"
         if motors
         else ""
     )
     console.file.write(
-        f"{motors} motors: {told['pass']} pass, {told['fail']} fail, {told['error']} error, {told['aborted']} aborted"
-        f"{f'; yield {share}' if share else ''}; {told['refused']} serial numbers refused\n"
-        f"{told['wall_time']:.1f} s, {told['motors_per_second']:.2f} motors a second\n"
+        f"{motors} motors: {summary['pass']} pass, {summary['fail']} fail, {summary['error']} error, {summary['aborted']} aborted"
+        f"{f'; yield {share}' if share else ''}; {summary['refused']} serial numbers refused\n"
+        f"{summary['wall_time']:.1f} s, {summary['motors_per_second']:.2f} motors a second\n"
     )

@@ -64,11 +64,11 @@ def stats(
         raise UsageError(text("--rule {names}: Nelson's rules are 1 to 8", names=" ".join(map(str, rule))))
     from bench.cli.eol_stats_json import gauge_as_dict, statistics_as_dict
     from bench.cli.eol_stats_output import print_gauge, print_statistics
-    from bench.eol.line_statistics import Wanted, gauge_studies, line_statistics
+    from bench.eol.line_statistics import StatisticsRequest, gauge_studies, line_statistics
     from bench.eol.store.database import open_database
 
     translate = translator(language_of(language))
-    wanted = Wanted(batches, model, parameter, golden, last, tuple(dict.fromkeys(rule)), confidence)
+    wanted = StatisticsRequest(batches, model, parameter, golden, last, tuple(dict.fromkeys(rule)), confidence)
     engine = open_database(records, existing=True)
     try:
         if gauge is not None:

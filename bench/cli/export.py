@@ -7,20 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from bench.cli.output import print_json
-from bench.files.toml_file import nearest
+from bench.cli.output import broken_of, print_catalogue, print_json, say_broken
 from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Translate, reason_of, text
 
 if TYPE_CHECKING:
     from reports.exports.target import Sheet, Target
 
 
 def export(
-    run: str,
+    run: str = "",
     *,
-    for_: Annotated[str, Parameter(name="--for")],
+    for_: Annotated[str, Parameter(name="--for")] = "",
+    list_: Annotated[bool, Parameter(name="--list")] = False,
+    station: str = "virtual",
     output: Path | None = None,
     largest_uncertainty: float | None = None,
     json: bool = False,
@@ -36,11 +37,16 @@ def export(
     run
         The run's folder, or its name under `--runs`.
     for_
+        A target by its name, as --list gives them:
         vesc, odrive (firmware 0.5), odrive-0.6, simplefoc, moteus, ti, st, mathworks, motulator, gym-electric-motor, json, csv or c-header.
+    list_
+        List the targets and where each comes from.
+    station
+        With --list: a station file, whose plug-ins are listed too.
     output
         File to write; without it the file's content goes to standard output.
     largest_uncertainty
-        Largest relative standard uncertainty with which a parameter is exported, instead of the stated bounds (docs/exports.md).
+        Largest relative standard uncertainty with which a parameter is exported, instead of the stated bounds (docs/reference/exports.md).
     json
         Print one JSON object and nothing else: the fields with unit, uncertainty and convention, and the content where no file is written.
     language
@@ -50,14 +56,15 @@ def export(
 
     """
     from bench.journal.finished_run import read_run
+    from bench.plugins.files import catalogues_of_run
     from bench.report.exporting import subject_of
-    from reports.exports.catalogue import TARGETS
-    from reports.exports.checks import ExportRefusedError, Limits
+    from reports.exports.checks import ExportRefusedError, UncertaintyBounds
     from reports.exports.target import sheet_for
 
-    target = TARGETS.get(for_)
-    if target is None:
-        raise UsageError(at(f"--for {for_}", nearest(for_, list(TARGETS))))
+    if list_:
+        return _list(station, translator(language_of(language)), json=json)
+    if not run or not for_:
+        raise UsageError(text("name a run and a target: motorbench export RUN --for TARGET; --list lists the targets"))
     if largest_uncertainty is not None and not 0.0 < largest_uncertainty <= 1.0:
         raise UsageError(
             text(
@@ -67,8 +74,10 @@ def export(
         )
     translate = translator(language_of(language))
     read = read_run(run, runs)
+    exports = catalogues_of_run(read.start.software).exports
+    target = exports.need(for_, lambda why: UsageError(at(f"--for {for_}", why)))
     try:
-        sheet = sheet_for(target, subject_of(read), Limits(largest_uncertainty))
+        sheet = sheet_for(target, subject_of(read), UncertaintyBounds(largest_uncertainty))
     except ExportRefusedError as refused:
         reasons = "\n".join(f"  {reason.render(translate)}" for reason in refused.reasons)
         raise InputError(
@@ -94,6 +103,24 @@ def export(
     return 0
 
 
+def _list(station: str, translate: Translate, *, json: bool) -> int:
+    from bench.station.station_file import catalogues_at
+
+    catalogues = catalogues_at(station)
+    exports = catalogues.exports
+    broken = broken_of(catalogues, exports)
+    if json:
+        targets = {
+            name: {"title": target.title, "suffix": target.suffix, "from": exports.origin(name).as_dict()}
+            for name, target in exports.items()
+        }
+        print_json({"exports": targets, "broken": [one.as_dict() for one in broken]})
+        return 0
+    print_catalogue(exports, lambda name: exports[name].title)
+    say_broken(broken, translate)
+    return 0
+
+
 def _write(path: Path, content: str) -> None:
     """Write the file whole or not at all. Raises InputError where it cannot be written."""
     part = path.with_name(f".{path.name}.part")
@@ -106,7 +133,7 @@ def _write(path: Path, content: str) -> None:
     except OSError as error:
         part.unlink(missing_ok=True)
         raise InputError(
-            text("{path}: the file cannot be written: {strerror}", path=path, strerror=error.strerror)
+            text("{path}: the file cannot be written: {strerror}", path=path, strerror=reason_of(error))
         ) from None
 
 

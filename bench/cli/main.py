@@ -1,5 +1,6 @@
 """The command line. Nothing heavy is imported before a command is chosen."""
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -21,6 +22,8 @@ def make_app() -> App:
         version=_version,
         default_parameter=Parameter(negative=()),
         result_action="return_value",
+        # The help is plain text: nothing is to be rendered, and the renderer takes as long as all the rest.
+        help_format="plaintext",
     )
     app.command("bench.cli.results:command", name="results", help="Show a run, list runs, or prove one untouched.")
     lists = Parameter(negative=(), consume_multiple=True)
@@ -28,6 +31,7 @@ def make_app() -> App:
         ("demo", "Every procedure on the virtual bench, then the summary."),
         ("run", "Run procedures on a station, or on the virtual bench."),
         ("procedures", "List the procedures with their steps and settings."),
+        ("parameters", "List the parameters with units and conventions."),
         ("report", "Write a run's report as a page and a PDF."),
         ("export", "Write a run's parameters as a motor controller's file."),
         ("serve", "The operator's panel in a browser."),
@@ -50,6 +54,7 @@ def make_app() -> App:
     app.command(sim)
     station = App(name="station", help="Look after a station.", default_parameter=lists)
     station.command("bench.cli.station:check", name="check", help="Open, identify and close its instruments.")
+    station.command("bench.cli.station:drivers", name="drivers", help="List the drivers and where each comes from.")
     station.command("bench.cli.station:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
@@ -74,8 +79,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Matrices here are small: a second BLAS thread only waits for the first, and on a busy machine for long.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
+    # What is loaded stays: it is not looked through again and again for what could be freed, nor once more at the end.
+    gc.set_threshold(20_000)
     given = list(sys.argv[1:] if arguments is None else arguments)
-    sys.exit(_run(given))
+    code = _run(given)
+    gc.freeze()
+    sys.exit(code)
 
 
 def _run(given: list[str]) -> int:
@@ -107,7 +116,7 @@ def _unexpected(given: list[str], error: Exception) -> int:
     said = text(
         "a fault of the program: {kind}: {error}; please report it with what you typed",
         kind=type(error).__name__,
-        error=str(error),
+        error=error,
     )
     return _refuse(given, InputError(said), FAILED)
 

@@ -2,12 +2,14 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from bench.journal.encoding import plain
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView
+from bench.plugins.catalogue import BrokenPlugin, Catalogue
+from bench.plugins.catalogues import Catalogues
 from bench.run.console import console_on
 from drivers.interfaces.text import Translate, text
 
@@ -15,6 +17,24 @@ from drivers.interfaces.text import Translate, text
 def print_json(made: Mapping[str, Any]) -> None:
     """Print one object on standard output."""
     sys.stdout.write(json.dumps(plain(made), ensure_ascii=False, allow_nan=False, indent=2) + "\n")
+
+
+def say_broken(broken: Iterable[BrokenPlugin], translate: Translate) -> None:
+    """Name on standard error what of the plug-ins cannot be used; a run goes on without it."""
+    for one in broken:
+        print(f"motorbench: {one.sentence.render(translate)}", file=sys.stderr)
+
+
+def broken_of(catalogues: Catalogues, catalogue: Catalogue[Any]) -> tuple[BrokenPlugin, ...]:
+    """Return what of one catalogue cannot be used, and the plug-ins that cannot be used at all."""
+    return (*catalogues.unusable, *catalogue.broken())
+
+
+def print_catalogue(catalogue: Catalogue[Any], about: Callable[[str], str]) -> None:
+    """Print names, what is said of each, and where it comes from."""
+    console = console_on(sys.stdout)
+    for name in catalogue:
+        console.print(f"{name:<28}{about(name):<60} {catalogue.origin(name)}", markup=False, soft_wrap=True)
 
 
 def print_summary(view: RunView, folder: RunFolder, translate: Translate, *, hand_time: float = 0.0) -> None:

@@ -3,36 +3,44 @@
 import sys
 from typing import Any
 
-from bench.cli.output import print_json
+from bench.cli.output import broken_of, print_json, say_broken
 from bench.i18n.language import language_of, translator
+from bench.plugins.catalogues import OURS
 from bench.run.console import console_on
+from bench.station.station_file import catalogues_at
 from drivers.interfaces.text import Translate, text
-from procedures.catalogue import catalogue
 from procedures.core.procedure import Procedure
 
 
-def procedures(*, json: bool = False, markdown: bool = False, language: str = "auto") -> None:
+def procedures(*, station: str = "virtual", json: bool = False, markdown: bool = False, language: str = "auto") -> None:
     """List the procedures with their place in the note, instruments, steps and settings.
 
     Parameters
     ----------
+    station
+        A station file, whose plug-ins are listed too.
     json
         Print one JSON object and nothing else.
     markdown
-        Print the tables of `docs/procedures.md`: step of the document, step of the code.
+        Print the tables of `docs/reference/procedures.md`: step of the document, step of the code.
     language
         en, zh, or auto by the locale.
 
     """
     translate = translator(language_of(language))
-    listed = {name: describe(procedure, translate) for name, procedure in catalogue().items()}
+    catalogues = catalogues_at(station)
+    found = catalogues.procedures
+    listed = {
+        name: {**describe(procedure, translate), "from": found.origin(name).as_dict()}
+        for name, procedure in found.items()
+    }
     if json:
-        print_json({"procedures": listed})
+        print_json({"procedures": listed, "broken": [one.as_dict() for one in broken_of(catalogues, found)]})
         return
     if markdown:
         from reports.tables.procedure_table import markdown as tables
 
-        sys.stdout.write(tables(catalogue(), translate))
+        sys.stdout.write(tables(found, translate))
         return
     console = console_on(sys.stdout)
     shown = sorted(listed.items(), key=lambda item: item[1]["end_of_line"])
@@ -43,7 +51,8 @@ def procedures(*, json: bool = False, markdown: bool = False, language: str = "a
             )
             console.print(f"[bold underline]{heading}[/bold underline]")
             console.print()
-        console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}")
+        origin = "" if found.origin(name).name == OURS else f"  [dim]({found.origin(name)})[/dim]"
+        console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}{origin}")
         if entry["roles"]:
             console.print(f"  [dim]{', '.join(entry['roles'])}[/dim]")
         for step in entry["steps"]:
@@ -52,6 +61,7 @@ def procedures(*, json: bool = False, markdown: bool = False, language: str = "a
             said = translate(told["description"])
             console.print(f"  --set {setting}={told['default']}  ({said})", markup=False, style="dim")
         console.print()
+    say_broken(broken_of(catalogues, found), translate)
 
 
 def describe(procedure: type[Procedure[Any]], translate: Translate) -> dict[str, Any]:
@@ -61,7 +71,7 @@ def describe(procedure: type[Procedure[Any]], translate: Translate) -> dict[str,
         "section": procedure.section,
         "end_of_line": procedure.end_of_line,
         "roles": sorted(role.value for role in procedure.roles),
-        "gives": list(procedure.gives),
+        "gives": list(procedure.parameters),
         "steps": [
             {"id": step.identifier, "text": translate(step.template), "by_hand": step.by_hand}
             for step in procedure.steps()

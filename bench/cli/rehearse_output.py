@@ -27,7 +27,7 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
     say(
         text(
             "Rehearsal of {motor} on a virtual twin of {station}; nothing of the station was opened",
-            motor=done.wishes.motor.nameplate.name,
+            motor=done.request.motor.nameplate.name,
             station=done.station.name,
         ),
         style="bold",

@@ -11,6 +11,7 @@ from bench.cli.output import print_end, print_json, print_summary
 from bench.files.toml_file import nearest
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
+from bench.journal.events.safety import GuardianTook
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal
 from bench.journal.overview import overview
@@ -63,7 +64,7 @@ def results(
         if view.status != "completed":
             print_end(view, folder, translate)
         for at, cause in _acts(folder):
-            said = text("The guardian took the way down at {time}: {cause}", time=at, cause=cause)
+            said = text("The guardian carried out the shutdown at {time}: {cause}", time=at, cause=cause)
             console_on(sys.stdout).print(said.render(translate), markup=False)
     sys.stdout.flush()
     return 0
@@ -96,8 +97,9 @@ def list_runs(*, json: bool = False, runs: Path = Path("runs")) -> int:
 
 
 def _acts(folder: RunFolder) -> list[tuple[str, str]]:
-    """Return when (ISO 8601, UTC) and why the guardian took the way down; empty where it never had to."""
-    return [(event["wall"], event["data"]["cause"]) for event in read_guardian(folder.path) if event["kind"] == "took"]
+    """Return when (ISO 8601, UTC) and why the guardian carried out the shutdown; empty where it never had to."""
+    found = read_guardian(folder.path)
+    return [(recorded.wall, recorded.event.cause) for recorded in found if isinstance(recorded.event, GuardianTook)]
 
 
 def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) -> None:
@@ -119,7 +121,15 @@ def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) 
     console_on(sys.stdout).print(budgets(wanted, translate))
 
 
-#: `motorbench results RUN`, `results list` and `results verify RUN`.
+def schema() -> None:
+    """Print the JSON schema (draft 2020-12) of a line of a run's journal."""
+    # The validators of all kinds take a while to build.
+    from bench.journal.schema import journal_schema
+
+    print_json(journal_schema())
+
+
+#: `motorbench results RUN`, `results list`, `results schema` and `results verify RUN`.
 command = App(
     name="results",
     help="Show a run, whole or cut off.",
@@ -128,4 +138,5 @@ command = App(
 )
 command.default(results)
 command.command(list_runs, name="list", help="List the runs of a folder.")
+command.command(schema, name="schema", help="Print the JSON schema of the journal.")
 command.command("bench.cli.verify:verify", name="verify", help="Prove that a run is as it was written.")

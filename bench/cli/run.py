@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from bench.cli.options import Seed
-from bench.cli.output import print_end, print_json, print_summary
+from bench.cli.output import print_end, print_json, print_summary, say_broken
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
 from bench.motor.motor_file import MotorFile, load_motor
+from bench.plugins.catalogues import Catalogues, installed
 from bench.run.console import console_on
-from bench.run.run import Wishes
+from bench.run.request import RunRequest
 from bench.run.run import run as run_session
+from bench.station.station_file import catalogues_at
 from drivers.interfaces.text import text
-from procedures.catalogue import catalogue
 
 if TYPE_CHECKING:
     from bench.virtual.fault_file import GivenFault
@@ -95,12 +96,12 @@ def run(
         from bench.run.resume import begun
 
         _, began = begun(folder)
-        station = station or began.get("station", {}).get("source")
-        motor = motor or began.get("motor", {}).get("source")
-        procedures = procedures or tuple(began.get("procedures", ()))
-        set_ = set_ or tuple(began.get("settings", ()))
-        seed = began.get("seed") if seed is None else seed
-        serial_number = serial_number or began.get("motor", {}).get("serial_number", "")
+        station = station or began.station.source
+        motor = motor or began.motor.source
+        procedures = procedures or tuple(began.procedures)
+        set_ = set_ or tuple(began.settings)
+        seed = began.seed if seed is None else seed
+        serial_number = serial_number or began.motor.serial_number
     unknown = sorted(set(repeat) - set(procedures))
     if repeat and folder is None:
         raise UsageError(text("--repeat goes with --resume RUN"))
@@ -117,9 +118,11 @@ def run(
     if station is None or motor is None:
         raise UsageError(text("--station FILE|virtual and --motor FILE are needed"))
     chosen = language_of(language)
-    wishes = Wishes(
+    catalogues = catalogues_at(station)
+    say_broken(catalogues.broken(load=False), translator(chosen))
+    request = RunRequest(
         procedures=procedures,
-        motor=_numbered(load_motor(motor), serial_number),
+        motor=_numbered(load_motor(motor, catalogues.procedures), serial_number),
         station=station,
         language=chosen,
         runs=runs,
@@ -129,14 +132,14 @@ def run(
         assignments=set_,
         seed=seed or 0,
         trace=trace,
-        faults=given_faults_of(faults, fault),
+        faults=given_faults_of(faults, fault, catalogues),
         go_on=continue_on_error,
         resume=folder,
         repeat=repeat,
     )
     if rehearse:
-        return _rehearse(wishes, json=json)
-    done = run_session(wishes, catalogue(), console_on(sys.stderr))
+        return _rehearse(request, catalogues, json=json)
+    done = run_session(request, catalogues.procedures, console_on(sys.stderr))
     translate = translator(chosen)
     if json:
         print_json(done.result)
@@ -148,12 +151,12 @@ def run(
     return 0
 
 
-def _rehearse(wishes: Wishes, *, json: bool) -> int:
+def _rehearse(request: RunRequest, catalogues: Catalogues, *, json: bool) -> int:
     from bench.cli.rehearse_output import print_rehearsal
     from bench.rehearsal.rehearse import rehearse
 
-    done = rehearse(wishes, catalogue(), console_on(sys.stderr))
-    translate = translator(wishes.language)
+    done = rehearse(request, catalogues.procedures, console_on(sys.stderr))
+    translate = translator(request.language)
     if json:
         print_json(done.as_dict(translate))
     else:
@@ -174,10 +177,12 @@ def _numbered(motor: MotorFile, serial_number: str) -> MotorFile:
     return replace(motor, nameplate=replace(motor.nameplate, serial_number=serial_number))
 
 
-def given_faults_of(file: Path | None, phrases: Sequence[str]) -> "Sequence[GivenFault]":
+def given_faults_of(
+    file: Path | None, phrases: Sequence[str], catalogues: Catalogues | None = None
+) -> "Sequence[GivenFault]":
     """Return the faults that are asked for; a run without any loads nothing of the virtual bench."""
     if file is None and not phrases:
         return ()
     from bench.virtual.fault_file import given_faults
 
-    return given_faults(file, phrases)
+    return given_faults(file, phrases, (catalogues or installed()).procedures)

@@ -6,8 +6,8 @@ import ssl
 from ipaddress import ip_address
 from pathlib import Path
 
-from bench.i18n.errors import InputError, UsageError, said_by
-from drivers.interfaces.text import text
+from bench.i18n.errors import InputError, UsageError
+from drivers.interfaces.text import reason_of, text
 
 #: Largest message (bytes) from a browser, the same that NiceGUI's pages keep to.
 _LONGEST_MESSAGE = 1_000_000
@@ -148,7 +148,7 @@ def _check_certificate(certificate: Path | None, key: Path | None) -> None:
                 "PEM files, the key without a password",
                 certificate=certificate,
                 key=key,
-                error=said_by(error) or type(error).__name__,
+                error=error,
             )
         ) from error
 
@@ -175,7 +175,7 @@ def _check_free(host: str, port: int) -> None:
                 "{host}:{port} cannot be listened on: {strerror}; choose another with --port or --host",
                 host=host,
                 port=port,
-                strerror=error.strerror,
+                strerror=reason_of(error),
             )
         ) from error
 

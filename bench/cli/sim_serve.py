@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.cli.options import Seed
-from bench.i18n.errors import InputError, UsageError, said_by
-from drivers.interfaces.text import text
+from bench.i18n.errors import InputError, UsageError
+from drivers.interfaces.text import reason_of, text
 
 if TYPE_CHECKING:
     from sim_instruments.server.served_bench import ServedBench
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 def serve(
     *,
     motor: str,
+    station: Path | None = None,
     station_file: Path | None = None,
     json: bool = False,
     speedup: float = 1.0,
@@ -38,6 +39,8 @@ def serve(
     ----------
     motor
         A motor file with a table [virtual], or the name of a shipped motor.
+    station
+        A station file whose instruments are served, plug-ins included, each by what its driver names; without one, the standard bench.
     station_file
         Write the station file here instead, and print the addresses only.
     json
@@ -60,8 +63,13 @@ def serve(
     """
     from bench.motor.motor_file import load_motor
     from bench.safety.interrupts import Interrupted, Interrupts
-    from bench.virtual.fault_file import given_faults, inject
-    from bench.virtual.true_values import truth_of
+    from bench.station.station_file import catalogues_at
+    from bench.virtual.fault_file import given_faults
+    from bench.virtual.fault_hooks import inject
+    from bench.virtual.served_station import station_to_serve
+    from bench.virtual.true_values import true_values
+    from bench.virtual.virtual_station import describe
+    from procedures.known_parameters import known_parameters
     from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
     from sim_instruments.server.served_bench import ServedBench
 
@@ -75,18 +83,33 @@ def serve(
             )
         )
     _check_host(host)
+    if station is not None and fixture:
+        raise UsageError(text("--fixture and --station: the station file says whether there is a fixture"))
+    if station is not None and station_file is not None and station.resolve() == station_file.resolve():
+        raise UsageError(
+            text("--station-file {file}: that is the station itself; name another file", file=station_file)
+        )
     given = given_faults(faults, fault)
-    read = load_motor(motor)
+    read = load_motor(motor, None if station is None else catalogues_at(str(station)).procedures)
     virtual = read.virtual_motor()
-    told = {"name": read.nameplate.name, "source": read.source, "truth": truth_of(virtual, read.six_step)}
+    told = {
+        "name": read.nameplate.name,
+        "source": read.source,
+        "truth": true_values(known_parameters(), virtual, read.six_step),
+    }
     # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
     logging.getLogger().addHandler(logging.NullHandler())
     try:
-        more = {"six_step": read.six_step, "fixture": fixture, "watchdog_relay": watchdog_relay}
+        more: dict[str, Any] = {"six_step": read.six_step, "fixture": fixture, "watchdog_relay": watchdog_relay}
+        own = None
+        if station is not None:
+            own = station_to_serve(station, read)
+            more |= {"units": own.units, "fixture": own.fixture}
         interrupts = Interrupts()
         with interrupts.raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
             inject(given, bench.bench.injector.add)
-            _tell(bench, told, station_file, json, seed)
+            described = describe(bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays())
+            _tell(bench, told, described if own is None else own.file(described), station_file, json, seed)
             with interrupts.waiting():
                 threading.Event().wait()
     except Interrupted:
@@ -103,11 +126,17 @@ def _opened(
     told: dict[str, Any],
     more: dict[str, Any],
 ) -> "ServedBench":
+    from bench.plugins.catalogue import reason
+    from bench.virtual.served_station import unserved
+    from sim_instruments.server.served_bench import UnservedError
+
     try:
         return kind(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, **more)
+    except UnservedError as error:
+        raise unserved(error.name, reason(error.__cause__ or error)) from error
     except OSError as error:
         raise InputError(
-            text("the virtual bench cannot be served on {host}: {error}", host=host, error=said_by(error))
+            text("the virtual bench cannot be served on {host}: {error}", host=host, error=error)
         ) from error
 
 
@@ -118,11 +147,13 @@ def _check_host(host: str) -> None:
         raise UsageError(text("--host {host}: give an IPv4 address, like 127.0.0.1", host=host)) from None
 
 
-def _tell(bench: "ServedBench", told: dict[str, Any], file: Path | None, json: bool, seed: int) -> None:
-    from bench.files.toml_text import toml_text
-    from bench.virtual.virtual_station import as_text, describe
+def _tell(
+    bench: "ServedBench", told: dict[str, Any], station: dict[str, Any], file: Path | None, json: bool, seed: int
+) -> None:
+    from tomli_w import dumps as toml_text
 
-    station = describe(bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays())
+    from bench.virtual.virtual_station import as_text
+
     if file is not None:
         _write(file, toml_text(station))
     if json:
@@ -156,5 +187,5 @@ def _write(file: Path, content: str) -> None:
         draft.replace(file)
     except OSError as error:
         raise InputError(
-            text("{file}: the station file cannot be written: {strerror}", file=file, strerror=error.strerror)
+            text("{file}: the station file cannot be written: {strerror}", file=file, strerror=reason_of(error))
         ) from error

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.i18n.errors import InputError, UsageError, at, said_by
-from drivers.interfaces.text import text
+from bench.i18n.errors import InputError, UsageError, at
+from drivers.interfaces.text import text, text_of
 
 if TYPE_CHECKING:
     from sim_instruments.six_step.state import Bridge
@@ -27,9 +27,19 @@ def six_step(
 ) -> None:
     """Solve the periodic steady state of a six-step BLDC drive at given speeds or shaft loads.
 
-    `motor` is a motor file or the name of a shipped motor; `speed` in rpm, `load` in N·m (negative: the shaft is
-    driven); `json` prints one JSON object; `plot` writes currents and voltage components over one state as SVG or PNG.
-    Raises InputError when the file, a speed or a load cannot be used.
+    Parameters
+    ----------
+    motor
+        Motor file with `[virtual.drive]`, or the name of a shipped motor.
+    speed
+        Mechanical speeds in rpm.
+    load
+        Shaft loads in N·m; negative where the shaft is driven.
+    json
+        Print one JSON object and nothing else.
+    plot
+        Write currents and voltage components over one commutation state to this SVG or PNG file.
+
     """
     from bench.motor.six_step_file import load_drive
     from sim_instruments.six_step.state import Bridge
@@ -81,7 +91,7 @@ def _point(bridge: "Bridge", motor: str, *, speed: float = 0.0, load: float | No
     try:
         return steady_state(bridge, speed * _RPM) if load is None else balance_load(bridge, load)
     except SixStepError as error:
-        raise InputError(at(motor, said_by(error))) from None
+        raise InputError(at(motor, text_of(error))) from None
 
 
 def as_json(point: "SteadyState") -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import reason_of, text
 
 if TYPE_CHECKING:
     from sim_instruments.six_step.steady_state import SteadyState
@@ -59,7 +59,7 @@ def draw(points: Sequence["SteadyState"], path: Path) -> None:
         figure.savefig(path, dpi=140)
     except OSError as error:
         raise InputError(
-            text("{path}: the plot cannot be written: {strerror}", path=path, strerror=error.strerror)
+            text("{path}: the plot cannot be written: {strerror}", path=path, strerror=reason_of(error))
         ) from None
 
 

@@ -6,7 +6,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from bench.cli.output import print_json
+from bench.cli.output import print_catalogue, print_json, say_broken
 from bench.eol.line.line_file import load_line
 from bench.i18n.errors import InputError, UsageError, message
 from bench.i18n.language import language_of, translator
@@ -21,22 +21,22 @@ from bench.safety.trip_latch import Latch, Trip
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
 from bench.station.clock import SystemClock, wall_date
-from bench.station.station_file import Entry, Station, load_station
+from bench.station.station_file import Entry, Station, catalogues_at, load_station
 from drivers.interfaces import InstrumentError
-from drivers.interfaces.text import Translate, english, text
+from drivers.interfaces.text import Text, Translate, english, text
 from drivers.manual.prompt import Prompt
 from procedures.core.bench import Role
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 
 
 class _Nobody:
     """Stands for a person where nothing is measured."""
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Answer the least: nobody measures here."""
         return minimum
 
-    def confirm(self, text: str) -> None:
+    def confirm(self, task: Text) -> None:
         """Go on."""
 
 
@@ -58,7 +58,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
-    plate = Nameplate("none", Connection.WYE, rated_current=1e-3)
+    plate = Nameplate("none", WindingConnection.WYE, rated_current=1e-3)
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, _Nobody())
     nowhere = Unrecorded()
     state = state_folder()
@@ -91,10 +91,12 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
                 "watchdogs": [one.as_dict() for one in watchdogs],
                 "closing": list(closing),
                 "overdue": overdue,
+                "broken": [one.as_dict() for one in read.catalogues.broken(load=False)],
                 "good": good,
             }
         )
     else:
+        say_broken(read.catalogues.broken(load=False), translate)
         tripped = [] if trip is None else [stood(trip).render(translate)]
         _print(read.name, found, contacts, relays, [*tripped, *overdue, *closing])
         for one in watchdogs:
@@ -238,3 +240,51 @@ def _print(
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)
+
+
+def drivers(*, station: str = "virtual", language: str = "auto", json: bool = False) -> int:
+    """List the drivers by role, the simulated instruments and the outputs for records, and where each comes from.
+
+    Parameters
+    ----------
+    station
+        A station file, whose plug-ins are listed too.
+    language
+        en, zh, or auto by the locale; JSON is English where none is asked for.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    catalogues = catalogues_at(station)
+    found, simulated, outputs = catalogues.drivers, catalogues.simulated_instruments, catalogues.records
+    listed = [
+        {
+            "name": driver.name,
+            "role": driver.role.value,
+            "simulated": driver.simulated or None,
+            "from": found.origin(name).as_dict(),
+        }
+        for name, roles in found.items()
+        for driver in roles
+    ]
+    broken = catalogues.broken()
+    if json:
+        print_json(
+            {
+                "drivers": listed,
+                "simulated_instruments": [
+                    {"name": name, "role": kind.role, "from": simulated.origin(name).as_dict()}
+                    for name, kind in simulated.items()
+                ],
+                "records": [{"name": name, "from": outputs.origin(name).as_dict()} for name in outputs],
+                "broken": [one.as_dict() for one in broken],
+            }
+        )
+        return 0
+    print_catalogue(found, lambda name: ", ".join(driver.role.value for driver in found[name]))
+    print()
+    print_catalogue(simulated, lambda name: f"simulated {simulated[name].role}")
+    print()
+    print_catalogue(outputs, lambda _: "records")
+    say_broken(broken, translator(language_of(language)))
+    return 0

@@ -1,6 +1,6 @@
 """What is connected where, as the actions done so far leave it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from procedures.core.actions import (
@@ -57,11 +57,3 @@ class Layout:
                 return replace(self, shaft_turned=isinstance(action, StartTurning))
             case _:
                 return self
-
-
-def layout_after(actions: Iterable[Action]) -> Layout:
-    """Return what these actions, in their order, leave."""
-    layout = Layout()
-    for action in actions:
-        layout = layout.after(action)
-    return layout

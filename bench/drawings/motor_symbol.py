@@ -4,7 +4,7 @@ import math
 
 from bench.drawings.canvas import FAINT, Canvas
 from procedures.core.actions import Node, Terminal
-from procedures.core.nameplate import Connection
+from procedures.core.nameplate import WindingConnection
 
 #: Where the terminals stand.
 TERMINAL_X = 520.0
@@ -39,12 +39,12 @@ def node_place(node: Node) -> tuple[float, float] | None:
     return TERMINAL_X, TERMINAL_Y[Terminal(node.value)]
 
 
-def draw_motor(canvas: Canvas, connection: Connection, *, name: str) -> None:
+def draw_motor(canvas: Canvas, connection: WindingConnection, *, name: str) -> None:
     """Draw body, windings, terminals and the motor's name."""
     canvas.circle(*_CENTRE, _BODY, fill=FAINT)
     for terminal, corner in _CORNERS.items():
         canvas.line(f"M {TERMINAL_X:g} {TERMINAL_Y[terminal]:g} L {corner[0]:g} {corner[1]:g}")
-    if connection is Connection.WYE:
+    if connection is WindingConnection.WYE:
         for corner in _CORNERS.values():
             canvas.line(_coil(corner, _CENTRE), width=3)
         canvas.circle(*_CENTRE, 4, fill="#20262b")

@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from bench.i18n.errors import InputError, at, said_by
-from drivers.interfaces.text import Text, lines, text
+from bench.i18n.errors import InputError, at
+from drivers.interfaces.text import Text, lines, reason_of, text, text_of
 
 
 class Section(BaseModel):
@@ -44,7 +44,7 @@ def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
     except FileNotFoundError:
         raise InputError(text("{path}: there is no such {what}", path=path, what=what)) from None
     except OSError as error:
-        said = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=error.strerror)
+        said = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=reason_of(error))
         raise InputError(said) from None
     except ValueError:
         raise InputError(text("{path!r} is no name of a {what}", path=str(path), what=what)) from None
@@ -62,7 +62,7 @@ def parse(content: bytes, name: str) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise InputError(text("{name}: not UTF-8 text (byte {start})", name=name, start=error.start)) from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(text("{name}: not valid TOML: {error}", name=name, error=said_by(error))) from None
+        raise InputError(text("{name}: not valid TOML: {error}", name=name, error=error)) from None
     except RecursionError:
         raise InputError(text("{name}: lists or tables stand too deep in one another", name=name)) from None
 
@@ -103,7 +103,7 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
     if kind == "missing":
         return text("{key} is missing; give {wanted}", key=key, wanted=_wanted(field))
     if kind == "value_error":
-        said = said_by(fault["ctx"]["error"])
+        said = text_of(fault["ctx"]["error"])
         return at(key, said) if key else said
     given = fault["input"]
     unit = _unit(field)

@@ -1,6 +1,6 @@
 """What a person can put right: bad files, bad arguments, runs that cannot go on."""
 
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text, text_of
 
 
 class InputError(Exception):
@@ -18,20 +18,12 @@ class UsageError(InputError):
     """The command line asks for something that does not exist or does not go together."""
 
 
-def said_by(cause: BaseException) -> Text:
-    """Return what an error says, for another sentence to take in: the Text that it holds, its English where it holds none."""
-    for words in (getattr(cause, "text", None), *cause.args[:1]):
-        if isinstance(words, Text):
-            return words
-    return Text("{said}", {"said": str(cause)})
-
-
 def at(place: object, said: Text | str) -> Text:
     """Return what is said of a place: a file, a key, an option."""
     return text("{place}: {said}", place=place, said=said)
 
 
 def message(cause: BaseException, translate: Translate) -> str:
-    """Return what went wrong in the reader's language, with the notes that the way down added."""
-    said = said_by(cause).render(translate)
+    """Return what went wrong in the reader's language, with the notes that the shutdown added."""
+    said = text_of(cause).render(translate)
     return "\n".join([said or type(cause).__name__, *getattr(cause, "__notes__", ())])

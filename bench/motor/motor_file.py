@@ -4,22 +4,26 @@ import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from bench.files.toml_file import Section, parse, validate
-from bench.i18n.errors import InputError, at, said_by
+from bench.i18n.errors import InputError, at
 from bench.motor.motor_insides import InsideSection
-from bench.motor.motor_sections import ExpectedSection, NameplateSection, number
+from bench.motor.motor_sections import ExpectedSection, NameplateSection, number, with_type_values
 from bench.motor.shipped_motors import motor_content
 from bench.motor.six_step_file import drive_file_of, holds_drive
-from drivers.interfaces.text import text
-from procedures.core.nameplate import Connection, Nameplate
+from drivers.interfaces.text import text, text_of
+from procedures.core.nameplate import Nameplate, WindingConnection
+from procedures.core.parameters import PARAMETERS
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import virtual_motor
+
+if TYPE_CHECKING:
+    from procedures.known_parameters import Procedures
 
 Resistance = Annotated[float, Field(gt=0.0, le=1e4, strict=True)]
 Share = Annotated[float, Field(ge=0.0, le=2.0, strict=True)]
@@ -84,7 +88,7 @@ class VirtualSection(InsideSection):
             return tuple(value)
         raise PydanticCustomError("float_type", "not a number")
 
-    def motor(self, connection: Connection) -> VirtualMotor:
+    def motor(self, connection: WindingConnection) -> VirtualMotor:
         """Return it as the virtual bench takes it."""
         own = VirtualSection.model_fields.keys() - InsideSection.model_fields.keys()
         values = {**{name: getattr(self, name) for name in own}, **self.insides()}
@@ -93,7 +97,7 @@ class VirtualSection(InsideSection):
         for axis in ("d_axis_saturation_current", "q_axis_saturation_current"):
             # An axis that the file says nothing of does not saturate.
             values[axis] = math.inf if values[axis] is None else values[axis]
-        name: Literal["wye", "delta"] = "delta" if connection is Connection.DELTA else "wye"
+        name: Literal["wye", "delta"] = "delta" if connection is WindingConnection.DELTA else "wye"
         return VirtualMotor(connection=name, **values)
 
 
@@ -131,32 +135,43 @@ class MotorFile:
         return self.virtual
 
 
-def load_motor(reference: str) -> MotorFile:
+def load_motor(reference: str, procedures: "Procedures | None" = None) -> MotorFile:
     """Return a motor by its file, or by its name for one that comes with the program.
 
+    Its type values may be of any parameter that `procedures`, usually the installed ones, give.
     Raises InputError for a file that cannot be read or is not right, naming key, value and allowed range.
     """
     source, content, data = motor_content(reference)
-    return _motor(content, data, source)
+    return _motor(content, data, source, procedures)
 
 
 def recorded_motor(content: str, source: str) -> MotorFile:
-    """Return the motor of a file's text as a run's journal keeps it. Raises InputError where it is not right."""
+    """Return the motor of a file's text as a run's journal keeps it. Raises InputError where it is not right.
+
+    Type values of parameters that the table has not are taken as they stand: the plug-in that defined them may be gone.
+    """
     raw = content.encode("utf-8")
-    return _motor(raw, parse(raw, source), source)
+    data = parse(raw, source)
+    given = data.get("expected")
+    if not isinstance(given, Mapping):
+        return _motor(raw, data, source, None)
+    own = {name: value for name, value in given.items() if name not in PARAMETERS and isinstance(value, int | float)}
+    ours = {name: value for name, value in given.items() if name not in own}
+    read = _motor(raw, {**data, "expected": ours}, source, None)
+    return replace(read, nameplate=replace(read.nameplate, expected={**read.nameplate.expected, **own}))
 
 
-def _motor(content: bytes, data: Mapping[str, Any], source: str) -> MotorFile:
+def _motor(content: bytes, data: Mapping[str, Any], source: str, procedures: "Procedures | None") -> MotorFile:
     if holds_drive(data):
-        drive_file = drive_file_of(data, source)
+        drive_file = drive_file_of(data, source, procedures)
         drive = drive_file.drive
         nameplate = drive_file.nameplate.nameplate(drive_file.expected)
         return _made(content, source, nameplate, replace(virtual_motor(drive), **drive_file.insides), drive)
-    file = validate(_File, data, source)
+    file = validate(with_type_values(_File, data, procedures), data, source)
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None
     except ValueError as error:
-        raise InputError(at(f"{source}: virtual", said_by(error))) from None
+        raise InputError(at(f"{source}: virtual", text_of(error))) from None
     return _made(content, source, file.nameplate.nameplate(file.expected), motor, None)
 
 

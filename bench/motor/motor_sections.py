@@ -1,12 +1,23 @@
 """What every motor file has: the nameplate, and how a number of a file is described."""
 
-from typing import Any
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from bench.files.toml_file import Section
 from drivers.interfaces.text import text
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
+from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
+from procedures.core.parameters import PARAMETERS
+
+if TYPE_CHECKING:
+    from procedures.known_parameters import Procedures
+
+S = TypeVar("S", bound=Section)
+#: Units of the table as a person types them; a count has none.
+_TYPED_UNITS = {"1": "", "Ω": "ohm", "°": "deg"}
 
 
 def number(
@@ -44,7 +55,7 @@ class NameplateSection(Section):
     """`[nameplate]`: plate and data sheet; currents are phase, peak."""
 
     name: str = Field(min_length=1, description="the motor's name, text in quotes")
-    connection: Connection
+    connection: WindingConnection
     rated_current: float = number("A", above=0.0, up_to=1e4, description="phase, peak")
     maximum_current: float | None = number("A", None, above=0.0, up_to=1e4, description="phase, peak")
     rated_speed_rpm: float | None = number("rpm", None, above=0.0, up_to=1e6)
@@ -100,42 +111,50 @@ class NameplateSection(Section):
 
 
 class ExpectedSection(Section):
-    """`[expected]`: type values by parameter name, in the unit and by the convention in which results give them."""
+    """`[expected]`: type values by parameter name, in the unit and by the convention in which results give them.
 
-    pole_pairs: int | None = number("", None, at_least=1, up_to=200)
-    stator_resistance: float | None = number("ohm", None, above=0.0, description="per phase of the Y-equivalent, 25 °C")
-    d_axis_inductance: float | None = number("H", None, above=0.0, description="per phase of the Y-equivalent")
-    q_axis_inductance: float | None = number("H", None, above=0.0, description="per phase of the Y-equivalent")
-    flux_linkage: float | None = number("V·s/rad", None, above=0.0, description="peak, per electrical radian")
-    back_emf_constant_mechanical: float | None = number("V·s/rad", None, above=0.0, description="peak, phase")
-    back_emf_constant_v_per_krpm: float | None = number("V/krpm", None, above=0.0, description="peak, phase")
-    back_emf_constant_v_per_rpm: float | None = number("V/rpm", None, above=0.0, description="peak, phase")
-    torque_constant: float | None = number("N·m/A", None, above=0.0, description="per peak phase ampere")
-    inertia: float | None = number("kg·m²", None, above=0.0)
-    coulomb_friction: float | None = number("N·m", None, above=0.0)
-    viscous_friction: float | None = number("N·m·s/rad", None, above=0.0)
-    maximum_current: float | None = number("A", None, above=0.0, description="phase, peak")
-    rated_speed: float | None = number("rpm", None, above=0.0)
-    line_emf_constant: float | None = number("V·s/rad", None, above=0.0, description="peak, line to line")
-    switch_resistance: float | None = number("ohm", None, above=0.0)
-    equivalent_resistance: float | None = number("ohm", None, above=0.0)
-    commutation_resistance: float | None = number("ohm", None, above=0.0)
-    copper_resistance: float | None = number("ohm", None, above=0.0)
-    resistance_unbalance: float | None = number("%", None, at_least=0.0, up_to=200.0, description="between lines")
-    inductance_unbalance: float | None = number("%", None, at_least=0.0, up_to=200.0, description="between lines")
-    phase_order: float | None = number("", None, at_least=-1.0, up_to=1.0, description="+1 for A, B, C; -1 for A, C, B")
-    back_emf_unbalance: float | None = number("%", None, at_least=0.0, up_to=200.0)
-    back_emf_angle_deviation: float | None = number("deg", None, at_least=0.0, up_to=180.0, description="electrical")
-    insulation_resistance: float | None = number("ohm", None, above=0.0, description="winding to frame")
-    no_load_current: float | None = number("A", None, at_least=0.0, description="phase, peak")
-    no_load_bus_current: float | None = number("A", None, at_least=0.0, description="from the DC source")
-    cogging_torque: float | None = number("N·m", None, at_least=0.0, description="peak to peak")
-    hall_faults: float | None = number("", None, at_least=0.0, up_to=3.0)
-    hall_offset: float | None = number("deg", None, at_least=-180.0, up_to=180.0, description="electrical")
-    hall_spacing_deviation: float | None = number("deg", None, at_least=0.0, up_to=180.0, description="electrical")
-    hall_duty_deviation: float | None = number("%", None, at_least=0.0, up_to=50.0, description="of a turn")
-    back_emf_thd: float | None = number("%", None, at_least=0.0, up_to=1000.0)
+    It has the fields of the parameters in the model that `with_type_values` makes.
+    """
 
     def values(self) -> dict[str, float]:
         """Return what was given."""
         return {name: float(value) for name, value in self.model_dump().items() if value is not None}
+
+
+def with_type_values(model: type[S], data: Mapping[str, Any], procedures: "Procedures | None" = None) -> type[S]:
+    """Return the model of a motor file, its `[expected]` with a field for every known parameter.
+
+    The parameters that `procedures`, else the installed ones, define of their own are looked for where the table has not all
+    that `data` names.
+    """
+    given = data.get("expected")
+    if not isinstance(given, Mapping) or given.keys() <= PARAMETERS.keys():
+        return _of_table(model)
+    # Only these need the procedures, whose import takes long.
+    from procedures.known_parameters import known_parameters
+
+    return _with_fields(model, known_parameters(procedures))
+
+
+@cache
+def _of_table(model: type[S]) -> type[S]:
+    return _with_fields(model, PARAMETERS)
+
+
+def _with_fields(model: type[S], table: ParameterTable) -> type[S]:
+    fields: Any = {each.name: _type_value(each) for each in table.values() if each.type_value}
+    section = create_model("ExpectedSection", __base__=ExpectedSection, **fields)
+    return create_model(model.__name__, __base__=model, expected=(section, section()))
+
+
+def _type_value(definition: ParameterDefinition) -> tuple[Any, Any]:
+    bounds = definition.bounds
+    field = number(
+        _TYPED_UNITS.get(definition.unit, definition.unit),
+        None,
+        above=bounds.low if bounds.open else None,
+        at_least=None if bounds.open else bounds.low,
+        up_to=bounds.high,
+        description=definition.convention or None,
+    )
+    return (int if definition.whole else float) | None, field

@@ -3,15 +3,18 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError, at, said_by
+from bench.i18n.errors import InputError, at
 from bench.motor.motor_insides import InsideSection
-from bench.motor.motor_sections import ExpectedSection, NameplateSection, number
+from bench.motor.motor_sections import ExpectedSection, NameplateSection, number, with_type_values
 from bench.motor.shipped_motors import motor_content
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, text_of
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
+
+if TYPE_CHECKING:
+    from procedures.known_parameters import Procedures
 
 #: A file in which every table of a drive can be seen.
 EXAMPLE = "92bl-30-25l"
@@ -102,8 +105,11 @@ def holds_drive(data: Mapping[str, Any]) -> bool:
     return isinstance(virtual, Mapping) and any(name in virtual for name in _TABLES)
 
 
-def drive_file_of(data: Mapping[str, Any], source: str) -> ReadDriveFile:
-    """Return what a BLDC drive's file holds. Raises InputError naming key, value and allowed range."""
+def drive_file_of(data: Mapping[str, Any], source: str, procedures: "Procedures | None" = None) -> ReadDriveFile:
+    """Return what a BLDC drive's file holds, its type values being of parameters of the table and of `procedures`.
+
+    Raises InputError naming key, value and allowed range.
+    """
     virtual = data.get("virtual")
     missing = [name for name in _TABLES if not isinstance(virtual, Mapping) or name not in virtual]
     if missing:
@@ -116,7 +122,7 @@ def drive_file_of(data: Mapping[str, Any], source: str) -> ReadDriveFile:
                 example=EXAMPLE,
             )
         )
-    file = validate(DriveFile, data, source)
+    file = validate(with_type_values(DriveFile, data, procedures), data, source)
     plate, truth = file.nameplate.pole_pairs, file.virtual.pole_pairs
     if plate is not None and plate != truth:
         raise InputError(
@@ -130,7 +136,7 @@ def drive_file_of(data: Mapping[str, Any], source: str) -> ReadDriveFile:
     try:
         return ReadDriveFile(file.nameplate, file.expected, file.six_step_drive(), file.virtual.insides())
     except SixStepError as error:
-        raise InputError(at(f"{source}: virtual", said_by(error))) from None
+        raise InputError(at(f"{source}: virtual", text_of(error))) from None
 
 
 def load_drive(reference: str) -> SixStepDrive:

@@ -9,7 +9,7 @@ from typing import Any
 
 from bench.files.toml_file import nearest, read
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import Action, EnterReading, MarkRestPositions
 from procedures.core.bench import ProcedureError
 
@@ -132,12 +132,12 @@ class AnswersPrompt:
         self._answers = answers
         self._instrument = instrument
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the next answer to `role.quantity`; the driver itself checks its range."""
-        asked = f"{self._instrument}: {quantity} in {unit} {context}".strip()
-        return float(self._answers.next(f"{self._instrument}.{quantity_key(quantity)}", asked))
+        asked = f"{self._instrument}: {quantity} in {unit} {context or ''}".strip()
+        return float(self._answers.next(f"{self._instrument}.{quantity_key(str(quantity))}", asked))
 
-    def confirm(self, text: str) -> None:
+    def confirm(self, task: Text) -> None:
         """Say that it is done."""
 
 

@@ -1,10 +1,13 @@
 """A fixture in place of hands: a switch matrix connects, a rotor actuator holds, turns and frees the shaft."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, assert_never, cast
+from typing import assert_never, cast
 
+from bench.journal.events.instruments import DeEnergised, Energising
+from bench.journal.events.safety import MadeSafe
 from bench.operators.rest import RestFinder
-from drivers.interfaces import Clock, Instrument, RotorActuator, SwitchMatrix
+from drivers.interfaces import Clock, Instrument, Role, RotorActuator, SwitchMatrix
+from drivers.interfaces.role import ROLES as SPECS
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     Action,
@@ -27,12 +30,13 @@ from procedures.core.actions import (
     TurnToRest,
     UncoupleDynamometer,
 )
-from procedures.core.bench import ProcedureError, Role
+from procedures.core.bench import ProcedureError
+from procedures.core.events import Event
 
 #: The roles that a fixture consists of.
-ROLES = frozenset({Role.SWITCH_MATRIX, Role.ROTOR_ACTUATOR})
+ROLES = frozenset(role for role, spec in SPECS.items() if spec.in_fixture)
 #: What feeds the terminals; while one of them does, no relay is switched.
-_SOURCES = frozenset({Role.SUPPLY.value, Role.INVERTER.value, Role.DRIVE.value})
+_SOURCES = frozenset(role.value for role, spec in SPECS.items() if spec.feeds_winding)
 #: How far (rad) a shaft is moved to feel whether it is free: further than the actuator may stop short.
 _FEELING = 0.1
 #: The parts of what is connected, each changed by actions of its own.
@@ -61,14 +65,15 @@ class FixtureOperator:
         """Take the station's instruments, by role, to work with."""
         self._instruments = instruments
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
-        """Take an event of the journal: what is energised, and when the way down opens the relays."""
-        if kind == "energising":
-            self._feeding += data["instrument"] in _SOURCES
-        elif kind == "de_energised":
-            self._feeding -= data["instrument"] in _SOURCES
-        elif kind == "made_safe" and data["instrument"] == Role.SWITCH_MATRIX.value:
-            self._parts = dict(_NOTHING)
+    def hear(self, event: Event) -> None:
+        """Take an event of the journal: what is energised, and when the shutdown opens the relays."""
+        match event:
+            case Energising():
+                self._feeding += event.instrument in _SOURCES
+            case DeEnergised():
+                self._feeding -= event.instrument in _SOURCES
+            case MadeSafe() if event.instrument == Role.SWITCH_MATRIX.value:
+                self._parts = dict(_NOTHING)
 
     def perform(self, action: Action) -> object:
         """Do it; ProcedureError where the fixture cannot, and what its instruments raise."""

@@ -7,11 +7,11 @@ from itertools import count
 from time import monotonic
 from typing import Any
 
-from bench.i18n.errors import said_by
 from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
+from bench.operators.terminal import named
 from bench.safety.interrupts import Interrupted, Interrupts
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, text_of
 from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
 from procedures.core.bench import Operator
 
@@ -96,9 +96,9 @@ class DistantOperator:
 
         return float(self._ask(asked, within))
 
-    def confirm(self, heading: str, sentence: str) -> None:
+    def confirm(self, heading: str, task: Text) -> None:
         """Have something done to an instrument that is set by hand."""
-        self._ask({"kind": "confirm", "instrument": heading, "sentence": sentence}, _nothing)
+        self._ask({"kind": "confirm", "instrument": heading, "task": store_text(task)}, _nothing)
 
     def close(self) -> None:
         """Take the line down."""
@@ -141,7 +141,7 @@ class DistantOperator:
             try:
                 self._given = [question["check"](message["answer"])]
             except ValueError as fault:
-                return said_by(fault)
+                return text_of(fault)
             self._condition.notify_all()
         return None
 
@@ -160,15 +160,13 @@ class DistantPrompt:
         self._operator = operator
         self._instrument = instrument
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the number given, within its range."""
-        what = " ".join(words for words in (quantity, context) if words)
-        named = Text("{instrument}, {quantity}", {"instrument": Text(self._instrument), "quantity": what})
-        return self._operator.number(named, unit, minimum, maximum)
+        return self._operator.number(named(self._instrument, quantity, context), unit, minimum, maximum)
 
-    def confirm(self, text: str) -> None:
+    def confirm(self, task: Text) -> None:
         """Return once the person says that it is done."""
-        self._operator.confirm(self._instrument, text)
+        self._operator.confirm(self._instrument, task)
 
 
 def _nothing(value: object) -> None:

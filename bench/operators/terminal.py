@@ -5,9 +5,8 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from bench.i18n.phrasebook import translate_said
 from bench.safety.interrupts import Interrupted, Interrupts
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, lines, text
 from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
 
 if TYPE_CHECKING:
@@ -80,9 +79,10 @@ class TerminalOperator:
             else:
                 return value
 
-    def confirm(self, heading: Text, sentence: str) -> None:
+    def confirm(self, heading: Text, task: Text) -> None:
         """Say what to do to an instrument and wait until it is done."""
-        self._console.print(f"\n[bold]▶ {_plain(heading.render(self._translate))}: {_plain(sentence)}[/bold]")
+        said = f"{heading.render(self._translate)}: {task.render(self._translate)}"
+        self._console.print(f"\n[bold]▶ {_plain(said)}[/bold]")
         self._line(text("Done? Press Enter"))
 
     def _angles(self, question: Text) -> list[float]:
@@ -98,6 +98,8 @@ class TerminalOperator:
         try:
             return self._ask(question.render(self._translate) + ": ").strip()
         except EOFError:
+            # A signal that came first is what ended the run.
+            self._interrupts.check()
             raise Interrupted(text("the end of the input")) from None
 
     def _say(self, message: Text) -> None:
@@ -114,30 +116,25 @@ class TerminalOperator:
 
 
 class TerminalPrompt:
-    """The way to the same person for instruments that are set and read by hand; `instrument` is the role.
+    """The way to the same person for instruments that are set and read by hand; `instrument` is the role."""
 
-    `templates` are the catalogue of the person's language, for the sentences that drivers say in English.
-    """
-
-    def __init__(self, operator: TerminalOperator, instrument: str, templates: Mapping[str, str]) -> None:
+    def __init__(self, operator: TerminalOperator, instrument: str) -> None:
         self._operator = operator
         self._instrument = instrument
-        self._templates = templates
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the number typed, within its range."""
-        what = " ".join(self._said(words) for words in (quantity, context) if words)
-        named = text(
-            "{instrument}, {quantity}", instrument=Text(self._instrument), quantity=Text("{what}", {"what": what})
-        )
-        return self._operator.number(named, unit, minimum, maximum)
+        return self._operator.number(named(self._instrument, quantity, context), unit, minimum, maximum)
 
-    def confirm(self, text: str) -> None:
+    def confirm(self, task: Text) -> None:
         """Return once the person says that it is done."""
-        self._operator.confirm(Text(self._instrument), self._said(text))
+        self._operator.confirm(Text(self._instrument), task)
 
-    def _said(self, words: str) -> str:
-        return translate_said(words, self._templates)
+
+def named(instrument: str, quantity: Text, context: Text | None) -> Text:
+    """Return what an instrument set by hand asks for, with the instrument's role."""
+    what = quantity if context is None else lines((quantity, context), " ")
+    return text("{instrument}, {quantity}", instrument=Text(instrument), quantity=what)
 
 
 def _plain(words: str) -> str:

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from drivers.interfaces.text import Text, text
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
+from procedures.core.parameters import PARAMETERS
 from sim_instruments.physics.motor import Connection as Winding
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
@@ -38,11 +39,11 @@ class _Figures:
     plate: Nameplate
     assumed: list[Assumption] = field(default_factory=list)
 
-    def take(self, name: str, unit: str, rule: Callable[[], float], why: Text) -> float:
+    def take(self, name: str, rule: Callable[[], float], why: Text) -> float:
         """Return a type value where the file expects one, else what the rule gives."""
         expected = self.plate.expected.get(name)
         value = rule() if expected is None else expected
-        self.assumed.append(Assumption(name, value, unit, why if expected is None else _EXPECTED))
+        self.assumed.append(Assumption(name, value, PARAMETERS[name].unit, why if expected is None else _EXPECTED))
         return value
 
     def plated(self, name: str, unit: str, *plates: tuple[float | None, str], otherwise: float) -> float:
@@ -78,35 +79,31 @@ def assumed_motor(plate: Nameplate) -> tuple[VirtualMotor, tuple[Assumption, ...
     phase = voltage / math.sqrt(3.0)
     flux = figures.take(
         "flux_linkage",
-        "V·s/rad",
         lambda: _flux_of_constants(plate, pairs) or _EMF_SHARE * phase / (speed * pairs),
         text("an EMF of {share:.0%} of the rated voltage at rated speed", share=_EMF_SHARE),
     )
     resistance = figures.take(
         "stator_resistance",
-        "Ω",
         lambda: _DROP_SHARE * phase / plate.rated_current,
         text("a copper drop of {share:.0%} of the rated voltage at rated current", share=_DROP_SHARE),
     )
     time_constant = text("a winding's time constant of {tau:g} ms", tau=1e3 * _TIME_CONSTANT)
-    d_axis = figures.take("d_axis_inductance", "H", lambda: _TIME_CONSTANT * resistance, time_constant)
+    d_axis = figures.take("d_axis_inductance", lambda: _TIME_CONSTANT * resistance, time_constant)
     q_axis = figures.take(
         "q_axis_inductance",
-        "H",
         lambda: _SALIENCY * d_axis,
         text("{ratio:g} times the d axis'", ratio=_SALIENCY),
     )
     torque = 1.5 * pairs * flux * plate.rated_current
     inertia = figures.take(
         "inertia",
-        "kg·m²",
         lambda: _RUN_UP * torque / speed,
         text("rated speed within {time:g} s by rated torque", time=_RUN_UP),
     )
     share = text("{share:.0%} of rated torque", share=_FRICTION)
-    coulomb = figures.take("coulomb_friction", "N·m", lambda: _FRICTION * torque, share)
-    viscous = figures.take("viscous_friction", "N·m·s/rad", lambda: _FRICTION * torque / speed, share)
-    delta = plate.connection is Connection.DELTA
+    coulomb = figures.take("coulomb_friction", lambda: _FRICTION * torque, share)
+    viscous = figures.take("viscous_friction", lambda: _FRICTION * torque / speed, share)
+    delta = plate.connection is WindingConnection.DELTA
     winding: Winding = "delta" if delta else "wye"
     # A delta's windings have three times the impedance of the wye that they look like, and √3 of its flux linkage.
     impedance, linked = (3.0, math.sqrt(3.0)) if delta else (1.0, 1.0)
@@ -157,7 +154,7 @@ def assumed_drive(motor: VirtualMotor, plate: Nameplate) -> tuple[SixStepDrive, 
     return drive, (
         *figures.assumed,
         Assumption("source_resistance", drive.source_resistance, "Ω", no_drive),
-        Assumption("switch_resistance", drive.switch_resistance, "Ω", no_drive),
+        Assumption("switch_resistance", drive.switch_resistance, PARAMETERS["switch_resistance"].unit, no_drive),
         Assumption("diode_drop", drive.diode_drop, "V", no_drive),
     )
 

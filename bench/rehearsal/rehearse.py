@@ -8,6 +8,7 @@ from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
 from bench.journal.disk import write_file
 from bench.journal.encoding import plain, to_bytes
+from bench.journal.events.run import SCHEMA, RehearsalStarted
 from bench.journal.journal import Journal
 from bench.journal.run_folder import REHEARSAL, new_run_folder
 from bench.journal.run_view import RunView
@@ -17,8 +18,8 @@ from bench.rehearsal.script import Script, highest_as_dict
 from bench.rehearsal.twin import Twin, twin_of
 from bench.run.plan import Catalogue, check_roles, make_plan, possible
 from bench.run.progress import Progress
+from bench.run.request import RunRequest
 from bench.run.retry_policy import never_stop
-from bench.run.run import Wishes
 from bench.run.sequencer import Runner
 from bench.run.software import software
 from bench.safety.interrupts import Interrupts
@@ -27,6 +28,7 @@ from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdogs import RoleWatchdog, planned_watchdogs
 from bench.station.station_file import VIRTUAL, Station, load_station
 from bench.virtual.virtual_station import virtual_station
+from drivers.interfaces.declarations import declarations
 from drivers.interfaces.text import Translate, english, text
 from procedures.core.bench import Role
 
@@ -36,17 +38,6 @@ if TYPE_CHECKING:
 #: Folder under that of the runs; its own are no runs and hold no `journal.jsonl`, so that none can be resumed.
 FOLDER = "rehearsals"
 SCRIPT = "rehearsal.json"
-
-#: Where an instrument says how much of a parameter it takes itself.
-_OWN = {
-    "voltage": "maximum_voltage",
-    "current limit": "maximum_current",
-    "current": "maximum_current",
-    "frequency": "maximum_frequency",
-    "speed": "maximum_speed",
-    "speed limit": "maximum_speed",
-    "torque": "maximum_torque",
-}
 
 
 @dataclass(frozen=True)
@@ -59,7 +50,7 @@ class Rehearsed:
     view: RunView
     hand_time: float
     station: Station
-    wishes: Wishes
+    request: RunRequest
     watchdogs: tuple[RoleWatchdog, ...] = ()
 
     @property
@@ -74,7 +65,7 @@ class Rehearsed:
             "good": self.good,
             "status": self.view.status,
             "cause": self.view.cause or None,
-            "motor": {"name": self.wishes.motor.nameplate.name, "source": self.wishes.motor.source},
+            "motor": {"name": self.request.motor.nameplate.name, "source": self.request.motor.source},
             "station": {"name": self.station.name, "source": self.station.source},
             "assumed": [
                 {"name": one.name, "value": one.value, "unit": one.unit, "why": one.why.render(translate)}
@@ -113,74 +104,75 @@ class Rehearsed:
         }
 
 
-def rehearse(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Rehearsed:
+def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> Rehearsed:
     """Run the plan on the twin of the station, every procedure whatever becomes of those before.
 
     Raises InputError for a plan, station or motor that a run would refuse.
     """
-    if wishes.resume or wishes.faults or wishes.answers or wishes.operator not in ("", "virtual"):
+    if request.resume or request.faults or request.answers or request.operator not in ("", "virtual"):
         raise UsageError(
             text(
                 "--rehearse tries a whole plan with virtual hands: leave out --resume, --faults, --fault, --answers and --operator"
             )
         )
-    plan = make_plan(wishes.procedures, wishes.assignments, catalogue)
-    translate = translator(wishes.language)
-    station = _station(wishes)
-    if list(wishes.procedures) == ["all"]:
+    plan = make_plan(request.procedures, request.assignments, catalogue)
+    translate = translator(request.language)
+    station = _station(request)
+    if list(request.procedures) == ["all"]:
         plan = possible(plan, station, console, translate)
     check_roles(plan, station)
-    with twin_of(station, wishes.motor, wishes.seed) as twin:
-        place, view = twin.place, RunView()
-        folder = new_run_folder(wishes.runs / FOLDER, f"rehearsal-{wishes.motor.nameplate.name}")
-        journal = Journal(folder.path / REHEARSAL, place.clock.now, durable=frozenset())
+    with twin_of(station, request.motor, request.seed) as twin:
+        context, view = twin.context, RunView()
+        folder = new_run_folder(request.runs / FOLDER, f"rehearsal-{request.motor.nameplate.name}")
+        journal = Journal(folder.path / REHEARSAL, context.clock.now, durable=False)
         instruments: StationInstruments
 
         def own(name: str, parameter: str) -> Limit:
-            return _own_limit(place.station, instruments, name, parameter)
+            return _own_limit(context.station, instruments, name, parameter)
 
-        names = {role.value: entry.name for role, entry in place.station.entries.items()}
-        script = Script(place.clock.now, place.hand_time, own, names, translate)
+        names = {role.value: entry.name for role, entry in context.station.entries.items()}
+        script = Script(context.clock.now, lambda: context.operator.hand_time, own, names, translate)
         journal.listen(view.apply)
         journal.listen(script.hear)
         journal.listen(Progress(console, [planned.name for planned in plan], live=True).hear)
         instruments = StationInstruments(
-            place.station,
-            wishes.motor.nameplate,
-            place.clock,
+            context.station,
+            request.motor.nameplate,
+            context.clock,
             journal,
             Unrecorded(),
-            place.visa,
-            place.prompts,
-            in_process=place.in_process,
-            trace=wishes.trace,
-            pole_pairs=lambda: known_pole_pairs(wishes.motor.nameplate, view.parameters().parameters),
+            context.visa,
+            context.operator.prompts,
+            in_process=context.simulation.in_process,
+            trace=request.trace,
+            pole_pairs=lambda: known_pole_pairs(request.motor.nameplate, view.parameters().parameters),
             observe=script.set_point,
         )
         runner = Runner(
             instruments,
-            place.operator,
-            place.clock,
+            context.operator.hands,
+            context.clock,
             journal,
             view,
-            wishes.motor.nameplate,
+            request.motor.nameplate,
             translate,
-            place.station.way_down,
+            context.station.way_down,
             Interrupts(),
         )
-        about = {
-            "rehearsal": str(folder.path),
-            "motor": wishes.motor.source,
-            "station": station.source,
-            "procedures": [planned.name for planned in plan],
-            "settings": list(wishes.assignments),
-            "seed": wishes.seed,
-            "software": dict(software()),
-        }
-        runner.run(plan, "rehearsal_started", about, after=never_stop)
+        begin = RehearsalStarted(
+            schema=SCHEMA,
+            rehearsal=str(folder.path),
+            motor=request.motor.source,
+            station=station.source,
+            procedures=[planned.name for planned in plan],
+            settings=list(request.assignments),
+            seed=request.seed,
+            software=software(),
+        )
+        runner.run(plan, begin, after=never_stop)
         roles = {role for planned in plan for role in planned.procedure.roles}
         watchdogs = () if station.source == VIRTUAL else tuple(planned_watchdogs(station, roles))
-        done = Rehearsed(folder.path, twin, script, view, place.hand_time(), station, wishes, watchdogs)
+        done = Rehearsed(folder.path, twin, script, view, context.operator.hand_time, station, request, watchdogs)
     write_file(done.path / SCRIPT, to_bytes(_json(done.as_dict(translate))))
     return done
 
@@ -188,19 +180,20 @@ def rehearse(wishes: Wishes, catalogue: Catalogue, console: "Console") -> Rehear
 def _own_limit(station: Station, instruments: StationInstruments, name: str, parameter: str) -> Limit:
     """Return what an instrument itself takes of a parameter, which its driver's options may have lowered."""
     entry = next(entry for entry in station.entries.values() if entry.name == name)
-    key = _OWN.get(parameter, "")
-    bound = getattr(instruments.get(entry.role), key, None) if key else None
-    if bound is None:
+    amounts = (one for each in declarations(entry.role.interface).values() for one in each.amounts.values())
+    key = next((one.own for one in amounts if one.label == parameter), "")
+    if not key:
         return NO_LIMIT
+    bound = getattr(instruments.get(entry.role), key)
     if bound == getattr(entry.options, key, None):
         return Limit(bound, f"the station (instruments.{entry.role.value}.{key})")
     return Limit(bound, "the model")
 
 
-def _station(wishes: Wishes) -> Station:
-    if wishes.station != VIRTUAL:
-        return load_station(Path(wishes.station))
-    absent = {*FIXTURE, Role.INSULATION_TESTER, *(() if wishes.motor.six_step is not None else (Role.DRIVE,))}
+def _station(request: RunRequest) -> Station:
+    if request.station != VIRTUAL:
+        return load_station(Path(request.station))
+    absent = {*FIXTURE, Role.INSULATION_TESTER, *(() if request.motor.six_step is not None else (Role.DRIVE,))}
     return virtual_station({role.value: "-" for role in Role if role not in absent})
 
 

@@ -5,16 +5,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from bench.journal.events.instruments import DeEnergised, Energised, InstrumentFailed, ReadingTaken, SettingDone
+from bench.journal.events.run import ProcedureFailed, ProcedureFinished, ProcedureStarted
 from bench.safety.limits.bounds import Limit, SetPoint
-from bench.station.station_limits import SECTIONS
+from drivers.interfaces import Role
+from drivers.interfaces.declarations import quantities
 from drivers.interfaces.text import Translate
-from procedures.core.bench import Role
+from procedures.core.events import ActionStarted, Event, StepFailed, StepFinished, StepStarted, UnknownAction
 
-#: Events of an energised block, and what the script calls them.
-_BLOCKS = {"energised": "on", "de_energised": "off"}
 #: Errors that say that a limit would be passed.
 _REFUSALS = ("SetpointError: ", "LimitError: ")
-_LIMITED = frozenset(role.value for role in SECTIONS)
+_LIMITED = frozenset(role.value for role in Role if quantities(role.interface))
 
 #: Gives the largest value that an instrument by its name takes of a parameter by itself.
 Own = Callable[[str, str], Limit]
@@ -100,15 +101,37 @@ class Script:
         #: What would pass a limit: the procedure, and the refusal in full.
         self.violations: list[tuple[str, str]] = []
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event of the journal."""
-        take = getattr(self, f"_{kind}", None)
-        if take is not None:
-            take(data)
-        elif kind in _BLOCKS:
-            # A block that could not be entered tells why when it ends.
-            self._refused(data)
-            self._add(Line(_BLOCKS[kind], self._names[data["instrument"]], data["call"]))
+        match event:
+            case ProcedureStarted():
+                self._sentences = event.steps
+                self.procedures.append(ProcedureScript(event.procedure, event.section, self._now(), self._hand_time()))
+            case ProcedureFinished():
+                self._end()
+            case ProcedureFailed():
+                self._end()
+                self.procedures[-1].cause = event.cause
+            case StepStarted():
+                words = self._sentences.get(event.step, event.text)
+                self._open.append(StepScript(event.step, words, event.time))
+                self.procedures[-1].steps.append(self._open[-1])
+            case StepFinished() | StepFailed():
+                self._open.pop()
+            case ActionStarted():
+                self._add(Line("action", words=self._lines(event)))
+            case SettingDone():
+                self._setting(event)
+            case ReadingTaken():
+                self._reading(event)
+            case Energised():
+                self._add(Line("on", self._names[event.instrument], event.call))
+            case DeEnergised():
+                # A block that could not be entered tells why when it ends.
+                self._refused(event.instrument, event.error or "")
+                self._add(Line("off", self._names[event.instrument], event.call))
+            case InstrumentFailed():
+                self._refused(event.instrument, event.error)
 
     def set_point(self, point: SetPoint) -> None:
         """Take a set point; the instrument's own range bounds it as well."""
@@ -121,60 +144,33 @@ class Script:
         if math.isfinite(point.value) and (before is None or abs(point.value) > abs(before.value)):
             self.highest[key] = point
 
-    def _procedure_started(self, data: Mapping[str, Any]) -> None:
-        self._sentences = data["steps"]
-        self.procedures.append(ProcedureScript(data["procedure"], data["section"], self._now(), self._hand_time()))
-
-    def _procedure_finished(self, _: Mapping[str, Any]) -> None:
-        self._end()
-
-    def _procedure_failed(self, data: Mapping[str, Any]) -> None:
-        self._end()
-        self.procedures[-1].cause = data["cause"]
-
     def _end(self) -> None:
         here = self.procedures[-1]
         here.duration, here.hand_time = self._now() - here.began, self._hand_time() - here.hands_before
 
-    def _step_started(self, data: Mapping[str, Any]) -> None:
-        words = self._sentences.get(data["step"], data["text"])
-        self._open.append(StepScript(data["step"], words, data["time"]))
-        self.procedures[-1].steps.append(self._open[-1])
+    def _lines(self, event: ActionStarted) -> tuple[str, ...]:
+        if isinstance(event.details, UnknownAction):
+            return tuple(event.text)
+        return tuple(line.render(self._translate) for line in event.details.lines({}))
 
-    def _step_finished(self, _: Mapping[str, Any]) -> None:
-        self._open.pop()
-
-    def _step_failed(self, _: Mapping[str, Any]) -> None:
-        self._open.pop()
-
-    def _action(self, data: Mapping[str, Any]) -> None:
-        lines = data["details"].lines({})
-        self._add(Line("action", words=tuple(line.render(self._translate) for line in lines)))
-
-    def _setting(self, data: Mapping[str, Any]) -> None:
+    def _setting(self, event: SettingDone) -> None:
         # What was held against limits stands there as a set point already.
-        if data["instrument"] not in _LIMITED:
-            said = [*data.get("arguments", ()), *data.get("named", {}).values()]
-            self._add(
-                Line("setting", self._names[data["instrument"]], data["call"], tuple(_short(value) for value in said))
-            )
+        if event.instrument not in _LIMITED:
+            said = tuple(_short(value) for value in (*event.arguments, *event.named.values()))
+            self._add(Line("setting", self._names[event.instrument], event.call, said))
 
-    def _reading(self, data: Mapping[str, Any]) -> None:
-        value = data["value"]
+    def _reading(self, event: ReadingTaken) -> None:
+        value = event.value
         if not isinstance(value, Mapping):
             return
         found = {value["unit"]: value["value"]} if "unit" in value else {}
         found |= {unit: value[name] for name, unit in (("speed", "rad/s"), ("torque", "N·m")) if name in value}
         for unit, reached in found.items():
-            key = (self._names[data["instrument"]], unit)
+            key = (self._names[event.instrument], unit)
             self.reached[key] = max(self.reached.get(key, 0.0), abs(reached))
 
-    def _instrument_error(self, data: Mapping[str, Any]) -> None:
-        self._refused(data)
-
-    def _refused(self, data: Mapping[str, Any]) -> None:
-        error = data.get("error", "")
-        if data["instrument"] in {*_LIMITED, Role.TACHOMETER.value} and error.startswith(_REFUSALS):
+    def _refused(self, instrument: str, error: str) -> None:
+        if instrument in _LIMITED and error.startswith(_REFUSALS):
             self.violations.append((self._where(), error.partition(": ")[2]))
 
     def _where(self) -> str:

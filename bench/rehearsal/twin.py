@@ -1,60 +1,68 @@
-"""The virtual twin of a station: the same roles and limits, the drivers of the virtual bench, and the motor or a plausible one."""
+"""The virtual twin of a station: its roles and limits, each driver's simulated counterpart, and the motor or a plausible one."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any
 
+from bench.i18n.errors import at
 from bench.motor.motor_file import MotorFile
 from bench.operators.virtual import VirtualOperator
+from bench.plugins.catalogues import Catalogues
 from bench.rehearsal.assumed import Assumption, assumed_drive, assumed_motor
-from bench.run.context import Place
+from bench.run.context import RunContext
+from bench.run.run_operator import VirtualHands
+from bench.run.simulation import InProcessSimulation
+from bench.safety.station_instruments import system_visa
 from bench.station.station_file import Entry, Station
-from bench.virtual.virtual_station import virtual_station
-from drivers.interfaces import ProbeKind
+from bench.virtual.simulated_units import OF_THE_UNIT, stated_options, unit_of, why_no_unit
+from bench.virtual.virtual_station import as_text, virtual_station
+from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData
+from drivers.catalogue import Driver
+from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import Text, text
 from drivers.keysight.options import Probe
 from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
-from sim_instruments.instruments.keysight.e36300 import RATINGS
+from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, Options, SimulatedUnit, find
 from sim_instruments.six_step.machine import virtual_motor
-from sim_instruments.world.machine_data import DynamometerMachine, InverterStage
 
-#: What a driver's options say of the real unit and its wires, which the virtual one has otherwise.
-_OF_THE_UNIT = frozenset(
-    {
-        "serial_number", "drive_unit", "transducer_unit", "direction_from", "current_scale", "heartbeat_time",
-        "heartbeat_node", "watchdog_time", "poll_interval", "settle_interval", "calibration",
-    }
-)  # fmt: skip
-#: What an instrument of another make allows, which bounds the virtual one too.
-_BOUNDS = (
-    "maximum_voltage",
-    "maximum_current",
-    "maximum_frequency",
-    "maximum_speed",
-    "maximum_torque",
-    "maximum_level",
-)
+#: What an instrument allows, with its unit: an instrument of another make in its place is bounded by it too.
+_BOUNDS = {
+    "maximum_voltage": "V",
+    "maximum_current": "A",
+    "maximum_frequency": "Hz",
+    "maximum_speed": "rad/s",
+    "maximum_torque": "N·m",
+    "maximum_level": "V rms",
+}
 _ATTENUATION = 10.0
-#: Largest current (A) that the virtual inverter's torque objects hold.
-_INVERTER_RATED = 10.0
+#: Accuracy of the generic supply's meters, relative to its range, where the station file states none.
+_METER = 1.0e-3
 
 
 @dataclass(frozen=True)
 class Twin:
     """Where a rehearsal takes place, the figures of the motor that were assumed, and where twin and station differ."""
 
-    place: Place
+    context: RunContext
     assumed: tuple[Assumption, ...]
+    differences: tuple[Text, ...]
+
+
+@dataclass(frozen=True)
+class _Counterpart:
+    """What stands for a station's instrument: the simulated one, and the driver in front of it; None is the virtual station's."""
+
+    entry: Entry
+    unit: SimulatedUnit
+    driver: Driver | None
     differences: tuple[Text, ...]
 
 
 @contextmanager
 def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
     """Give the twin; nothing of the station is opened. Raises InputError for a motor file that does not go with a drive."""
-    from pyvisa import ResourceManager
-
     assumed: tuple[Assumption, ...] = ()
     truth, six_step = motor.virtual, motor.six_step
     if truth is None:
@@ -62,116 +70,134 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
     if Role.DRIVE in station.entries and six_step is None:
         six_step, more = assumed_drive(truth, motor.nameplate)
         truth, assumed = virtual_motor(six_step), (*assumed, *more)
-    stages = _stages(station)
-    with VirtualBench(truth, seed=seed, six_step=six_step, sockets=False, **stages) as bench:
+    differences: list[Text] = []
+    counterparts: dict[Role, _Counterpart] = {}
+    for role, entry in station.entries.items():
+        if role.value in FIXTURE:
+            differences.append(text("{role}: the twin has none; what it does, virtual hands do there", role=role.value))
+            continue
+        counterparts[role] = found = _counterpart(entry, station.catalogues)
+        differences += found.differences
+    units = [counterpart.unit for counterpart in counterparts.values()]
+    with VirtualBench(truth, units, seed=seed, six_step=six_step, sockets=False) as bench:
         virtual = virtual_station(bench.addresses())
-        entries, differences = {}, list[Text]()
-        for role, entry in station.entries.items():
-            if role not in virtual.entries:
-                differences.append(
-                    text("{role}: the twin has none; what it does, virtual hands do there", role=role.value)
-                )
-                continue
-            entries[role] = _entry(entry, virtual.entries[role], stages)
-            differences += _differences(entry, entries[role])
-        hands = VirtualOperator(bench.world, seed)
-        place = Place(
+        entries = {
+            role: _entry(counterpart, virtual.entries[role], as_text(bench.address(role.value)))
+            for role, counterpart in counterparts.items()
+        }
+        context = RunContext(
             replace(station, entries=entries, way_down=replace(station.way_down, by_hand=frozenset()), control=""),
             bench.clock,
-            hands,
-            lambda _: None,
-            lambda: ResourceManager(bench.visa_library),
-            {},
-            lambda: hands.hand_time,
-            in_process=bench,
+            VirtualHands.of(VirtualOperator(bench.world, seed)),
+            system_visa(bench.visa_library),
+            InProcessSimulation(bench, {}),
         )
-        yield Twin(place, assumed, tuple(differences))
+        yield Twin(context, assumed, tuple(differences))
 
 
-def _stages(station: Station) -> dict[str, Any]:
-    """Return what of the virtual bench's instruments follows from the station's options."""
-    made: dict[str, Any] = {}
-    options: dict[Role, Any] = {role: entry.options for role, entry in station.entries.items()}
-    if (supply := options.get(Role.SUPPLY)) is not None:
-        made["supply_output"] = _output(supply)
-    if (machine := options.get(Role.DYNAMOMETER)) is not None:
-        torque = getattr(machine, "rated_torque", None) or getattr(machine, "maximum_torque", None) or 5.0
-        made["dynamometer"] = DynamometerMachine(maximum_speed=machine.maximum_speed, maximum_torque=2.0 * torque)
-        made["dynamometer_rated_torque"] = torque
-        made["dynamometer_pole_pairs"] = getattr(machine, "pole_pairs", 1)
-    if (drive := options.get(Role.INVERTER)) is not None:
-        made["inverter"] = InverterStage(
-            maximum_current=drive.maximum_current,
-            maximum_frequency=drive.maximum_frequency,
-            frequency_ramp=max(20.0, drive.maximum_frequency / 50.0),
+def _counterpart(entry: Entry, catalogues: Catalogues) -> _Counterpart:
+    """Return what stands for an instrument: its driver's own counterpart, else what bears its ratings."""
+    driver, role = entry.driver, entry.role
+    options = stated_options(entry)
+    if (unit := unit_of(entry, catalogues)) is not None:
+        return _Counterpart(entry, unit, driver, tuple(_shortfalls(entry, unit, options)))
+    why = why_no_unit(entry, catalogues)
+    said = [] if why is None else [at(role.value, why)]
+    generic = _generic_supply(options) if role is Role.SUPPLY else None
+    if generic is not None:
+        unit = SimulatedUnit(find("generic-supply"), role.value, options)
+        said.append(
+            text(
+                "{role}: {real} has no simulated counterpart; a generic instrument with its driver's ratings stands for it, "
+                "at most {ratings}",
+                role=role.value,
+                real=driver.name,
+                ratings=_stated(options),
+            )
         )
-        made["inverter_rated_current"] = max(_INVERTER_RATED, drive.maximum_current / 3.0)
-    return made
+        return _Counterpart(entry, unit, generic, tuple(said))
+    kind = find({**STANDARD, **SIX_STEP}[role.value])
+    unit = SimulatedUnit(kind, role.value, {"pole_pairs": 1, **options})
+    said.append(
+        text("{role}: {virtual} stands for the station's {real}", role=role.value, virtual=kind.name, real=driver.name)
+    )
+    return _Counterpart(entry, unit, None, (*said, *_shortfalls(entry, unit, options)))
 
 
-def _output(options: Any) -> int:
-    """Return the virtual supply's output that is nearest to the station's: its number, else the one with enough voltage."""
-    channel = getattr(options, "channel", None)
-    if channel in RATINGS:
-        return int(channel)
-    wanted = options.maximum_voltage or 0.0
-    return 1 if wanted <= RATINGS[1].voltage else 2
+def _generic_supply(options: Options) -> Driver | None:
+    """Return a driver for a supply of these ratings; None where they are not known."""
+    voltage, current = options.get("maximum_voltage"), options.get("maximum_current")
+    if voltage is None or current is None:
+        return None
+    meters = [Accuracy(offset=_METER * highest, source="generic supply") for highest in (voltage, current)]
+    data = SupplyData(voltage, current, 1.1 * voltage, meters[0], meters[1])
+    return ScpiSupplyModel(("motorbench",), ("GENERIC SUPPLY",), data).driver("generic-supply")
 
 
-def _entry(entry: Entry, virtual: Entry, stages: Mapping[str, Any]) -> Entry:
-    """Return a role's instrument on the twin: the virtual unit, with the station's options, name and limits."""
-    given: dict[str, Any] = {}
-    options: Any = virtual.options
-    own = {option.name for option in fields(options)}
-    if entry.driver.name == virtual.driver.name:
-        given = {name: getattr(entry.options, name) for name in own - _OF_THE_UNIT}
+def _shortfalls(entry: Entry, unit: SimulatedUnit, options: Options) -> Iterator[Text]:
+    """Say which of a family the simulated instrument is, and where it cannot do as the station's would."""
+    role, ratings = entry.role.value, unit.kind.ratings(options)
+    if unit.kind.model:
+        yield text(
+            "{role}: the station file names no model; {model} is taken, at most {ratings}",
+            role=role,
+            model=unit.kind.model.format(**{"channel": 1, **options}),
+            ratings=_stated(ratings),
+        )
+    for name, bound in ratings.items():
+        wanted = options.get(name)
+        if wanted is not None and wanted > bound:
+            yield text(
+                "{role}: the station's {name} is {wanted:g} {unit}, the twin's {role} ends at {bound:g} {unit}; set points "
+                "that follow the instrument's range stand at the twin's",
+                role=role,
+                name=name,
+                wanted=wanted,
+                unit=_BOUNDS.get(name, ""),
+                bound=bound,
+            )
+
+
+def _stated(ratings: Mapping[str, Any]) -> list[str]:
+    return [f"{ratings[name]:g} {unit}" for name, unit in _BOUNDS.items() if ratings.get(name) is not None]
+
+
+def _entry(counterpart: _Counterpart, virtual: Entry, address: str) -> Entry:
+    """Return a role's instrument on the twin: the simulated unit, with the station's options, name and limits."""
+    entry, driver = counterpart.entry, counterpart.driver
+    if driver is entry.driver:
+        base: Any = virtual.options if virtual.driver is driver else None
+        fixed = {
+            option.name: _default(option) if base is None else getattr(base, option.name)
+            for option in fields(entry.options)  # type: ignore[arg-type]
+            if option.name in OF_THE_UNIT and (base is not None or _default(option) is not MISSING)
+        }
+        options = replace(entry.options, **fixed)  # type: ignore[type-var]
     else:
-        for name in own.intersection(_BOUNDS):
-            bound = getattr(entry.options, name, None)
-            if bound is not None:
-                given[name] = bound
-        if "probes" in own and getattr(entry.options, "probes", None):
-            given["probes"] = _probes(entry.options)
-        if "channel" in own:
-            given["channel"] = stages.get("supply_output", 1)
-        if "rated_torque" in own:
-            given |= {name: stages[f"dynamometer_{name}"] for name in ("rated_torque", "pole_pairs")}
-    return replace(virtual, options=replace(options, **given), name=entry.name, limits=entry.limits)
+        # Of another make: what bounds it, how it is read, and how well.
+        options = virtual.options if driver is None else driver.options()
+        known = {option.name for option in fields(options)}  # type: ignore[arg-type]
+        own = {option.name for option in fields(entry.options) if getattr(entry.options, option.name) is not None}  # type: ignore[arg-type]
+        stated = counterpart.unit.options
+        given = {
+            name: value
+            for name, value in stated.items()
+            if name in known and name in own and (name in _BOUNDS or name.endswith("_accuracy"))
+        }
+        if "probes" in known and stated.get("probes"):
+            given["probes"] = _probes(stated["probes"])
+        if "rated_torque" in known:
+            torque = stated.get("rated_torque") or stated.get("maximum_torque")
+            given |= {"pole_pairs": stated["pole_pairs"], **({"rated_torque": torque} if torque else {})}
+        options = replace(options, **given)  # type: ignore[type-var]
+    return replace(entry, driver=driver or virtual.driver, address=address, options=options, calibration=None)
 
 
-def _probes(options: Any) -> dict[int, Probe]:
-    return {channel: Probe(ProbeKind(kind), _ATTENUATION) for channel, kind in options.probes.items()}
+def _default(option: Any) -> Any:
+    return option.default_factory() if option.default_factory is not MISSING else option.default
 
 
-def _differences(entry: Entry, made: Entry) -> Iterator[Text]:
-    """Say where the twin's instrument cannot do as the station's would."""
-    role = entry.role.value
-    if entry.driver.name != made.driver.name:
-        yield text(
-            "{role}: {virtual} stands for the station's {real}",
-            role=role,
-            virtual=made.driver.name,
-            real=entry.driver.name,
-        )
-    if entry.role is Role.SUPPLY:
-        channel = made.options.channel  # type: ignore[attr-defined]
-        rating = RATINGS[channel]
-        yield text(
-            "{role}: the station file names no model; output {channel} of an E36313A is taken, at most {voltage:g} V and {current:g} A",
-            role=role,
-            channel=channel,
-            voltage=rating.voltage,
-            current=rating.current,
-        )
-        for name, bound, unit in (("maximum_voltage", rating.voltage, "V"), ("maximum_current", rating.current, "A")):
-            wanted = getattr(entry.options, name, None)
-            if wanted is not None and wanted > bound:
-                yield text(
-                    "{role}: the station's {name} is {wanted:g} {unit}, the twin's supply ends at {bound:g} {unit}; set points "
-                    "that follow the supply's range stand at the twin's",
-                    role=role,
-                    name=name,
-                    wanted=wanted,
-                    unit=unit,
-                    bound=bound,
-                )
+def _probes(probes: Mapping[int, Any]) -> dict[int, Probe]:
+    """Return the probes of an oscilloscope that may only know their kinds."""
+    kinds = {channel: getattr(probe, "kind", probe) for channel, probe in probes.items()}
+    return {channel: Probe(ProbeKind(kind), _ATTENUATION) for channel, kind in kinds.items()}

@@ -7,8 +7,9 @@ from typing import Any
 from pydantic import Field
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError, at, said_by
+from bench.i18n.errors import InputError, at
 from bench.station.driver_options import read_options
+from drivers.interfaces.text import text_of
 from drivers.interlocks.catalogue import InterlockOptions, options_for
 
 
@@ -34,7 +35,7 @@ def interlocks_of(tables: Mapping[str, Mapping[str, Any]], source: str) -> tuple
         try:
             kind = options_for(common.address)
         except ValueError as error:
-            raise InputError(at(f"{source}: {prefix}.address = {common.address!r}", said_by(error))) from error
+            raise InputError(at(f"{source}: {prefix}.address = {common.address!r}", text_of(error))) from error
         options = read_options(kind, {key: value for key, value in table.items() if key != "address"}, source, prefix)
         entries.append(InterlockEntry(name, common.address, options))
     return tuple(entries)

@@ -7,9 +7,11 @@ from enum import StrEnum
 from pydantic import Field
 
 from bench.files.toml_file import Section
-from bench.i18n.errors import InputError, at, said_by
-from drivers.interfaces.text import text
-from procedures.core.bench import Role
+from bench.i18n.errors import InputError, at
+from drivers.interfaces import Role
+from drivers.interfaces.declarations import declarations
+from drivers.interfaces.role import ROLES
+from drivers.interfaces.text import text, text_of
 
 
 class Do(StrEnum):
@@ -26,27 +28,25 @@ class Do(StrEnum):
     OPEN = "open"
 
 
-#: Roles that each item can be done to.
-ROLES_OF: Mapping[Do, tuple[Role, ...]] = {
-    Do.COMMAND_ZERO: (Role.INVERTER, Role.DYNAMOMETER),
-    Do.DISABLE: (Role.INVERTER, Role.DRIVE, Role.DYNAMOMETER, Role.ROTOR_ACTUATOR),
-    Do.OUTPUT_OFF: (Role.INSULATION_TESTER, Role.SUPPLY),
-    Do.BRAKE: (Role.DYNAMOMETER,),
-    Do.SILENCE: (Role.LCR_METER, Role.OSCILLOSCOPE, Role.TACHOMETER, Role.VOLTMETER),
+_MEASURING: Mapping[Do, tuple[Role, ...]] = {
     Do.VOLTAGE_DECAYED: (Role.SUPPLY, Role.VOLTMETER),
     Do.CURRENT_ZERO: (Role.SUPPLY,),
     Do.SPEED_ZERO: (Role.DYNAMOMETER, Role.DRIVE, Role.INVERTER, Role.TACHOMETER),
-    Do.OPEN: (Role.SWITCH_MATRIX,),
+}
+
+
+def method_of(do: Do, role: Role) -> str:
+    """Return the method that does a commanding item to the instrument of a role, nothing where it cannot be done."""
+    own = next((name for name, one in declarations(role.interface).items() if one.item == do.value), "")
+    return own or ("make_safe" if ROLES[role].off_by == do.value else "")
+
+
+#: Roles that each item can be done to.
+ROLES_OF: Mapping[Do, tuple[Role, ...]] = {
+    do: _MEASURING.get(do) or tuple(role for role in ROLES if method_of(do, role)) for do in Do
 }
 #: What takes the energy away from each role that can feed some.
-OFF_BY: Mapping[Role, Do] = {
-    Role.INSULATION_TESTER: Do.OUTPUT_OFF,
-    Role.ROTOR_ACTUATOR: Do.DISABLE,
-    Role.INVERTER: Do.DISABLE,
-    Role.DRIVE: Do.DISABLE,
-    Role.DYNAMOMETER: Do.DISABLE,
-    Role.SUPPLY: Do.OUTPUT_OFF,
-}
+OFF_BY: Mapping[Role, Do] = {role: Do(spec.off_by) for role, spec in ROLES.items() if role.feeds}
 #: What the measuring items ask for unless the station says otherwise: below (V; A; rad/s) and within (s).
 # Through a few milliohms tens of amperes flow below a volt, so that an output that stays on shows in the current alone.
 BELOW: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 1.0, Do.CURRENT_ZERO: 0.05, Do.SPEED_ZERO: 1.0}
@@ -85,7 +85,7 @@ def item(do: Do, role: Role, below: float | None = None, within: float | None = 
 def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
     """Return the list of a station that gives none; a person (`by_hand`) is asked for one thing an instrument."""
     manual = set(by_hand)
-    commands = [item(Do.COMMAND_ZERO, role) for role in (Role.INVERTER, Role.DYNAMOMETER) if role not in manual]
+    commands = [item(Do.COMMAND_ZERO, role) for role in ROLES_OF[Do.COMMAND_ZERO] if role not in manual]
     high_voltage = item(Do.OUTPUT_OFF, Role.INSULATION_TESTER)
     off = [item(Do.DISABLE, role) for role in ROLES_OF[Do.DISABLE]]
     quiet = [item(Do.SILENCE, role) for role in ROLES_OF[Do.SILENCE]]
@@ -141,7 +141,7 @@ def shutdown_sequence_of(given: Iterable[ShutdownSection], roles: Mapping[Role, 
         try:
             items.append(item(one.do, one.role, one.below, one.within))
         except ValueError as error:
-            raise InputError(at(key, said_by(error))) from error
+            raise InputError(at(key, text_of(error))) from error
     if not items:
         return ShutdownSequence(default_items(by_hand), by_hand)
     present = {(one.do, one.role) for one in items}

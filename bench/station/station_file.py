@@ -10,7 +10,9 @@ from typing import Any, Literal
 from pydantic import Field
 
 from bench.files.toml_file import Section, nearest, read, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, at
+from bench.plugins.catalogues import Catalogues, installed
+from bench.plugins.files import KEY, PluginsSection, catalogues_of
 from bench.station import calibration
 from bench.station.calibration import Calibration
 from bench.station.driver_options import read_options
@@ -18,8 +20,8 @@ from bench.station.interlock_entries import InterlockEntry, interlocks_of
 from bench.station.shutdown_sequence import ShutdownSection, ShutdownSequence, shutdown_sequence_of
 from bench.station.station_limits import take_limits
 from bench.station.watchdog_relay_entries import RelayEntry, relays_of
-from drivers import catalogue as registry
-from drivers.interfaces.text import text
+from drivers.catalogue import MANUAL, REPLY_TIME, Driver
+from drivers.interfaces.text import Text, lines, text
 from procedures.core.bench import Role
 from procedures.core.result import Notice
 
@@ -27,6 +29,8 @@ from procedures.core.result import Notice
 VIRTUAL = "virtual"
 #: Keys of an instrument's table that are not its driver's.
 _COMMON = ("driver", "address", "name", "reply_time")
+#: Key of a role with several instruments.
+USE = "use"
 
 
 class _Station(Section):
@@ -48,7 +52,7 @@ class _Instrument(Section):
 
 
 class GuardianSection(Section):
-    """`[guardian]`: how long (s) a run may be silent, or not get on, before its guardian takes the way down."""
+    """`[guardian]`: how long (s) a run may be silent, or not get on, before its guardian carries out the shutdown."""
 
     heartbeat: float = Field(default=0.6, ge=0.2, le=10.0, json_schema_extra={"unit": "s"})
     stalled: float = Field(default=60.0, ge=1.0, le=3600.0, json_schema_extra={"unit": "s"})
@@ -62,6 +66,7 @@ class FixtureSection(Section):
 
 class _File(Section):
     station: _Station
+    plugins: PluginsSection = Field(default_factory=PluginsSection)
     fixture: FixtureSection = Field(default_factory=FixtureSection)
     guardian: GuardianSection = Field(default_factory=GuardianSection)
     instruments: dict[Role, dict[str, Any]] = Field(default_factory=dict)
@@ -78,13 +83,13 @@ class Entry:
     """
 
     role: Role
-    driver: registry.Driver
+    driver: Driver
     address: str
     options: object
     name: str
     calibration: Calibration | None = None
     limits: Mapping[str, float] = field(default_factory=dict)
-    reply_time: float = registry.REPLY_TIME
+    reply_time: float = REPLY_TIME
 
 
 @dataclass(frozen=True)
@@ -94,7 +99,8 @@ class Station:
     `overdue` says what becomes of a run with an instrument whose calibration is overdue; `control` is where the hands
     of a virtual bench in another process are to be had; `way_down` is how it becomes harmless, `interlocks` are the
     contacts that must be closed while anything is energised, `fixture` is what a fixture in place of hands knows, `watchdog_relays`
-    are fed while what is behind them is energised.
+    are fed while what is behind them is energised. `catalogues` are what can be had here, the file's plug-ins included;
+    `outputs` name those that finished records are handed to.
     """
 
     source: str
@@ -110,6 +116,8 @@ class Station:
     interlocks: tuple[InterlockEntry, ...] = ()
     fixture: FixtureSection = field(default_factory=FixtureSection)
     watchdog_relays: tuple[RelayEntry, ...] = ()
+    catalogues: Catalogues = field(default_factory=installed)
+    outputs: tuple[str, ...] = ()
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -119,6 +127,17 @@ class Station:
         entered = [(e.role.value, e.calibration) for e in self.entries.values() if e.calibration is not None]
         used = {role.value for role in roles}
         return calibration.check(entered, today, self.source, used=used, refuse=self.overdue == "refuse")
+
+
+def catalogues_at(station: str) -> Catalogues:
+    """Return what can be had at a station, a file's path or `virtual`; of the file only `[plugins]` is looked at."""
+    if station == VIRTUAL:
+        return installed()
+    _, data = read(Path(station), text("station file"))
+    section = data.get(KEY, {})
+    if not isinstance(section, dict):
+        raise InputError(text("{station}: {key} is no table; give [{key}] files", station=station, key=KEY))
+    return catalogues_of(validate(PluginsSection, section, station, KEY), station)
 
 
 def load_station(path: Path) -> Station:
@@ -140,7 +159,8 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
                 )
             )
     file = validate(_File, data, source)
-    entries = {role: _entry(role, table, source) for role, table in file.instruments.items()}
+    catalogues = catalogues_of(file.plugins, source)
+    entries = {role: _chosen(role, table, source, catalogues) for role, table in file.instruments.items()}
     digest = hashlib.sha256(content).hexdigest()
     return Station(
         source,
@@ -152,38 +172,47 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
         file.station.overdue,
         file.station.control,
         shutdown_sequence_of(
-            file.way_down, {role: entry.driver.name == registry.MANUAL for role, entry in entries.items()}, source
+            file.way_down, {role: entry.driver.name == MANUAL for role, entry in entries.items()}, source
         ),
         file.guardian,
         interlocks_of(file.interlocks, source),
         file.fixture,
         relays_of(file.watchdog_relays, entries, source),
+        catalogues,
+        tuple(file.plugins.records),
     )
 
 
-def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
+def _chosen(role: Role, table: Mapping[str, Any], source: str, catalogues: Catalogues) -> Entry:
+    """Return a role's instrument; of several by name, each is read, and `use` says which one runs take."""
+    if USE not in table:
+        return _entry(role, table, source, catalogues, f"instruments.{role.value}")
     prefix = f"instruments.{role.value}"
+    tables = {name: own for name, own in table.items() if name != USE}
+    for name, own in tables.items():
+        if not isinstance(own, dict):
+            raise InputError(
+                text(
+                    "{source}: {prefix}.{name}: with {prefix}.use each instrument has a table of its own: [{prefix}.NAME]",
+                    source=source,
+                    prefix=prefix,
+                    name=name,
+                )
+            )
+    entries = {name: _entry(role, own, source, catalogues, f"{prefix}.{name}") for name, own in tables.items()}
+    if table[USE] not in entries:
+        hint = nearest(str(table[USE]), list(entries))
+        raise InputError(
+            text("{source}: {prefix}.use = {name!r}: {hint}", source=source, prefix=prefix, name=table[USE], hint=hint)
+        )
+    return entries[table[USE]]
+
+
+def _entry(role: Role, table: Mapping[str, Any], source: str, catalogues: Catalogues, prefix: str) -> Entry:
     common = validate(_Instrument, {key: table[key] for key in _COMMON if key in table}, source, prefix)
-    names = registry.drivers_for(role)
-    if not names:
-        raise InputError(
-            text(
-                "{source}: {prefix}: there is no driver for this role; take the table out of the file",
-                source=source,
-                prefix=prefix,
-            )
-        )
-    if common.driver not in names:
-        raise InputError(
-            text(
-                "{source}: {prefix}.driver = {driver!r} is no driver for this role; {hint}",
-                source=source,
-                prefix=prefix,
-                driver=common.driver,
-                hint=nearest(common.driver, names),
-            )
-        )
-    driver = registry.find(common.driver, role)
+    driver = catalogues.driver(common.driver, role)
+    if driver is None:
+        raise InputError(at(source, _no_driver(common.driver, role, prefix, catalogues)))
     if driver.needs_address and not common.address:
         raise InputError(
             text(
@@ -209,3 +238,15 @@ def _entry(role: Role, table: Mapping[str, Any], source: str) -> Entry:
     options = read_options(driver.options, given, source, prefix)
     name, reply_time = common.name or role.value, common.reply_time or driver.reply_time
     return Entry(role, driver, common.address, options, name, calibrated, limits, reply_time)
+
+
+def _no_driver(name: str, role: Role, prefix: str, catalogues: Catalogues) -> Text:
+    """Say why a driver cannot be had: its plug-in is broken, it fills another role, or nobody brings it."""
+    drivers, names = catalogues.drivers, catalogues.drivers_for(role)
+    why = nearest(name, names) if name in drivers else drivers.why_not(name)
+    said = [
+        text("{prefix}.driver = {driver!r} is no driver for this role; {why}", prefix=prefix, driver=name, why=why),
+        text("for {role} there are {names}", role=role.value, names=drivers.known(names)),
+        text("another comes with an installed package or a file named in [plugins] files"),
+    ]
+    return lines(said, between="; ")

@@ -1,19 +1,21 @@
 """Faults to inject on a virtual bench: a TOML file of `[[faults]]`, or one a flag."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bench.files.toml_file import nearest, read, validate
-from bench.i18n.errors import InputError, at, said_by
+from bench.i18n.errors import InputError, at
+from bench.plugins.catalogues import installed
 from bench.virtual.fault_phrase import parse_phrase
 from drivers.interfaces.text import text
-from procedures.catalogue import catalogue
+from procedures.core.procedure import Procedure
 from sim_instruments.faults.catalogue import kinds
 from sim_instruments.faults.description import Description
 
 _TABLE = "faults"
+Procedures = Mapping[str, type[Procedure[Any]]]
 
 
 @dataclass(frozen=True)
@@ -24,14 +26,21 @@ class GivenFault:
     source: str
 
 
-def given_faults(file: Path | None, phrases: Sequence[str] = ()) -> tuple[GivenFault, ...]:
-    """Return the faults of a file and of flags. Raises InputError with file, key and what is allowed for a bad one."""
-    faults = [] if file is None else load_faults(file)
-    return (*faults, *(_fault(parse_phrase(phrase), f'--fault "{phrase}"', "") for phrase in phrases))
+def given_faults(
+    file: Path | None, phrases: Sequence[str] = (), procedures: Procedures | None = None
+) -> tuple[GivenFault, ...]:
+    """Return the faults of a file and of flags; `procedures` are those there are, usually the installed ones.
+
+    Raises InputError with file, key and what is allowed for a bad one.
+    """
+    known = installed().procedures if procedures is None else procedures
+    faults = [] if file is None else load_faults(file, known)
+    return (*faults, *(_fault(parse_phrase(phrase), f'--fault "{phrase}"', "", known) for phrase in phrases))
 
 
-def load_faults(path: Path) -> list[GivenFault]:
-    """Return the faults of a file. Raises InputError with file, key and what is allowed."""
+def load_faults(path: Path, procedures: Procedures | None = None) -> list[GivenFault]:
+    """Return the faults of a file, as `given_faults` does. Raises InputError with file, key and what is allowed."""
+    known_procedures = installed().procedures if procedures is None else procedures
     _, data = read(path, text("fault file"))
     name = str(path)
     for key in data:
@@ -40,19 +49,10 @@ def load_faults(path: Path) -> list[GivenFault]:
     tables = data.get(_TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables) or not tables:
         raise InputError(text("{name}: give at least one table [[{table}]]", name=name, table=_TABLE))
-    return [_fault(table, name, f"{_TABLE}[{number}]") for number, table in enumerate(tables)]
+    return [_fault(table, name, f"{_TABLE}[{number}]", known_procedures) for number, table in enumerate(tables)]
 
 
-def inject(faults: Sequence[GivenFault], add: Callable[[Description], object]) -> None:
-    """Add each to a bench. Raises InputError where the bench cannot have it."""
-    for fault in faults:
-        try:
-            add(fault.described)
-        except (ValueError, RuntimeError) as error:
-            raise InputError(at(fault.source, said_by(error))) from None
-
-
-def _fault(data: Mapping[str, Any], name: str, prefix: str) -> GivenFault:
+def _fault(data: Mapping[str, Any], name: str, prefix: str, procedures: Procedures) -> GivenFault:
     source = f"{name}: {prefix}" if prefix else name
     known = kinds()
     kind = data.get("fault")
@@ -67,15 +67,14 @@ def _fault(data: Mapping[str, Any], name: str, prefix: str) -> GivenFault:
             text("{name}: {key}fault {kind} is not known; {hint}", name=name, key=key, kind=repr(kind), hint=hint)
         )
     described = validate(known[kind], data, name, prefix)
-    _check_step(described, source)
+    _check_step(described, source, procedures)
     return GivenFault(described, source)
 
 
-def _check_step(described: Description, source: str) -> None:
+def _check_step(described: Description, source: str, procedures: Procedures) -> None:
     """Raise InputError for a step or a procedure that does not exist."""
     if described.step is None:
         return
-    procedures = catalogue()
     if described.procedure is not None and described.procedure not in procedures:
         raise InputError(
             text(

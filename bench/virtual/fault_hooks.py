@@ -1,38 +1,55 @@
 """What ties a run to the faults of its virtual bench: steps told as they begin, faults put into the record."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from bench.i18n.errors import InputError, at
+from bench.journal.events.run import FaultBegan, FaultMended, ProcedureStarted
+from drivers.interfaces.text import text_of
 from procedures.core.bench import Recorder
+from procedures.core.events import Event, StepStarted
+
+if TYPE_CHECKING:
+    from bench.virtual.fault_file import GivenFault
+    from sim_instruments.faults.description import Description
 
 #: Takes a step's identifier and its procedure's name.
-StepStarted = Callable[[str, str], None]
+StepListener = Callable[[str, str], None]
 #: Takes "fault_began" or "fault_mended" and the fault as it was given.
-FaultHeard = Callable[[str, dict[str, Any]], None]
+FaultListener = Callable[[str, dict[str, Any]], None]
 
 
-class StepTeller:
+def inject(faults: "Sequence[GivenFault]", add: "Callable[[Description], object]") -> None:
+    """Add each to a bench. Raises InputError where the bench cannot have it."""
+    for fault in faults:
+        try:
+            add(fault.described)
+        except (ValueError, RuntimeError) as error:
+            raise InputError(at(fault.source, text_of(error))) from None
+
+
+class StepReporter:
     """Hears a journal's events and tells the bench which step of which procedure begins."""
 
-    def __init__(self, told: StepStarted) -> None:
-        self._told = told
+    def __init__(self, listener: StepListener) -> None:
+        self._listener = listener
         self._procedure = ""
 
-    def hear(self, kind: str, data: Mapping[str, Any]) -> None:
+    def hear(self, event: Event) -> None:
         """Take an event; those that begin nothing are passed over."""
-        if kind == "procedure_started":
-            self._procedure = data["procedure"]
-        elif kind == "step_started":
-            self._told(data["step"], self._procedure)
+        if isinstance(event, ProcedureStarted):
+            self._procedure = event.procedure
+        elif isinstance(event, StepStarted):
+            self._listener(event.step, self._procedure)
 
 
-def recording(recorder: Recorder) -> FaultHeard:
+def recording(recorder: Recorder) -> FaultListener:
     """Return what puts a fault that begins or mends into the record."""
 
     def heard(kind: str, fault: dict[str, Any]) -> None:
         # It happens in the middle of whoever waits on the bench: a full disk is for the run's own next event to find.
         with suppress(OSError):
-            recorder.event(kind, fault=fault)
+            recorder.record(FaultBegan(fault=fault) if kind == FaultBegan.kind else FaultMended(fault=fault))
 
     return heard

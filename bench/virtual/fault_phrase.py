@@ -5,8 +5,8 @@ import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from bench.i18n.errors import UsageError, at, said_by
-from drivers.interfaces.text import Text, lines, text
+from bench.i18n.errors import UsageError, at
+from drivers.interfaces.text import Text, lines, text, text_of
 
 _FORM = text(
     "give [ROLE:] FAULT [KEY=VALUE …] [on PATTERN] [at TIME | at step STEP [of PROCEDURE] | when ROLE PATTERN] "
@@ -19,7 +19,7 @@ def parse_phrase(phrase: str) -> dict[str, Any]:
     try:
         words = iter(shlex.split(phrase))
     except ValueError as error:
-        raise UsageError(_refused(phrase, said_by(error))) from None
+        raise UsageError(_refused(phrase, text_of(error))) from None
     told: dict[str, Any] = {}
     for word in words:
         try:
@@ -27,7 +27,7 @@ def parse_phrase(phrase: str) -> dict[str, Any]:
         except StopIteration:
             raise UsageError(_refused(phrase, text("something is missing after {word!r}", word=word))) from None
         except ValueError as error:
-            raise UsageError(_refused(phrase, said_by(error))) from None
+            raise UsageError(_refused(phrase, text_of(error))) from None
     return told
 
 

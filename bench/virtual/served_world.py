@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
-from bench.i18n.errors import InputError, said_by
+from bench.i18n.errors import InputError
 from bench.safety.interrupts import Interrupts
 from bench.virtual.served_clock import ServedClock
 from drivers.interfaces.text import text
@@ -140,7 +140,7 @@ class ServedWorld:
                     "the virtual bench's control endpoint {control} does not answer ({error}); "
                     "start motorbench sim serve again and use the station file that it writes",
                     control=self._control,
-                    error=said_by(error),
+                    error=error,
                 )
             ) from error
         if reply.status != http.HTTPStatus.OK:

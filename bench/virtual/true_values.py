@@ -2,45 +2,53 @@
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
+from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.emf import mean_line_emf
 
-
-def truth_of(motor: VirtualMotor, drive: SixStepDrive | None = None) -> dict[str, float]:
-    """Return the true values in SI units, of the Y-equivalent where that matters; with a six-step drive also its own."""
-    per_rpm = motor.back_emf_constant_mechanical * math.pi / 30.0
-    of_drive: dict[str, float] = {}
-    if drive is not None:
-        of_drive = {"line_emf_constant": mean_line_emf(drive), "switch_resistance": drive.switch_resistance}
-    return {
-        "pole_pairs": float(motor.pole_pairs),
-        "stator_resistance": motor.stator_resistance_y,
-        "d_axis_inductance": motor.d_axis_inductance_y,
-        "q_axis_inductance": motor.q_axis_inductance_y,
-        "flux_linkage": motor.flux_linkage_y,
-        "back_emf_constant_mechanical": motor.back_emf_constant_mechanical,
-        "back_emf_constant_v_per_krpm": 1000.0 * per_rpm,
-        "back_emf_constant_v_per_rpm": per_rpm,
-        "torque_constant": motor.torque_constant,
-        "inertia": motor.inertia,
-        "coulomb_friction": motor.coulomb_friction,
-        "viscous_friction": motor.viscous_friction,
-        "resistance_unbalance": _unbalance(_line_resistances(motor)),
-        "phase_order": -1.0 if motor.exchanged else 1.0,
-        "insulation_resistance": motor.insulation_resistance,
-        **_emf_shape(motor),
-        **of_drive,
-    }
+_RPM = math.pi / 30.0
 
 
-def _emf_shape(motor: VirtualMotor) -> dict[str, float]:
-    """Return what the three phases show against an artificial star; nothing of a delta of unlike windings, whose currents shift it."""
+def true_values(
+    definitions: ParameterTable, motor: VirtualMotor, drive: SixStepDrive | None = None
+) -> dict[str, float]:
+    """Return a virtual motor's true values by parameter, SI, of the Y-equivalent where that matters; a drive's own where it has one.
+
+    Raises ValueError for a definition whose `true_value` names nothing.
+    """
+    found = {each.name: _true_value(each, motor, drive) for each in definitions.values() if each.true_value}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _true_value(definition: ParameterDefinition, motor: VirtualMotor, drive: SixStepDrive | None) -> float | None:
+    owner, _, attribute = definition.true_value.rpartition(".")
+    if owner == "drive" and drive is None:
+        return None
+    value: Any = None
+    if owner in ("motor", "drive"):
+        value = getattr(motor if owner == "motor" else drive, attribute, None)
+    elif definition.true_value in _FORMULAS:
+        return _FORMULAS[definition.true_value](motor, drive)
+    if isinstance(value, int | float):
+        return float(value)
+    raise ValueError(
+        f"parameter {definition.name}: true_value = {definition.true_value!r} is no number of the virtual motor (motor. …) or "
+        f"drive (drive. …), and none of the formulas {', '.join(_FORMULAS)}"
+    )
+
+
+def _emf_shape(motor: VirtualMotor) -> tuple[float, float, float] | tuple[None, None, None]:
+    """Return unbalance (%), deviation of the angles (°) and THD (%) that the three phases show against an artificial star.
+
+    Nothing of a delta of unlike windings, whose currents shift it.
+    """
     alike = len(set(motor.emf_shares)) == 1
     if not alike and motor.connection == "delta":
-        return {}
+        return None, None, None
     fundamental = _against_star(motor, 1)
     harmonics = [(amplitude, _against_star(motor, order)) for order, amplitude, _ in motor.flux_harmonics]
     angles = [cmath.phase(phasor) for phasor in fundamental]
@@ -49,11 +57,11 @@ def _emf_shape(motor: VirtualMotor) -> dict[str, float]:
         math.hypot(*(amplitude * abs(phasors[k]) for amplitude, phasors in harmonics)) / abs(fundamental[k])
         for k in range(3)
     ]
-    return {
-        "back_emf_unbalance": _unbalance([abs(phasor) for phasor in fundamental]),
-        "back_emf_angle_deviation": max(abs(math.degrees(spacing) - 120.0) for spacing in spacings),
-        "back_emf_thd": 100.0 * max(distortions),
-    }
+    return (
+        _unbalance([abs(phasor) for phasor in fundamental]),
+        max(abs(math.degrees(spacing) - 120.0) for spacing in spacings),
+        100.0 * max(distortions),
+    )
 
 
 def _against_star(motor: VirtualMotor, order: int) -> list[complex]:
@@ -75,3 +83,18 @@ def _unbalance(lines: Sequence[float]) -> float:
     """Return the largest deviation from the mean, in per cent of it."""
     mean = sum(lines) / 3.0
     return 100.0 * max(abs(line / mean - 1.0) for line in lines)
+
+
+Formula = Callable[[VirtualMotor, SixStepDrive | None], float | None]
+
+#: Parameters that are no attribute of the virtual motor: None where it has none.
+_FORMULAS: Mapping[str, Formula] = {
+    "back_emf_constant_v_per_krpm": lambda motor, _: 1000.0 * _RPM * motor.back_emf_constant_mechanical,
+    "back_emf_constant_v_per_rpm": lambda motor, _: _RPM * motor.back_emf_constant_mechanical,
+    "resistance_unbalance": lambda motor, _: _unbalance(_line_resistances(motor)),
+    "phase_order": lambda motor, _: -1.0 if motor.exchanged else 1.0,
+    "back_emf_unbalance": lambda motor, _: _emf_shape(motor)[0],
+    "back_emf_angle_deviation": lambda motor, _: _emf_shape(motor)[1],
+    "back_emf_thd": lambda motor, _: _emf_shape(motor)[2],
+    "line_emf_constant": lambda _, drive: None if drive is None else mean_line_emf(drive),
+}

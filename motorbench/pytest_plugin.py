@@ -6,13 +6,23 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from motorbench import shadowed
+
 if TYPE_CHECKING:
     from bench.motor.motor_file import MotorFile
     from bench.testing import BenchUnderTest, PlanUnderTest, Ran
+    from bench.testing.conformance.kit import Conformance
 
 
 @pytest.fixture
-def virtual_motor() -> "Callable[..., MotorFile]":
+def own_packages() -> None:
+    """Fail in one sentence where a module of the user's own stands in front of one of motorbench's."""
+    if sentence := shadowed():
+        pytest.fail(sentence, pytrace=False)
+
+
+@pytest.fixture
+def virtual_motor(own_packages: None) -> "Callable[..., MotorFile]":
     """Make a virtual motor: `virtual_motor("lg-400w", flux_linkage=0.012)`, a shipped name or a file, true values changed."""
     from bench.testing import virtual_motor as make
 
@@ -20,7 +30,7 @@ def virtual_motor() -> "Callable[..., MotorFile]":
 
 
 @pytest.fixture
-def virtual_bench() -> "Iterator[Callable[..., BenchUnderTest]]":
+def virtual_bench(own_packages: None) -> "Iterator[Callable[..., BenchUnderTest]]":
     """Make a virtual bench in this process: `virtual_bench(motor, seed=1, faults=["supply: silence at 12"])`; it is closed after."""
     from bench.testing import BenchUnderTest
     from bench.testing import virtual_motor as motor_of
@@ -37,7 +47,7 @@ def virtual_bench() -> "Iterator[Callable[..., BenchUnderTest]]":
 
 
 @pytest.fixture
-def run_procedure(tmp_path: Path) -> "Callable[..., Ran]":
+def run_procedure(own_packages: None, tmp_path: Path) -> "Callable[..., Ran]":
     """Measure a virtual motor: `run_procedure("back-emf-constant", motor=…, seed=1, faults=[…], settings={"repeats": 3})`."""
     from bench.testing import run_procedures
     from bench.testing import virtual_motor as motor_of
@@ -56,7 +66,7 @@ def run_procedure(tmp_path: Path) -> "Callable[..., Ran]":
 
 
 @pytest.fixture
-def eol_plan(tmp_path: Path) -> "Callable[[Path | str], PlanUnderTest]":
+def eol_plan(own_packages: None, tmp_path: Path) -> "Callable[[Path | str], PlanUnderTest]":
     """Read an end-of-line plan: `eol_plan("plan.toml").measure(flux_linkage=0.012).verdict`."""
     from bench.testing import PlanUnderTest
 
@@ -64,8 +74,16 @@ def eol_plan(tmp_path: Path) -> "Callable[[Path | str], PlanUnderTest]":
 
 
 @pytest.fixture
-def assert_holds_truth() -> Callable[..., None]:
+def assert_holds_truth(own_packages: None) -> Callable[..., None]:
     """Assert that what was measured holds what is true: `assert_holds_truth(run_procedure("inertia"))`."""
     from bench.testing import assert_holds_truth as holds
 
     return holds
+
+
+@pytest.fixture
+def conformance(own_packages: None, tmp_path: Path) -> "Conformance":
+    """Check a plug-in of one's own: `conformance.driver("my-supply")`, `.simulated_instrument`, `.procedure`, `.export`."""
+    from bench.testing.conformance.kit import Conformance
+
+    return Conformance(tmp_path / "runs")

@@ -1,0 +1,58 @@
+"""`motorbench parameters`: what can be measured, in which unit and by which convention."""
+
+import sys
+from typing import Any
+
+from bench.cli.output import print_json
+from bench.i18n.language import language_of, translator
+from bench.run.console import console_on
+from drivers.interfaces.text import Translate, text
+from procedures.core.parameter_definition import ParameterDefinition
+from procedures.known_parameters import givers, known_parameters
+from reports.tables.parameter_reference import page, values
+
+
+def parameters(*, json: bool = False, markdown: bool = False, language: str = "auto") -> None:
+    """List the parameters with symbol, unit, convention and the procedures that give them.
+
+    Parameters
+    ----------
+    json
+        Print one JSON object and nothing else.
+    markdown
+        Print the page `docs/reference/parameters.md`.
+    language
+        en, zh, or auto by the locale.
+
+    """
+    translate = translator(language_of(language))
+    known, procedures = known_parameters(), givers()
+    if json:
+        given = {name: list(procedures.get(name, ())) for name in known}
+        print_json(
+            {"parameters": {name: _entry(row, translate) | {"procedures": given[name]} for name, row in known.items()}}
+        )
+        return
+    if markdown:
+        sys.stdout.write(page(known.values(), procedures, translate))
+        return
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in (text("Parameter"), text("Unit"), text("Meaning"), text("Convention")):
+        table.add_column(heading.render(translate))
+    for name, row in known.items():
+        table.add_row(name, row.unit, row.label.render(translate), translate(row.convention) if row.convention else "")
+    console_on(sys.stdout).print(table)
+
+
+def _entry(row: ParameterDefinition, translate: Translate) -> dict[str, Any]:
+    return {
+        "symbol": row.symbol,
+        "unit": row.unit,
+        "label": row.label.render(translate),
+        "convention": translate(row.convention) if row.convention else "",
+        "values": values(row.bounds),
+        "type_value": row.type_value,
+    }
