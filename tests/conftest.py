@@ -1,7 +1,9 @@
 """What all tests share."""
 
+import gc
 import os
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from functools import partial
@@ -15,13 +17,17 @@ if TYPE_CHECKING:
     from tests.command_line import Call
 
 # A loaded machine must not fail a test: speed is measured in tests/benchmarks.
-# The suite has minutes; MOTORBENCH_EXAMPLES=1000 searches longer.
-settings.register_profile("motorbench", deadline=None, max_examples=int(os.environ.get("MOTORBENCH_EXAMPLES", "40")))
-settings.load_profile("motorbench")
+# The suite tries the same examples each time, in minutes; MOTORBENCH_EXAMPLES=1000 searches on, anew each time.
+settings.register_profile("motorbench", deadline=None, max_examples=40, derandomize=True, database=None)
+settings.register_profile("search", deadline=None, max_examples=int(os.environ.get("MOTORBENCH_EXAMPLES", "40")))
+settings.load_profile("search" if "MOTORBENCH_EXAMPLES" in os.environ else "motorbench")
 
-# Two workers with two BLAS threads each only get in each other's way on two cores.
+# Workers with several BLAS threads each only get in each other's way.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+# Else each of the processes that tests start would compile anew all that it loads.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 STATE = pytest.StashKey[str]()
@@ -37,6 +43,18 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_unconfigure(config: pytest.Config) -> None:
     """Take it away again."""
     shutil.rmtree(config.stash[STATE], ignore_errors=True)
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """Have a worker a core, for instruments that are played must answer in time."""
+    return max(2, min(len(os.sched_getaffinity(0)), 6))
+
+
+def pytest_collection_finish() -> None:
+    """Leave what collecting has made out of every later garbage collection: it stays to the end."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.fixture(scope="session")

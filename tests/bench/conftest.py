@@ -20,7 +20,7 @@ from drivers.interfaces import Accuracy, DynamometerReading, Identity, Instrumen
 from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D, EnterReading
 from procedures.core.bench import Bench, Operator, Role
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
 
@@ -132,6 +132,9 @@ class FakeInstruments:
     def opened(self) -> Mapping[Role, Instrument]:
         return self._instruments
 
+    def silent(self) -> Collection[Role]:
+        return ()
+
     def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
         found = []
         for role, instrument in self._instruments.items():
@@ -179,7 +182,7 @@ class Tiny(Procedure[TinySettings]):
         quantity = self.bench.uncertainties.statistical("repeats", 0.016, 1e-4, 9.0)
         self.findings["temperature"] = temperature
         self.notice("E9", text("the share is {share:.0%}", share=0.25))
-        self.report("stator_resistance", "Ω", quantity, section="9.9", estimator="none", note_value=0.0161)
+        self.report("stator_resistance", quantity, section="9.9", estimator="none", note_value=0.0161)
 
 
 class Other(Tiny):
@@ -191,7 +194,7 @@ class Other(Tiny):
     def compute(self) -> None:
         assert self.known_value("stator_resistance") == 0.016
         quantity = self.bench.uncertainties.statistical("repeats", 0.02, 2e-4, 9.0)
-        self.report("stator_resistance", "Ω", quantity, section="9.9", estimator="none")
+        self.report("stator_resistance", quantity, section="9.9", estimator="none")
 
 
 CATALOGUE: dict[str, type[Procedure[Any]]] = {"tiny": Tiny, "other": Other}
@@ -199,7 +202,9 @@ CATALOGUE: dict[str, type[Procedure[Any]]] = {"tiny": Tiny, "other": Other}
 
 @pytest.fixture
 def nameplate() -> Nameplate:
-    return Nameplate("Fake motor", Connection.WYE, rated_current=4.0, maximum_current=8.0, maximum_speed_rpm=3000.0)
+    return Nameplate(
+        "Fake motor", WindingConnection.WYE, rated_current=4.0, maximum_current=8.0, maximum_speed_rpm=3000.0
+    )
 
 
 @pytest.fixture
@@ -238,7 +243,7 @@ def make_runner(
 
 @pytest.fixture
 def about() -> dict[str, Any]:
-    return {"run": "r", "motor": {"name": "Fake motor"}, "station": {}, "procedures": ["tiny", "other"], "settings": {}}
+    return {"run": "r", "motor": {"name": "Fake motor"}, "station": {}, "procedures": ["tiny", "other"], "settings": []}
 
 
 @pytest.fixture

@@ -16,7 +16,8 @@ from pyvisa.attributes import AttributesByID
 from pyvisa.highlevel import VisaLibraryBase
 from pyvisa.util import LibraryPath
 
-from drivers.keysight.e36300 import open_keysight_e36300
+from drivers.catalogue import Surroundings
+from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.options import E36300Options
 from drivers.keysight.waveform import Preamble, codes_from_block, to_values
 
@@ -92,7 +93,7 @@ def seconds(action: Callable[[], object], number: int) -> float:
 
 
 def test_read_of_a_supply_against_the_raw_query(benchmark: Any, manager: pyvisa.ResourceManager) -> None:
-    supply = open_keysight_e36300(ADDRESS, manager, StillClock(), E36300Options())
+    supply = KeysightE36300.open(ADDRESS, E36300Options(), Surroundings(StillClock(), lambda: manager), "supply")
     raw: Any = manager.open_resource(ADDRESS, write_termination="\n")
 
     def plain() -> float:

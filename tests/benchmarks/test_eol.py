@@ -18,48 +18,39 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.admission import Admission, Refused
-from bench.eol.line.batch import BatchWishes, run_batch
-from bench.eol.line.batch_log import Begun, Ledger
+from bench.eol.line.admission import Admission, RefusedSerial
+from bench.eol.line.batch import run_batch
+from bench.eol.line.batch_listener import BatchListener
+from bench.eol.line.batch_log import BatchLog
 from bench.eol.line.coordinator import Coordinator
 from bench.eol.line.line_file import load_line
-from bench.eol.line.messages import Batch, Done, Leave, Ready, Setup, Task
-from bench.eol.line.process import Nursery
-from bench.eol.line.record_writer import Keeper
-from bench.eol.line.serials import MadeUp
+from bench.eol.line.messages import Batch, Leave, MotorDone, Ready, Task, WorkerSetup
+from bench.eol.line.preparation import BatchRequest
+from bench.eol.line.record_writer import RecordWriter
+from bench.eol.line.serial_numbers import generated_serials
+from bench.eol.line.worker_process import ForkServer
 from bench.eol.plan import load_plan
-from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.spool import Spool
-from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.motor.motor_file import load_motor
 from drivers.interfaces.text import Text
-from procedures.catalogue import catalogue
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "eol"
 
 
-class Deaf:
-    """Hears and forgets."""
+class TroubleListener(BatchListener):
+    """Keeps what went wrong and nothing else."""
 
     def __init__(self) -> None:
-        self.heard: list[str] = []
+        self.troubles: list[str] = []
 
-    def begun(self, motor: Begun, socket: str) -> None:
-        pass
-
-    def done(self, record: MotorRecord) -> None:
-        pass
-
-    def refused(self, refused: Refused) -> None:
-        self.heard.append(str(refused.why))
-
-    def waits(self, waiting: Waiting) -> None:
-        pass
+    def refused(self, refused: RefusedSerial) -> None:
+        self.troubles.append(str(refused.why))
 
     def trouble(self, words: Text) -> None:
-        self.heard.append(str(words))
+        self.troubles.append(str(words))
 
 
 def enabled(config: pytest.Config) -> bool:
@@ -68,10 +59,10 @@ def enabled(config: pytest.Config) -> bool:
 
 def test_motors_a_second_with_four_sockets(benchmark: Any, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     motors, sockets = (200, 4) if enabled(request.config) else (2, 1)
-    ears = Deaf()
+    listener = TroubleListener()
 
     def batch() -> None:
-        wishes = BatchWishes(
+        request = BatchRequest(
             EXAMPLE / "plan.toml",
             "virtual",
             tmp_path,
@@ -79,8 +70,8 @@ def test_motors_a_second_with_four_sockets(benchmark: Any, tmp_path: Path, reque
             motors=motors,
             records=str(tmp_path / "r.sqlite"),
         )
-        counts, stopped = run_batch(wishes, ears, io.StringIO())
-        assert (counts.motors, stopped, ears.heard) == (motors, "", [])
+        counts, stopped = run_batch(request, listener, io.StringIO())
+        assert (counts.motors, stopped, listener.troubles) == (motors, "", [])
 
     benchmark.pedantic(batch, rounds=1)
     if benchmark.stats is not None:
@@ -90,7 +81,7 @@ def test_motors_a_second_with_four_sockets(benchmark: Any, tmp_path: Path, reque
 def a_record(number: int, batch: str) -> MotorRecord:
     now = datetime.now(UTC)
     measured = tuple(
-        Measured(f"parameter_{k}", 1.0 + 0.01 * k, "Ω", 1e-3, 2e-3, 0.5, 1.5, Verdict.PASS) for k in range(13)
+        MeasuredFigure(f"parameter_{k}", 1.0 + 0.01 * k, "Ω", 1e-3, 2e-3, 0.5, 1.5, Verdict.PASS) for k in range(13)
     )
     checks = tuple(CheckRecord(f"procedure-{k}", 1, Verdict.PASS, 10.0) for k in range(6))
     return MotorRecord(
@@ -100,21 +91,23 @@ def a_record(number: int, batch: str) -> MotorRecord:
 
 
 def test_a_record_in_sqlite(benchmark: Any, tmp_path: Path) -> None:
-    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite"))
+    writer = RecordWriter(
+        open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite")
+    )
     numbers = iter(range(1, 1_000_000))
 
     def fresh() -> tuple[tuple[MotorRecord], dict[str, Any]]:
         return (a_record(next(numbers), "b"),), {}
 
-    benchmark.pedantic(keeper.save, setup=fresh, rounds=200)
-    assert keeper.records.count("b") >= 1
-    keeper.close()
+    benchmark.pedantic(writer.save, setup=fresh, rounds=200)
+    assert writer.records.count("b") >= 1
+    writer.close()
 
 
 class QuickWorker:
     """In place of a worker's process: a thread that measures nothing and is done at once."""
 
-    def __init__(self, nursery: Nursery, setup: Setup, times: int, owner: Sequence[int] = ()) -> None:
+    def __init__(self, fork_server: ForkServer, setup: WorkerSetup, status: int, owner: Sequence[int] = ()) -> None:
         self.connection, self._far = Pipe()
         self.lifeline, self._end = os.pipe()
         threading.Thread(target=self._work, args=(self._far,), daemon=True).start()
@@ -132,7 +125,7 @@ class QuickWorker:
         while not isinstance(message := far.recv(), Leave):
             if isinstance(message, Task):
                 record = replace(a_record(message.number, "b"), serial_number=message.serial_number)
-                far.send(Done(record, message.at + 60.0))
+                far.send(MotorDone(record, message.at + 60.0))
         far.close()
         os.close(self._end)
 
@@ -145,13 +138,14 @@ def resident() -> float:
 def test_a_hundred_thousand_motors_leave_nothing_in_memory(
     benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    monkeypatch.setattr("bench.eol.line.coordinator.WorkerProcess", QuickWorker)
+    monkeypatch.setattr("bench.eol.line.worker_slots.WorkerProcess", QuickWorker)
     motors = 100_000 if enabled(request.config) else 400
-    plan = load_plan(EXAMPLE / "plan.toml", list(catalogue()))
+    plan = load_plan(EXAMPLE / "plan.toml")
     line = load_line("virtual", 4)
-    ears, seen = Deaf(), dict[int, float]()
-    ledger = Ledger(tmp_path / "b", {"plan": plan.sha256})
-    batch = Batch("b", ledger.uid, plan, {}, load_motor(plan.motor), line.name, "", 0, str(tmp_path / "b"), "en", "")
+    listener, seen = TroubleListener(), dict[int, float]()
+    log = BatchLog(tmp_path / "b", {"plan": plan.sha256})
+    batch_request = BatchRequest(EXAMPLE / "plan.toml", "virtual", tmp_path)
+    batch = Batch("b", log.uid, plan, {}, load_motor(plan.motor), line.name, str(tmp_path / "b"), batch_request)
 
     class Counting:
         count = 0
@@ -161,13 +155,13 @@ def test_a_hundred_thousand_motors_leave_nothing_in_memory(
             if self.count in (motors // 10, motors):
                 seen[self.count] = resident()
 
-    keeper = Counting()
-    serials = MadeUp("V{number:06d}", 1, motors)
+    writer = Counting()
+    serials = generated_serials("V{number:06d}", 1, motors)
     admission = Admission(serials, [], plan.check_serial, lambda _: None, batch="b", known=0, again=False)
-    with closing(Nursery()) as nursery:
-        coordinator = Coordinator(line, batch, plan.checks, admission, keeper, ledger, ears, nursery)
+    with closing(ForkServer()) as fork_server:
+        coordinator = Coordinator(line, batch, plan.checks, admission, writer, log, listener, fork_server)
         benchmark.pedantic(coordinator.run, rounds=1)
-    ledger.close()
-    assert (keeper.count, ears.heard) == (motors, [])
+    log.close()
+    assert (writer.count, listener.troubles) == (motors, [])
     benchmark.extra_info["mib_more_after_the_first_tenth"] = seen[motors] - seen[motors // 10]
     assert seen[motors] - seen[motors // 10] < 8.0

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.line_statistics import Wanted, line_statistics
+from bench.eol.line_statistics import StatisticsRequest, line_statistics
 from bench.eol.store.database import open_database
 from tests.bench.eol.postgresql import own_database
 from tests.benchmarks.line_records import PARAMETERS, fill
@@ -38,7 +38,7 @@ def _motors(config: pytest.Config) -> int:
 @pytest.mark.parametrize("golden", [(), ("P-00000100", "P-00000200")], ids=["all", "without golden motors"])
 def test_every_parameter(benchmark, filled: str, golden: tuple[str, ...], request: pytest.FixtureRequest) -> None:
     engine = open_database(filled)
-    found = benchmark.pedantic(line_statistics, (engine, Wanted(golden=golden)), rounds=3)
+    found = benchmark.pedantic(line_statistics, (engine, StatisticsRequest(golden=golden)), rounds=3)
     engine.dispose()
     count = _motors(request.config) - len(golden)
     benchmark.extra_info["motors"] = count

@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import shutil
 import signal
 import socket
 import statistics
@@ -21,6 +20,7 @@ from bench.journal.journal import Journal
 from bench.journal.waveforms import StoredWaveform
 from bench.panel.plots import waveform_plot
 from tests.bench.panel.conftest import CHROMIUM, FLAGS
+from tests.journals import event
 
 
 def serve(runs: Path) -> "tuple[subprocess.Popen[bytes], int]":
@@ -76,7 +76,7 @@ def watch(playwright, port, benchmark, journal, delays):
     def show(number: int) -> None:
         written = time.time()
         reading = {"value": number * math.pi / 30.0, "unit": "rad/s"}
-        journal.event("reading", instrument="tachometer", call="measure_speed", value=reading)
+        journal.record(event("reading", instrument="tachometer", call="measure_speed", value=reading))
         key = "number => Object.keys(window.seen).find(key => parseFloat(key) === number)"
         page.wait_for_function(key, arg=number)
         delays.append(page.evaluate("key => window.seen[key]", page.evaluate(key, number)) - 1000.0 * written)
@@ -86,13 +86,13 @@ def watch(playwright, port, benchmark, journal, delays):
     browser.close()
 
 
-@pytest.mark.skipif(CHROMIUM is None or not shutil.which("chromium"), reason="no Chromium on this machine")
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 def test_a_reading_is_on_the_screen(benchmark, tmp_path):
     """From the end of the journal's write to the digits in the browser's page, 40 readings."""
     folder = tmp_path / "live"
     folder.mkdir()
     journal = Journal(folder / "journal.jsonl", lambda: 0.0)
-    journal.event("run_started", procedures=["inertia"], settings=[], motor={"name": "M"}, truth={})
+    journal.record(event("run_started", procedures=["inertia"], settings=[], motor={"name": "M"}, truth={}))
     process, port = serve(tmp_path)
     line = socket.create_server(("127.0.0.1", 0))
     # A run that is there: its line is announced, and nobody asks anything on it.
@@ -111,7 +111,7 @@ def test_a_reading_is_on_the_screen(benchmark, tmp_path):
     benchmark.extra_info["largest delay, ms"] = round(max(delays))
 
 
-@pytest.mark.skipif(CHROMIUM is None or not shutil.which("chromium"), reason="no Chromium on this machine")
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 def test_memory_with_a_run_open(benchmark, tmp_path):
     """The server's, after a finished run's page with three of its waveforms, and its report."""
     subprocess.run(

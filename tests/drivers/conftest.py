@@ -234,20 +234,13 @@ def open_descriptors() -> set[str]:
     return found
 
 
-@pytest.fixture(autouse=True, scope="session")
-def short_collections() -> Iterator[None]:
-    """Leave what the imports made out of the collections after each test."""
-    gc.collect()
-    gc.freeze()
-    yield
-    gc.unfreeze()
-
-
 @pytest.fixture(autouse=True)
 def nothing_left_open() -> Iterator[None]:
     """Fail on threads, sockets and terminals that a test leaves behind."""
     threads, descriptors = set(threading.enumerate()), open_descriptors()
     yield
-    gc.collect()
+    # A collection takes long where many tests are loaded: only what may be garbage is worth one.
+    if not (set(threading.enumerate()) <= threads and open_descriptors() <= descriptors):
+        gc.collect()
     assert set(threading.enumerate()) <= threads, "a thread is left running"
     assert open_descriptors() <= descriptors, "a connection is left open"

@@ -1,5 +1,7 @@
 """Someone at the bench of a manual driver."""
 
+from drivers.interfaces.text import Text
+
 
 class Person:
     """Someone who does what the text says and types what was prepared."""
@@ -9,9 +11,9 @@ class Person:
         self.asked: list[tuple[str, str, float, float, str]] = []
         self.told: list[str] = []
 
-    def ask(self, quantity: str, unit: str, minimum: float, maximum: float, context: str) -> float:
-        self.asked.append((quantity, unit, minimum, maximum, context))
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
+        self.asked.append((str(quantity), unit, minimum, maximum, str(context or "")))
         return self.answers.pop(0)
 
-    def confirm(self, text: str) -> None:
-        self.told.append(text)
+    def confirm(self, task: Text) -> None:
+        self.told.append(str(task))

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import pytest
 
 import drivers
-from drivers.catalogue import DRIVERS
+from bench.plugins.catalogues import installed
 from drivers.interfaces import (
     BldcDrive,
     Dynamometer,
@@ -21,19 +21,20 @@ from drivers.interfaces import (
     LcrMeter,
     Oscilloscope,
     RotorActuator,
-    ScreenReadings,
     Supply,
     SwitchMatrix,
     Tachometer,
     Voltmeter,
 )
 
+DRIVERS = [driver for drivers in installed().drivers.values() for driver in drivers]
+
 MODULES = sorted(module.name for module in pkgutil.walk_packages(drivers.__path__, "drivers."))
 
 KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
     "drivers.keysight.e36300.KeysightE36300": ("supply", (Supply,)),
     "drivers.keysight.e4980a.KeysightE4980A": ("lcr_meter", (LcrMeter,)),
-    "drivers.keysight.infiniivision.KeysightInfiniiVision": ("oscilloscope", (Oscilloscope, ScreenReadings)),
+    "drivers.keysight.infiniivision.KeysightInfiniiVision": ("oscilloscope", (Oscilloscope,)),
     "drivers.delta.dynamometer.DeltaDyn200": ("dynamometer", (Dynamometer,)),
     "drivers.lutron.tachometer.LutronTachometer": ("tachometer", (Tachometer,)),
     "drivers.cia402.inverter.Cia402Inverter": ("inverter", (Inverter,)),
@@ -44,7 +45,7 @@ KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
     "drivers.cia402.rotor_actuator.Cia402RotorActuator": ("rotor_actuator", (RotorActuator,)),
     "drivers.manual.supply.ManualSupply": ("supply", (Supply,)),
     "drivers.manual.lcr_meter.ManualLcrMeter": ("lcr_meter", (LcrMeter,)),
-    "drivers.manual.oscilloscope.ManualOscilloscope": ("oscilloscope", (Oscilloscope, ScreenReadings)),
+    "drivers.manual.oscilloscope.ManualOscilloscope": ("oscilloscope", (Oscilloscope,)),
     "drivers.manual.dynamometer.ManualDynamometer": ("dynamometer", (Dynamometer,)),
     "drivers.manual.tachometer.ManualTachometer": ("tachometer", (Tachometer,)),
     "drivers.manual.inverter.ManualInverter": ("inverter", (Inverter,)),

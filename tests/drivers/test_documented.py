@@ -7,11 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from bench.plugins.catalogues import installed
 from bench.station.station_file import make_station
-from drivers.catalogue import DRIVERS, MANUAL, Driver
+from drivers.catalogue import MANUAL, Driver
 from drivers.interfaces import Accuracy, Role
 
-PAGE = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
+DRIVERS = [driver for drivers in installed().drivers.values() for driver in drivers]
+
+PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "drivers.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 
 

@@ -10,8 +10,10 @@ import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.catalogue import Surroundings
 from drivers.gwinstek import gpt9800_data as data
-from drivers.gwinstek.gpt9800 import GwInstekGpt9800, open_gwinstek_gpt9800, parse_output, parse_report
+from drivers.gwinstek.gpt9800 import GwInstekGpt9800, parse_output, parse_report
+from drivers.gwinstek.options import Gpt9800Options
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -20,7 +22,6 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.keysight.options import Gpt9800Options
 
 ADDRESS = "TCPIP0::tester::inst0::INSTR"
 DIALOGUE = Path(__file__).parent / "dialogues" / "gwinstek_gpt9803.yaml"
@@ -90,7 +91,9 @@ def wire(connect: Callable[..., Any], device: Device) -> Any:
 
 @pytest.fixture
 def tester(manager: Any, wire: Any, clock: Any) -> Iterator[GwInstekGpt9800]:
-    made = open_gwinstek_gpt9800(ADDRESS, manager, clock, Gpt9800Options(maximum_voltage=600.0))
+    made = GwInstekGpt9800.open(
+        ADDRESS, Gpt9800Options(maximum_voltage=600.0), Surroundings(clock, lambda: manager), "insulation_tester"
+    )
     wire.sent.clear()
     yield made
     made.close()
@@ -98,7 +101,9 @@ def tester(manager: Any, wire: Any, clock: Any) -> Iterator[GwInstekGpt9800]:
 
 def test_dialogue(clock: Any) -> None:
     manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    tester = open_gwinstek_gpt9800(ADDRESS, manager, clock, Gpt9800Options(serial_number="GES123456789"))
+    tester = GwInstekGpt9800.open(
+        ADDRESS, Gpt9800Options(serial_number="GES123456789"), Surroundings(clock, lambda: manager), "insulation_tester"
+    )
     assert (tester.identity.manufacturer, tester.identity.model) == ("GW Instek", "GPT-9803")
     reading = tester.measure(500.0, 1.0)
     assert (reading.resistance.value, reading.resistance.unit, reading.voltage) == (2.0e9, "Ω", 500.0)
@@ -247,24 +252,30 @@ def test_what_shows_no_voltage_is_not_taken_for_none(tester: GwInstekGpt9800, de
 def test_another_instrument(manager: Any, wire: Any, device: Device, clock: Any, identity: str, message: str) -> None:
     device.identity = identity
     with pytest.raises(IdentityError, match=message):
-        open_gwinstek_gpt9800(ADDRESS, manager, clock, Gpt9800Options())
+        GwInstekGpt9800.open(ADDRESS, Gpt9800Options(), Surroundings(clock, lambda: manager), "insulation_tester")
 
 
 def test_another_unit(manager: Any, wire: Any, clock: Any) -> None:
     with pytest.raises(IdentityError, match="serial number GES123456789 answers, expected GES1"):
-        open_gwinstek_gpt9800(ADDRESS, manager, clock, Gpt9800Options(serial_number="GES1"))
+        GwInstekGpt9800.open(
+            ADDRESS, Gpt9800Options(serial_number="GES1"), Surroundings(clock, lambda: manager), "insulation_tester"
+        )
 
 
 def test_a_serial_line_has_the_testers_rate(manager: Any, connect: Any, device: Device, clock: Any) -> None:
     connect("ASRL3::INSTR", device)
-    tester = open_gwinstek_gpt9800("ASRL3::INSTR", manager, clock, Gpt9800Options(baud_rate=57_600))
+    tester = GwInstekGpt9800.open(
+        "ASRL3::INSTR", Gpt9800Options(baud_rate=57_600), Surroundings(clock, lambda: manager), "insulation_tester"
+    )
     rate = pyvisa.constants.VI_ATTR_ASRL_BAUD
     assert [value for (_, name), value in manager.visalib.attributes.items() if name == rate] == [57_600]
     tester.close()
 
 
 def test_a_guardian_asks_nothing_but_who_it_is(manager: Any, wire: Any, clock: Any) -> None:
-    tester = open_gwinstek_gpt9800(ADDRESS, manager, clock, Gpt9800Options(), guarding=True)
+    tester = GwInstekGpt9800.open(
+        ADDRESS, Gpt9800Options(), Surroundings(clock, lambda: manager, guarding=True), "insulation_tester"
+    )
     assert wire.sent == ["*IDN?"]
     tester.make_safe()
     assert wire.sent == ["*IDN?", "FUNC:TEST OFF", "FUNC:TEST?", "MEAS?"]
@@ -281,7 +292,9 @@ def test_accuracy(resistance: float, voltage: float, gain: float) -> None:
 
 def test_a_calibration_replaces_it(manager: Any, wire: Any, clock: Any) -> None:
     own = Accuracy(gain=0.02, source="certificate")
-    tester = open_gwinstek_gpt9800(ADDRESS, manager, clock, Gpt9800Options(accuracy=own))
+    tester = GwInstekGpt9800.open(
+        ADDRESS, Gpt9800Options(accuracy=own), Surroundings(clock, lambda: manager), "insulation_tester"
+    )
     assert tester.measure(500.0, 2.0).resistance.accuracy == own
     tester.close()
 

@@ -8,6 +8,7 @@ import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -18,7 +19,7 @@ from drivers.interfaces import (
     SetpointError,
 )
 from drivers.keysight import dmm_34461a_data as data
-from drivers.keysight.dmm_34461a import open_keysight_34461a
+from drivers.keysight.dmm_34461a import Keysight34461A
 from drivers.keysight.options import Keysight34461AOptions
 
 ADDRESS = "TCPIP0::voltmeter::inst0::INSTR"
@@ -29,7 +30,9 @@ CERTIFICATE = Accuracy(gain=1e-5, offset=1e-6, source="certificate")
 
 def test_dialogue(clock: Any) -> None:
     manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    meter = open_keysight_34461a(ADDRESS, manager, clock, Keysight34461AOptions(serial_number="MY53201234"))
+    meter = Keysight34461A.open(
+        ADDRESS, Keysight34461AOptions(serial_number="MY53201234"), Surroundings(clock, lambda: manager), "voltmeter"
+    )
     assert meter.identity.model == "34461A"
     meter.configure(0.05, power_line_cycles=20.0)
     clock.time = 3.0
@@ -50,7 +53,7 @@ def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
     device = settings_class(IDENTITY, {"READ?": "-1.23456789E-02"})
     wire = connect(ADDRESS, device)
     options = Keysight34461AOptions(calibration={1.0: CERTIFICATE})
-    meter = open_keysight_34461a(ADDRESS, manager, clock, options)
+    meter = Keysight34461A.open(ADDRESS, options, Surroundings(clock, lambda: manager), "voltmeter")
     yield meter, wire, device
     meter.close()
 
@@ -162,20 +165,22 @@ def test_another_instrument_is_refused(
 ) -> None:
     connect(ADDRESS, settings_class(line))
     with pytest.raises(IdentityError, match=message):
-        open_keysight_34461a(ADDRESS, manager, clock, Keysight34461AOptions())
+        Keysight34461A.open(ADDRESS, Keysight34461AOptions(), Surroundings(clock, lambda: manager), "voltmeter")
 
 
 def test_another_serial_number_is_refused(manager: Any, connect: Any, settings_class: Any, clock: Any) -> None:
     connect(ADDRESS, settings_class(IDENTITY))
     with pytest.raises(IdentityError, match="serial number MY53200001 answers, expected MY2"):
-        open_keysight_34461a(ADDRESS, manager, clock, Keysight34461AOptions(serial_number="MY2"))
+        Keysight34461A.open(
+            ADDRESS, Keysight34461AOptions(serial_number="MY2"), Surroundings(clock, lambda: manager), "voltmeter"
+        )
 
 
 def test_a_calibration_of_no_range_is_refused(manager: Any, connect: Any, settings_class: Any, clock: Any) -> None:
     connect(ADDRESS, settings_class(IDENTITY))
     options = Keysight34461AOptions(calibration={0.2: CERTIFICATE})
     with pytest.raises(IdentityError, match=r"has ranges 0\.1, 1, 10, 100, 1000 V, not 0\.2 V.*calibration"):
-        open_keysight_34461a(ADDRESS, manager, clock, options)
+        Keysight34461A.open(ADDRESS, options, Surroundings(clock, lambda: manager), "voltmeter")
 
 
 # By hand from the data sheet, 1 year: % of reading and % of range.

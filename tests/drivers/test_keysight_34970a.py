@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.bases.crosspoints import check_channels, conflict
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     CommunicationError,
     CrosspointError,
@@ -19,7 +20,7 @@ from drivers.interfaces import (
     SetpointError,
 )
 from drivers.keysight.options import Keysight34970AOptions
-from drivers.keysight.switch_unit_34970a import Keysight34970A, open_keysight_34970a
+from drivers.keysight.switch_unit_34970a import Keysight34970A
 from procedures.core.actions import Node, Socket, Terminal
 
 ADDRESS = "TCPIP0::matrix::inst0::INSTR"
@@ -80,7 +81,9 @@ def wire(connect: Callable[..., Any], relays: Relays) -> Any:
 
 @pytest.fixture
 def matrix(manager: Any, wire: Any, clock: Any) -> Iterator[Keysight34970A]:
-    made = open_keysight_34970a(ADDRESS, manager, clock, Keysight34970AOptions(CHANNELS, settling=0.02))
+    made = Keysight34970A.open(
+        ADDRESS, Keysight34970AOptions(CHANNELS, settling=0.02), Surroundings(clock, lambda: manager), "switch_matrix"
+    )
     wire.sent.clear()
     yield made
     made.close()
@@ -88,7 +91,12 @@ def matrix(manager: Any, wire: Any, clock: Any) -> Iterator[Keysight34970A]:
 
 def test_dialogue(clock: Any) -> None:
     manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    matrix = open_keysight_34970a(ADDRESS, manager, clock, Keysight34970AOptions(CHANNELS, serial_number="MY49001234"))
+    matrix = Keysight34970A.open(
+        ADDRESS,
+        Keysight34970AOptions(CHANNELS, serial_number="MY49001234"),
+        Surroundings(clock, lambda: manager),
+        "switch_matrix",
+    )
     assert matrix.identity.model == "34972A"
     matrix.connect(["A:supply+", "B:supply-"])
     assert matrix.closed() == {"A:supply+", "B:supply-"}
@@ -201,15 +209,17 @@ def test_a_read_back_cut_short_is_no_state(matrix: Keysight34970A, wire: Any) ->
 
 def test_an_empty_slot_is_an_identity_error(manager: Any, wire: Any, clock: Any) -> None:
     with pytest.raises(IdentityError, match=r"slot 200 is empty .*Correct the channels 211"):
-        open_keysight_34970a(ADDRESS, manager, clock, Keysight34970AOptions({"A:supply+": 211}))
+        Keysight34970A.open(
+            ADDRESS, Keysight34970AOptions({"A:supply+": 211}), Surroundings(clock, lambda: manager), "switch_matrix"
+        )
 
 
 @pytest.mark.parametrize(
     ("identity", "channel", "message"),
     [
         ("Agilent Technologies,34461A,MY1,1.0", 111, "expected 34970A"),
-        ("Agilent Technologies,34970A,MY1,1.0", 1101, "channels of three digits, not 1101"),
-        ("Agilent Technologies,34980A,MY1,1.0", 111, "channels of four digits, not 111"),
+        ("Agilent Technologies,34970A,MY1,1.0", 1101, "channels of 3 digits, not 1101"),
+        ("Agilent Technologies,34980A,MY1,1.0", 111, "channels of 4 digits, not 111"),
     ],
 )
 def test_another_instrument(
@@ -217,19 +227,26 @@ def test_another_instrument(
 ) -> None:
     relays.identity = identity
     with pytest.raises(IdentityError, match=message):
-        open_keysight_34970a(ADDRESS, manager, clock, Keysight34970AOptions({"A:supply+": channel}))
+        Keysight34970A.open(
+            ADDRESS,
+            Keysight34970AOptions({"A:supply+": channel}),
+            Surroundings(clock, lambda: manager),
+            "switch_matrix",
+        )
 
 
 def test_the_mainframes_slots(manager: Any, wire: Any, relays: Relays, clock: Any) -> None:
     relays.identity = "Agilent Technologies,34980A,MY1,1.0"
     relays.modules = {"1": "AGILENT TECHNOLOGIES,34932A,MY2,1.0", "3": "AGILENT TECHNOLOGIES,34933A,MY3,1.0"}
     options = Keysight34970AOptions({"A:supply+": 1101, "B:supply+": 3002})
-    open_keysight_34970a(ADDRESS, manager, clock, options).close()
+    Keysight34970A.open(ADDRESS, options, Surroundings(clock, lambda: manager), "switch_matrix").close()
     assert [message for message in wire.sent if "CTYP" in message] == ["SYST:CTYP? 1", "SYST:CTYP? 3"]
 
 
 def test_a_guardian_asks_nothing_but_who_it_is(manager: Any, wire: Any, relays: Relays, clock: Any) -> None:
-    made = open_keysight_34970a(ADDRESS, manager, clock, Keysight34970AOptions(CHANNELS), guarding=True)
+    made = Keysight34970A.open(
+        ADDRESS, Keysight34970AOptions(CHANNELS), Surroundings(clock, lambda: manager, guarding=True), "switch_matrix"
+    )
     assert wire.sent == ["*IDN?"]
     made.make_safe()
     made.close()
@@ -301,4 +318,4 @@ def test_what_may_not_be_closed_together(names: tuple[str, ...]) -> None:
     ],
 )
 def test_what_procedures_need(names: tuple[str, ...]) -> None:
-    assert conflict(names) == ""
+    assert conflict(names) is None

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 import pyvisa
 
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -16,7 +17,7 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from drivers.keysight.e36300 import decode_regulation, open_keysight_e36300
+from drivers.keysight.e36300 import KeysightE36300, decode_regulation
 from drivers.keysight.options import E36300Options
 
 ADDRESS = "TCPIP0::supply::inst0::INSTR"
@@ -27,12 +28,15 @@ DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_e36313a.yaml"
 def test_dialogue_of_output_2(clock: Any) -> None:
     manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
     traffic: list[str] = []
-    supply = open_keysight_e36300(
+    supply = KeysightE36300.open(
         ADDRESS,
-        manager,
-        clock,
         E36300Options(channel=2, serial_number="MY61005055"),
-        traffic=lambda direction, text: traffic.append(text) if direction == "write" else None,
+        Surroundings(
+            clock,
+            lambda: manager,
+            traffic=lambda direction, text: traffic.append(text) if direction == "write" else None,
+        ),
+        "supply",
     )
     assert supply.identity.model == "E36313A"
     assert (supply.maximum_voltage, supply.maximum_current) == (25.75, 2.06)
@@ -59,7 +63,7 @@ def test_dialogue_of_output_2(clock: Any) -> None:
     assert supply.output_mode() is OutputMode.CONSTANT_VOLTAGE  # 386 = 2 + bits of lists and logs
     with pytest.raises(MeasurementError, match="no value"):
         supply.measure_current()
-    supply.clear_protection()
+    supply._clear_protection()
     supply.make_safe()
     supply.close()
     manager.close()
@@ -78,8 +82,11 @@ NOTHING_SET = {
 def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
     device = settings_class(IDENTITY, NOTHING_SET)
     wire = connect(ADDRESS, device)
-    supply = open_keysight_e36300(
-        ADDRESS, manager, clock, E36300Options(maximum_voltage=3.0, current_accuracy=Accuracy(offset=1e-3))
+    supply = KeysightE36300.open(
+        ADDRESS,
+        E36300Options(maximum_voltage=3.0, current_accuracy=Accuracy(offset=1e-3)),
+        Surroundings(clock, lambda: manager),
+        "supply",
     )
     yield supply, wire, device
     supply.close()
@@ -237,7 +244,7 @@ def test_over_current_protection_is_set_and_read_back_before_switching_on(
     device = settings_class(IDENTITY, NOTHING_SET)
     wire = connect(ADDRESS, device)
     options = E36300Options(trip_at_current_limit=always, over_current_delay=0.1)
-    supply = open_keysight_e36300(ADDRESS, manager, clock, options)
+    supply = KeysightE36300.open(ADDRESS, options, Surroundings(clock, lambda: manager), "supply")
     with supply.energised(1.0, 2.0, regulated):
         wanted = (
             "DEL 0.1,(@1)",
@@ -313,7 +320,9 @@ def test_a_delay_that_cannot_be_is_refused(
 ) -> None:
     connect(ADDRESS, settings_class(IDENTITY, NOTHING_SET))
     with pytest.raises(SetpointError, match=r"over_current_delay = .* is outside 0 … 0\.255 s"):
-        open_keysight_e36300(ADDRESS, manager, clock, E36300Options(over_current_delay=delay))
+        KeysightE36300.open(
+            ADDRESS, E36300Options(over_current_delay=delay), Surroundings(clock, lambda: manager), "supply"
+        )
 
 
 def test_off_over_a_connection_opened_anew(bench: Any, clock: Any) -> None:
@@ -422,7 +431,7 @@ def test_another_instrument_is_refused_and_let_go(
 ) -> None:
     connect(ADDRESS, settings_class(identity))
     with pytest.raises(IdentityError, match=message):
-        open_keysight_e36300(ADDRESS, manager, clock, E36300Options(**options))
+        KeysightE36300.open(ADDRESS, E36300Options(**options), Surroundings(clock, lambda: manager), "supply")
 
 
 def test_the_three_models_have_three_outputs() -> None:

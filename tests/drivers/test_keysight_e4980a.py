@@ -9,6 +9,7 @@ import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
     Aperture,
@@ -19,7 +20,7 @@ from drivers.interfaces import (
     SetpointError,
 )
 from drivers.keysight import e4980a_data as data
-from drivers.keysight.e4980a import open_keysight_e4980a
+from drivers.keysight.e4980a import KeysightE4980A
 from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
 
 ADDRESS = "TCPIP0::lcr-meter::inst0::INSTR"
@@ -28,7 +29,7 @@ DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_e4980al.yaml"
 
 def test_dialogue(clock: Any) -> None:
     manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    meter = open_keysight_e4980a(ADDRESS, manager, clock, E4980AOptions())
+    meter = KeysightE4980A.open(ADDRESS, E4980AOptions(), Surroundings(clock, lambda: manager), "lcr_meter")
     assert meter.maximum_frequency == 300e3
     meter.configure(20.0, aperture=Aperture.LONG)
     meter.correct_short()
@@ -50,7 +51,7 @@ def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
     wire = connect(ADDRESS, device)
     calibration = ImpedanceCalibration(120.0, Accuracy(gain=1e-3, source="certificate"), None)
     options = E4980AOptions(maximum_frequency=200e3, maximum_level=1.5, calibration=(calibration,))
-    meter = open_keysight_e4980a(ADDRESS, manager, clock, options)
+    meter = KeysightE4980A.open(ADDRESS, options, Surroundings(clock, lambda: manager), "lcr_meter")
     yield meter, wire, device
     meter.close()
 
@@ -153,7 +154,7 @@ def test_frequency_option_of_the_al(
     manager: Any, connect: Any, settings_class: Any, clock: Any, options: str, highest: float
 ) -> None:
     connect(ADDRESS, settings_class("Keysight Technologies,E4980AL,MY1,B.07.01", {"*OPT?": options}))
-    meter = open_keysight_e4980a(ADDRESS, manager, clock, E4980AOptions())
+    meter = KeysightE4980A.open(ADDRESS, E4980AOptions(), Surroundings(clock, lambda: manager), "lcr_meter")
     assert meter.maximum_frequency == highest
     meter.close()
 

@@ -9,6 +9,7 @@ import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
     ChannelSettings,
@@ -20,7 +21,7 @@ from drivers.interfaces import (
     Slope,
     Trigger,
 )
-from drivers.keysight.infiniivision import open_keysight_infiniivision
+from drivers.keysight.infiniivision import KeysightInfiniiVision
 from drivers.keysight.options import InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import Preamble, parse_preamble, to_time, to_values
 
@@ -38,7 +39,7 @@ OPTIONS = InfiniiVisionOptions(
 
 def test_dialogue(clock: Any) -> None:
     manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    scope = open_keysight_infiniivision(ADDRESS, manager, clock, OPTIONS)
+    scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, Surroundings(clock, lambda: manager), "oscilloscope")
     assert scope.channels(ProbeKind.VOLTAGE) == (1, 2)
     assert scope.channels(ProbeKind.CURRENT) == (4,)
     scope.configure_channel(4, ChannelSettings(8.0, 1.0))
@@ -90,7 +91,7 @@ def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
     codes = np.arange(0x1000, 0x1000 + 1000 * 32, 32)
     device = Scope(settings_class("KEYSIGHT TECHNOLOGIES,DSOX3024T,MY1,07.50"), codes, PREAMBLE.format(points=1000))
     wire = connect(ADDRESS, device)
-    scope = open_keysight_infiniivision(ADDRESS, manager, clock, OPTIONS)
+    scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, Surroundings(clock, lambda: manager), "oscilloscope")
     scope.configure_channel(2, ChannelSettings(8.0, 1.5))
     scope.configure_acquisition(1e-3, 800)
     yield scope, wire, device

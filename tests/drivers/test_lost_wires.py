@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import pytest
 import pyvisa
 
+from bench.station.clock import SystemClock
+from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError
 from drivers.transport.visa.opening import open_session
 
@@ -30,7 +32,9 @@ def passing() -> Iterator[str]:
 
 
 def test_a_socket_that_was_hung_up_is_an_error_and_no_endless_loop(passing: str) -> None:
-    session = open_session(passing, pyvisa.ResourceManager("@py"), "supply", timeout=0.2)
+    session = open_session(
+        passing, Surroundings(SystemClock(), lambda: pyvisa.ResourceManager("@py")), "supply", timeout=0.2
+    )
     try:
         assert session.identity_line() == "ACME,ONE,1,1"
         for _ in range(2):

@@ -8,10 +8,11 @@ import serial
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.catalogue import Surroundings
 from drivers.interfaces import Accuracy, CommunicationError, InstrumentError, MeasurementError
 from drivers.lutron.frame import parse_frame
 from drivers.lutron.options import LutronTachometerOptions
-from drivers.lutron.tachometer import LutronTachometer, open_lutron_tachometer
+from drivers.lutron.tachometer import LutronTachometer
 
 RPM = 2 * math.pi / 60
 FRAME = b"\x024122010001600" + b"5\r"  # 1600.5 rpm: point 1, digits 00016005
@@ -147,8 +148,11 @@ def test_whatever_arrives_only_instrument_errors_come_out(data: bytes) -> None:
 
 def test_over_a_pyserial_url(clock: Any) -> None:
     traffic: list[Any] = []
-    meter = open_lutron_tachometer(
-        "loop://", clock, LutronTachometerOptions(), traffic=lambda *entry: traffic.append(entry)
+    meter = LutronTachometer.open(
+        "loop://",
+        LutronTachometerOptions(),
+        Surroundings(clock, traffic=lambda *entry: traffic.append(entry)),
+        "tachometer",
     )
     port = meter._port
     assert isinstance(port, serial.SerialBase)
@@ -164,4 +168,4 @@ def test_over_a_pyserial_url(clock: Any) -> None:
 
 def test_nothing_at_the_address(clock: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at /dev/nothing"):
-        open_lutron_tachometer("/dev/nothing", clock, LutronTachometerOptions())
+        LutronTachometer.open("/dev/nothing", LutronTachometerOptions(), Surroundings(clock), "tachometer")

@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.station.clock import SystemClock
+from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_session
 from drivers.transport.visa.replies import parse_error, parse_number, parse_numbers
@@ -21,7 +23,12 @@ IDENTITY = "Maker,Model,1,2"
 def dialogue(manager: Any, connect: Any, settings_class: Any) -> Iterator[tuple[ScpiSession, Any, list[Any]]]:
     traffic: list[Any] = []
     wire = connect(ADDRESS, settings_class(IDENTITY, {"A?": "1.5", "B?": "2.5"}))
-    session = open_session(ADDRESS, manager, "thing", timeout=1.0, traffic=lambda *entry: traffic.append(entry))
+    session = open_session(
+        ADDRESS,
+        Surroundings(SystemClock(), lambda: manager, traffic=lambda *entry: traffic.append(entry)),
+        "thing",
+        timeout=1.0,
+    )
     session.identity_line()
     yield session, wire, traffic
     session.close()
@@ -257,4 +264,4 @@ def test_numbers_survive_their_notation(values: list[float]) -> None:
 
 def test_nothing_at_the_address(manager: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at TCPIP0::nobody::inst0::INSTR"):
-        open_session("TCPIP0::nobody::inst0::INSTR", manager, "thing")
+        open_session("TCPIP0::nobody::inst0::INSTR", Surroundings(SystemClock(), lambda: manager), "thing")

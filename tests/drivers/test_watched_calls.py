@@ -9,10 +9,13 @@ import pytest
 
 from bench.safety.calls import CallWatch, CallWatches
 from bench.safety.interrupts import Interrupted, Interrupts
+from bench.station.clock import SystemClock
 from drivers.bases.always import always
+from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError
 from drivers.transport.visa.opening import open_session
 from procedures.core.bench import Role
+from tests.journals import event
 
 ADDRESS = "TCPIP0::thing::inst0::INSTR"
 REPLY_TIME = 0.4
@@ -41,7 +44,9 @@ def wire(manager: Any, connect: Any, settings_class: Any) -> Any:
 def test_nothing_is_sent_after_a_request_but_what_switches_off(
     interrupts: Interrupts, watches: CallWatches, manager: Any, wire: Any
 ) -> None:
-    session = open_session(ADDRESS, manager, "supply", calls=watches.of(Role.SUPPLY))
+    session = open_session(
+        ADDRESS, Surroundings(SystemClock(), lambda: manager, calls=watches.of(Role.SUPPLY)), "supply"
+    )
     session.identity_line()
     interrupts.request("the door")
     wire.sent.clear()
@@ -62,10 +67,10 @@ def test_nothing_is_sent_after_a_request_but_what_switches_off(
 
 def test_an_energised_source_has_its_own_time_for_an_answer(watches: CallWatches, manager: Any, wire: Any) -> None:
     watch = watches.of(Role.SUPPLY)
-    session = open_session(ADDRESS, manager, "supply", timeout=10.0, calls=watch)
+    session = open_session(ADDRESS, Surroundings(SystemClock(), lambda: manager, calls=watch), "supply", timeout=10.0)
     session.identity_line()
     wire.lost["A?"] = 1
-    watches.hear("energising", ENERGISING)
+    watches.hear(event("energising", **ENERGISING))
     begun = monotonic()
     assert session.query_number("A?") == 1.5
     assert monotonic() - begun < 10.0
@@ -83,16 +88,39 @@ def test_an_energised_source_has_its_own_time_for_an_answer(watches: CallWatches
     while monotonic() < since + REPLY_TIME:
         threading.Event().wait(0.01)
     assert watches.unanswered() is watch
-    watches.hear("made_safe", {"instrument": "supply", "item": "output_off", "outcome": "safe"})
+    watches.hear(event("made_safe", instrument="supply", item="output_off", outcome="safe"))
     assert watches.unanswered() is None
     session.close()
 
 
+def test_an_answer_to_what_switches_off_does_not_hide_the_call_that_failed(
+    interrupts: Interrupts, watches: CallWatches
+) -> None:
+    watch = watches.of(Role.SUPPLY)
+    watches.hear(event("energising", **ENERGISING))
+    with suppress(CommunicationError), watch.exchange():
+        since = watch.since
+        raise CommunicationError("supply", "no reply")
+    assert watches.silent() == {Role.SUPPLY}
+    with watch.making_safe(), watch.exchange():
+        pass
+    assert (watch.since, watch.unanswered_since, watches.silent()) == (0.0, since, {Role.SUPPLY})
+    assert watches.energised == {"supply"}
+    with watch.exchange():
+        pass
+    assert (watch.unanswered_since, watches.silent()) == (0.0, set())
+    # A call that was broken off by a request to stop says nothing about the instrument.
+    interrupts.request("the door")
+    with suppress(Interrupted), watch.exchange():
+        pass
+    assert watches.silent() == set()
+
+
 def test_what_feeds_nothing_has_all_its_time(watches: CallWatches) -> None:
     for role in (Role.SUPPLY, Role.VOLTMETER):
-        watches.hear("reading", {"instrument": role.value, "call": "measure_voltage"})
+        watches.hear(event("reading", instrument=role.value, call="measure_voltage"))
         assert watches.of(role).patience is None
-    watches.hear("energising", {"instrument": "voltmeter", "call": "energised"})
+    watches.hear(event("energising", instrument="voltmeter", call="energised"))
     assert watches.of(Role.VOLTMETER).patience is None
 
 
@@ -113,13 +141,13 @@ def test_what_is_energised_is_known_from_the_journal(
     watches: CallWatches, role: Role, events: list[tuple[str, str]], energised: bool
 ) -> None:
     for kind, call in events:
-        watches.hear(kind, {"instrument": role.value, "call": call})
+        watches.hear(event(kind, instrument=role.value, call=call))
     assert (watches.of(role).patience is not None) is energised
 
 
 def test_a_block_that_did_not_end_well_stays_energised(watches: CallWatches) -> None:
-    watches.hear("energising", ENERGISING)
-    watches.hear("de_energised", {**ENERGISING, "error": "CommunicationError: no reply"})
+    watches.hear(event("energising", **ENERGISING))
+    watches.hear(event("de_energised", **{**ENERGISING, "error": "CommunicationError: no reply"}))
     assert watches.of(Role.SUPPLY).patience is not None
 
 

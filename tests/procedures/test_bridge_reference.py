@@ -5,7 +5,7 @@ import pytest
 from drivers.interfaces import Accuracy, ImpedanceReading
 from procedures.core.actions import Connect, Socket, Terminal
 from procedures.estimation.winding.wiring import Outcome
-from procedures.verification import by_bridge
+from procedures.verification import bridge_evidence
 from procedures.verification.lines import Lines
 
 ALIGNED = Connect({Terminal.A: Socket.METER_HIGH, Terminal.B: Socket.METER_LOW, Terminal.C: Socket.METER_LOW})
@@ -21,12 +21,12 @@ def reading(resistance: float) -> ImpedanceReading:
 def test_a_bridge_within_its_limits_raises_no_alarm_against_four_wires(share: float) -> None:
     lines = Lines()
     lines.read_by_four_wires([2.0 * PHASE] * 3, 1e-3)
-    told = by_bridge.judged(ALIGNED, reading(1.5 * PHASE + share * LIMIT), lines.for_bridge({}))
+    told = bridge_evidence.judged(ALIGNED, reading(1.5 * PHASE + share * LIMIT), lines.for_bridge({}))
     assert told.outcome is not Outcome.WRONG
 
 
 def test_against_its_own_lines_it_tells_one_connection_from_another() -> None:
     lines = Lines()
     lines.read_by_bridge([2.0 * PHASE + 0.7 * LIMIT] * 3, 1e-3, 20.0)
-    told = by_bridge.judged(ALIGNED, reading(2.0 * PHASE + 0.7 * LIMIT), lines.for_bridge({}))
+    told = bridge_evidence.judged(ALIGNED, reading(2.0 * PHASE + 0.7 * LIMIT), lines.for_bridge({}))
     assert told.outcome is Outcome.WRONG

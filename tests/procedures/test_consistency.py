@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice, Parameter, ProcedureResult
 from procedures.note.torque_constant import DERIVED
@@ -92,7 +92,7 @@ def bench(
     phase = math.hypot(electrical_speed * flux + resistance * current, electrical_speed * inductances[1] * current)
     plate = Nameplate(
         "m",
-        Connection.WYE,
+        WindingConnection.WYE,
         rated_current=current,
         rated_speed_rpm=electrical_speed / pairs * 30.0 / math.pi,
         rated_voltage=math.sqrt(3.0) * phase / share,
@@ -280,4 +280,4 @@ def test_what_is_hardly_known_decides_nothing() -> None:
 
 
 def test_nothing_measured_nothing_to_say() -> None:
-    assert check_consistency(merge([]), {}, Nameplate("m", Connection.WYE, rated_current=1.0)) == ()
+    assert check_consistency(merge([]), {}, Nameplate("m", WindingConnection.WYE, rated_current=1.0)) == ()

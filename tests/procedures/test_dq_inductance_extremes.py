@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from procedures.core.bench import Bench
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.estimation.winding.rotor_sweep import saliency_significant
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 from procedures.note.dq_inductance_extremes import DqInductanceExtremes, DqInductanceExtremesSettings
@@ -19,7 +19,7 @@ class NoHands:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_saliency_lost_in_the_scatter_is_allowed_for(seed: int) -> None:
-    plate = Nameplate(name="x", connection=Connection.WYE, rated_current=1.0, maximum_current=2.0)
+    plate = Nameplate(name="x", connection=WindingConnection.WYE, rated_current=1.0, maximum_current=2.0)
     bench = Bench({}, NoHands(), VirtualClock(), NoRecord())
     procedure = DqInductanceExtremes(bench, plate, DqInductanceExtremesSettings(), {})
     time = np.linspace(0.0, 10.0, 96)

@@ -7,7 +7,7 @@ import pytest
 
 from drivers.interfaces import Accuracy, Aperture
 from procedures.core.bench import Bench, Role
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.note.stator_resistance import StatorResistance, StatorResistanceSettings
 
 
@@ -27,7 +27,7 @@ class Bridge:
 
 def foresee(bridge: Bridge, expected: dict[str, float], *roles: Role, **given: Any) -> list[str]:
     bench = SimpleNamespace(lcr_meter=bridge, has=lambda role: role in roles)
-    plate = Nameplate("m", Connection.WYE, rated_current=1.0, expected=expected)
+    plate = Nameplate("m", WindingConnection.WYE, rated_current=1.0, expected=expected)
     notices = StatorResistance.foresee(cast("Bench", bench), plate, StatorResistanceSettings(**given))
     assert all(notice.identifier == "cannot-support" for notice in notices)
     return [str(notice.message) for notice in notices]

@@ -9,7 +9,7 @@ import pytest
 from drivers.interfaces import Accuracy, Identity, InsulationReading, MeasurementError, Reading
 from procedures.core.actions import ALL_OPEN, Action, Connect, ConnectProbes, DisconnectVoltmeter, Socket
 from procedures.core.bench import Bench, ProcedureError, Role
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.end_of_line.insulation_resistance import ALL_HIGH, InsulationResistance, InsulationResistanceSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord
@@ -46,7 +46,9 @@ class Hands:
 
 
 def plate(**changed: Any) -> Nameplate:
-    return Nameplate("M", Connection.WYE, 10.0, **{"rated_voltage": 48.0, "insulation_test_voltage": 500.0, **changed})
+    return Nameplate(
+        "M", WindingConnection.WYE, 10.0, **{"rated_voltage": 48.0, "insulation_test_voltage": 500.0, **changed}
+    )
 
 
 def run(tester: Megohmmeter, nameplate: Nameplate, *, beside: Sequence[Role] = (), **settings: Any) -> Any:

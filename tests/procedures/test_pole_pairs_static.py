@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.core.bench import Bench, ProcedureError
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.result import ProcedureResult
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.note.pole_pairs_static import PolePairsStatic, PolePairsStaticSettings
@@ -22,7 +22,7 @@ class NoHands:
 
 
 def counted(degrees: list[float], turns: int = 1) -> ProcedureResult:
-    plate = Nameplate(name="x", connection=Connection.WYE, rated_current=1.0, maximum_current=2.0)
+    plate = Nameplate(name="x", connection=WindingConnection.WYE, rated_current=1.0, maximum_current=2.0)
     procedure = PolePairsStatic(
         Bench({}, NoHands(), VirtualClock(), NoRecord()), plate, PolePairsStaticSettings(turns=turns), {}
     )

@@ -71,10 +71,10 @@ def test_alternatives_are_joined_and_said_once():
     joined = {"kind": "joined", "terminals": ["C"]}
     assert str(words.found([joined, joined], COLOURS)) == "C (black) is connected, and should be open"
     two = [{"kind": "open", "terminals": ["A"]}, {"kind": "open", "terminals": ["B"]}]
-    assert str(words.found(two, COLOURS)) == "one of these is open, its wire off or its phase broken: A (white), B"
+    assert str(words.found(two, COLOURS)) == "one of these is open (wire off, or phase broken): A (white), B"
     mixed = [joined, {"kind": "exchanged", "terminals": ["A", "B"], "earlier": True}]
     assert str(words.found(mixed, {})) == (
-        "C is connected, and should be open, or at the connection before, A and B are interchanged"
+        "C is connected, and should be open, or in the previous connection, A and B are interchanged"
     )
 
 

@@ -6,10 +6,10 @@ from typing import Any
 from pyvisa import ResourceManager
 
 from bench.operators.virtual import VirtualOperator
+from bench.plugins.catalogues import installed
 from bench.run.plan import make_plan
 from bench.safety.station_instruments import StationInstruments
 from bench.virtual.virtual_station import virtual_station
-from procedures.catalogue import catalogue
 from procedures.core.bench import Bench
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter, ProcedureResult
@@ -36,7 +36,7 @@ def measure(
         lambda _: None,
         in_process=virtual,
     )
-    (planned,) = make_plan([name], settings, catalogue())
+    (planned,) = make_plan([name], settings, installed().procedures)
     try:
         bench = Bench(instruments.available(), VirtualOperator(virtual.world, 1), virtual.clock, record)
         return planned.procedure(bench, plate, planned.settings, known or {}).run()

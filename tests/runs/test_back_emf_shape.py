@@ -6,8 +6,9 @@ from dataclasses import replace
 import pytest
 
 from bench.motor.motor_file import load_motor
-from bench.virtual.true_values import truth_of
+from bench.virtual.true_values import true_values
 from procedures.core.bench import ProcedureError
+from procedures.core.parameters import PARAMETERS
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, ScopeErrors
 from tests.runs.on_bench import measure, within
@@ -40,7 +41,7 @@ def test_two_wires_interchanged_are_found_and_the_wires_named(bench, pair):
 
 
 def test_an_order_that_cannot_be_told_is_no_order(bench):
-    with pytest.raises(ProcedureError, match="cannot be told"):
+    with pytest.raises(ProcedureError, match="cannot be determined"):
         measure(bench, replace(PLATE, rated_speed_rpm=1e-2, rated_voltage=None), "phase-order")
 
 
@@ -92,7 +93,7 @@ def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
 @pytest.mark.parametrize("shares", [(1.0, 0.9, 1.0), (0.93, 1.0, 1.05)])
 def test_a_weak_winding_is_found_in_size_and_angle(shares):
     weak = replace(MOTOR, emf_shares=shares)
-    truth = truth_of(weak)
+    truth = true_values(PARAMETERS, weak)
     with VirtualBench(weak, seed=4, sockets=False) as bench:
         result = measure(bench, PLATE, "back-emf-shape", "exchange=true")
     for name in ("back_emf_unbalance", "back_emf_angle_deviation", "back_emf_thd"):
@@ -105,4 +106,4 @@ def test_wires_exchanged_inside_the_motor_are_found():
     inside = replace(MOTOR, exchanged=("B", "C"))
     with VirtualBench(inside, seed=4, sockets=False) as bench:
         assert measure(bench, PLATE, "phase-order").parameter("phase_order").value == -1.0
-    assert truth_of(inside)["phase_order"] == -1.0
+    assert true_values(PARAMETERS, inside)["phase_order"] == -1.0

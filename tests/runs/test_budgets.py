@@ -7,8 +7,9 @@ from rich.console import Console
 
 from bench.cli.main import main
 from bench.motor.motor_file import load_motor
-from bench.run.run import Wishes, run
-from procedures.catalogue import catalogue
+from bench.plugins.catalogues import installed
+from bench.run.request import RunRequest
+from bench.run.run import run
 from procedures.core.result import Contribution
 
 
@@ -17,8 +18,8 @@ def whole_run(request, tmp_path_factory):
     """Return the result of every procedure on a virtual motor."""
     runs = tmp_path_factory.mktemp("runs")
     with (runs / "console").open("w", encoding="utf-8") as shown:
-        wishes = Wishes(["all"], load_motor(request.param), "virtual", "en", runs, seed=11)
-        return run(wishes, catalogue(), Console(file=shown)).view
+        wishes = RunRequest(["all"], load_motor(request.param), "virtual", "en", runs, seed=11)
+        return run(wishes, installed().procedures, Console(file=shown)).view
 
 
 def figures(view):

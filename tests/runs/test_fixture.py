@@ -87,13 +87,13 @@ def test_a_contact_that_the_unit_says_is_closed_is_found_by_measuring(motorbench
     (tmp_path / "faults.toml").write_text(RELAY, encoding="utf-8")
     status, given = by_fixture(motorbench, "stator-resistance-dc", more=("--faults", str(tmp_path / "faults.toml")))
     assert status != 0
-    assert "one of these is open, its wire off or its phase broken" in given["cause"]
+    assert "one of these is open (wire off, or phase broken)" in given["cause"]
     assert [event for event in events(given) if event["kind"] == "made_safe"][-1]["item"] == "open"
 
 
 def test_what_a_fixture_cannot_put_right_ends_the_run(motorbench):
     status, given = by_fixture(motorbench, "stator-resistance-dc", more=("--fault", "open_phase terminal=A"))
     assert status != 0
-    assert "Put it right and begin again" in given["cause"]
+    assert "Correct it and start again" in given["cause"]
     done = {event["action"]: event["given"] for event in events(given) if event["kind"] == "action_done"}
     assert done["Mend"] is False

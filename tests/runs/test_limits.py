@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.journal.journal import read_journal
+from bench.journal.journal_file import read_journal
 from bench.motor.shipped_motors import motor_content
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from procedures.core.bench import ProcedureError
-from procedures.verification.verification import WiringError
+from procedures.verification.verifier import WiringError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
 from tests.runs.on_bench import measure, within

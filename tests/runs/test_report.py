@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from bench.journal.journal import read_journal
+from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.signatures import sign
 from bench.journal.waveforms import read_waveform
-from procedures.catalogue import catalogue
+from bench.plugins.catalogues import installed
 from tests.command_line import Call
 
 
@@ -45,8 +45,8 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
     assert page.name == "report-en.html"
     seen = Words(page.read_text(encoding="utf-8"))
     ended = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-    done = {name: kind for name, kind in catalogue().items() if name in ended["procedures"]}
-    measurements = [name for name, kind in catalogue().items() if not kind.end_of_line]
+    done = {name: kind for name, kind in installed().procedures.items() if name in ended["procedures"]}
+    measurements = [name for name, kind in installed().procedures.items() if not kind.end_of_line]
     assert len(done) == len(measurements) - 1, "all but the six-step drive's"
     for name, kind in done.items():
         for step in kind.steps():

@@ -6,17 +6,19 @@ from typing import Any
 import pytest
 from pyvisa import ResourceManager
 
+from bench.journal.codec import data_of
 from bench.motor.motor_file import load_motor
 from bench.operators.virtual import VirtualOperator
+from bench.plugins.catalogues import installed
 from bench.run.plan import make_plan
 from bench.safety.station_instruments import StationInstruments
 from bench.virtual.virtual_station import virtual_station
-from procedures.catalogue import catalogue
 from procedures.core.actions import Action, Mend
 from procedures.core.bench import Bench
+from procedures.core.events import Event
 from procedures.core.nameplate import Nameplate
 from procedures.estimation.fitting.intervals import Interval
-from procedures.verification.verification import WiringError
+from procedures.verification.verifier import WiringError
 from sim_instruments.bench import VirtualBench
 from tests.studies.measured_motor import NoRecord
 
@@ -29,8 +31,8 @@ class Record(NoRecord):
     def __init__(self) -> None:
         self.events: list[tuple[str, dict[str, Any]]] = []
 
-    def event(self, kind: str, **data: Any) -> None:
-        self.events.append((kind, data))
+    def record(self, event: Event) -> None:
+        self.events.append((event.kind, data_of(event)))
 
 
 @dataclass
@@ -75,13 +77,13 @@ class Measuring:
         return self._record.events
 
     def __call__(self, name: str, *, taught: bool = True, operator: Any = None, settings: tuple[str, ...] = ()) -> Any:
-        (planned,) = make_plan([name], settings, catalogue())
+        (planned,) = make_plan([name], settings, installed().procedures)
         hands = operator or VirtualOperator(self._bench.world, 2)
         bench = Bench(self._instruments.available(), hands, self._bench.clock, self._record)
         if taught:
-            bench.standing.lines.read_by_bridge(LINES, 0.1, 20.0)
-            bench.standing.lines.read_by_four_wires(LINES, 0.005)
-            bench.standing.lines.seen_leads(LEADS)
+            bench.state.lines.read_by_bridge(LINES, 0.1, 20.0)
+            bench.state.lines.read_by_four_wires(LINES, 0.005)
+            bench.state.lines.seen_leads(LEADS)
         return planned.procedure(bench, self._plate, planned.settings, {}).run()
 
 
@@ -137,14 +139,14 @@ def test_an_open_phase_that_carries_all_current_stops_every_procedure(bench, mea
 @pytest.mark.parametrize("terminal", ["B", "C"])
 @pytest.mark.parametrize("name", ["dq-inductance-aligned", "dq-inductance-time-constant"])
 def test_one_of_two_parallel_wires_missing_is_named_before_anything_is_read(bench, measure, name, terminal):
-    bench.world.slips.wire(terminal, "open")
+    bench.world.miswirings.wire(terminal, "open")
     said = refused(measure, name)
     assert "B (green), C (black)" in said
     assert "the supply reads 0.036" in said
 
 
 def test_the_open_terminal_that_is_connected(bench, measure):
-    bench.world.slips.wire("A", "supply+", 5)
+    bench.world.miswirings.wire("A", "supply+", 5)
     assert "A (white) is connected, and should be open" in refused(measure, "dq-inductance-aligned")
 
 
@@ -154,24 +156,24 @@ def test_the_open_terminal_that_is_connected(bench, measure):
 )
 @pytest.mark.parametrize("taught", [True, False])
 def test_bridge_on_an_aligned_rotor(bench, measure, occasion, terminal, socket, said, taught):
-    bench.world.slips.wire(terminal, socket, occasion)
+    bench.world.miswirings.wire(terminal, socket, occasion)
     found = refused(measure, "dq-inductance-aligned", taught=taught)
     if taught:
         assert said in found
     else:
         # Two readings differ as they should not: it is one or the other.
         assert "C (black) is connected" in found
-        assert "at the connection before, B (green) is open" in found
+        assert "in the previous connection, B (green) is open" in found
 
 
 def test_bridge_between_two_lines(bench, measure):
-    bench.world.slips.wire("C", "lcr_low")
+    bench.world.miswirings.wire("C", "lcr_low")
     assert "C (black) is connected" in refused(measure, "dq-inductance-extremes")
 
 
 @pytest.mark.parametrize(("occasion", "third"), [(1, "C (black)"), (2, "A (white)"), (3, "B (green)")])
 def test_three_lines_tell_each_other(bench, measure, occasion, third):
-    bench.world.slips.wire("CAB"[occasion - 1], "lcr_low", occasion)
+    bench.world.miswirings.wire("CAB"[occasion - 1], "lcr_low", occasion)
     assert f"{third} is connected, and should be open" in refused(measure, "stator-resistance", taught=False)
 
 
@@ -185,16 +187,16 @@ def test_clipped_bridge_leads_are_no_winding(bench, measure):
 
 @pytest.mark.parametrize("taught", [True, False])
 def test_voltmeter_the_wrong_way_round(bench, measure, taught):
-    bench.world.slips.voltage_leads(None, "B", "A")
+    bench.world.miswirings.voltage_leads(None, "B", "A")
     said = refused(measure, "stator-resistance-dc", taught=taught)
     assert "voltmeter" in said
     assert "are interchanged" in said
 
 
 def test_voltmeter_on_the_open_terminal_or_nothing(bench, measure):
-    bench.world.slips.voltage_leads(None, "C", None)
+    bench.world.miswirings.voltage_leads(None, "C", None)
     assert "the voltmeter's high lead is on C (black) instead of A (white)" in refused(measure, "stator-resistance-dc")
-    bench.world.slips.voltage_leads(None, None, "loose")
+    bench.world.miswirings.voltage_leads(None, None, "loose")
     assert "the voltmeter's low lead does not touch B (green)" in refused(measure, "stator-resistance-dc")
 
 
@@ -207,47 +209,47 @@ def test_voltmeter_on_the_open_terminal_or_nothing(bench, measure):
     ],
 )
 def test_voltage_probe_of_a_step(bench, measure, leads, said):
-    bench.world.slips.voltage_leads(1, *leads)
+    bench.world.miswirings.voltage_leads(1, *leads)
     assert said in refused(measure, "dq-inductance-time-constant")
 
 
 def test_current_probe_of_a_step(bench, measure):
-    bench.world.slips.current_probe(4, turned=True)
+    bench.world.miswirings.current_probe(4, turned=True)
     assert "channel 4: the current probe's arrow points away" in refused(measure, "dq-inductance-time-constant")
-    bench.world.slips.current_probe(4, "B")
+    bench.world.miswirings.current_probe(4, "B")
     assert "round the wire of B (green) instead of A (white)" in refused(measure, "dq-inductance-time-constant")
 
 
 @pytest.mark.parametrize("terminal", ["B", "C"])
 def test_a_probe_tells_which_of_two_parallel_wires_is_missing(bench, measure, terminal):
-    bench.world.slips.wire(terminal, "open", 2)
+    bench.world.miswirings.wire(terminal, "open", 2)
     said = refused(measure, "dq-inductance-time-constant")
-    assert f"as told: {terminal} (" in said
+    assert f"the wiring is wrong: {terminal} (" in said
     assert "is open" in said
 
 
-def test_as_told_is_proved(measure):
+def test_as_told_is_verified(measure):
     result = measure("dq-inductance-time-constant")
-    assert set(outcomes(result)) <= {"proved", "not proved"}
+    assert set(outcomes(result)) <= {"verified", "not verified"}
     by_probes = [entry for entry in result.findings["wiring"] if entry["by"] == "oscilloscope"]
-    assert [entry["outcome"] for entry in by_probes] == ["proved", "proved"]
+    assert [entry["outcome"] for entry in by_probes] == ["verified", "verified"]
     assert by_probes[0]["terminals"] == {"A": "supply-", "B": "supply+", "C": "supply+"}
     assert [kind for kind, _ in measure.events].count("wiring_checked") == len(outcomes(result))
 
 
 def test_interchanged_wires_that_read_the_same_are_listed_and_not_accused(bench, measure):
-    bench.world.slips.exchange("B", "C", None)
+    bench.world.miswirings.exchange("B", "C", None)
     result = measure("dq-inductance-time-constant")
-    entry = next(e for e in result.findings["wiring"] if e["outcome"] == "proved" and e["by"] == "supply")
+    entry = next(e for e in result.findings["wiring"] if e["outcome"] == "verified" and e["by"] == "supply")
     assert {"kind": "exchanged", "terminals": ["A", "B"]} in entry["possible"]
 
 
 def test_what_is_mended_is_measured_again(bench, measure):
-    bench.world.slips.wire("B", "open")
+    bench.world.miswirings.wire("B", "open")
     told = {"A": "lcr_high", "B": "lcr_low"}
     hands = Mending(VirtualOperator(bench.world, 2), lambda: bench.world.connect(told))
     result = measure("dq-inductance-extremes", operator=hands)
-    assert outcomes(result) == ["wrong", "proved"]
+    assert outcomes(result) == ["wrong", "verified"]
     (mend,) = hands.asked
     assert "B (green)" in str(mend.finding)
     assert "B (green) → LCR meter, low" in [str(line) for line in mend.wanted]
@@ -262,16 +264,16 @@ def test_it_is_not_asked_for_ever(bench, measure):
 
 
 def test_wires_interchanged_while_aligning_show_by_where_the_rotor_stands(bench, measure):
-    bench.world.slips.exchange("A", "B")
+    bench.world.miswirings.exchange("A", "B")
     said = refused(measure, "dq-inductance-aligned")
     assert "A (white) and B (green) are interchanged, or C (black) is on the instrument's other pole" in said
     assert "stands at -6" in said
 
 
 def test_one_polarity_on_another_terminal_shows_without_knowing_the_lines(bench, measure):
-    bench.world.slips.wire("C", "supply-")
+    bench.world.miswirings.wire("C", "supply-")
     said = refused(measure, "stator-resistance-dc", taught=False)
-    assert "C (black) is connected as well, or a lead of supply or voltmeter is on it" in said
+    assert "C (black) is connected as well, or a lead of the supply or the voltmeter is on it by mistake" in said
 
 
 @pytest.mark.parametrize(
@@ -284,7 +286,7 @@ def test_one_polarity_on_another_terminal_shows_without_knowing_the_lines(bench,
     ],
 )
 def test_probes_of_the_turned_motor(bench, measure, channel, leads, said):
-    bench.world.slips.voltage_leads(channel, *leads)
+    bench.world.miswirings.voltage_leads(channel, *leads)
     assert said in refused(measure, "back-emf-constant")
     # Found while turning slowly, and at rest for whoever mends it.
     assert max(data["arguments"][0] for kind, data in measure.events if kind == "energising") < 40.0
@@ -292,8 +294,8 @@ def test_probes_of_the_turned_motor(bench, measure, channel, leads, said):
 
 
 def test_terminals_that_should_be_open(bench, measure):
-    bench.world.slips.wire("A", "lcr_low")
-    bench.world.slips.wire("B", "lcr_low")
+    bench.world.miswirings.wire("A", "lcr_low")
+    bench.world.miswirings.wire("B", "lcr_low")
     assert "A (white) and B (green) are connected to each other" in refused(measure, "back-emf-constant")
 
 
@@ -301,12 +303,12 @@ def test_labels_that_are_interchanged_are_a_notice(bench, measure):
     bench.world.set_swapped(("B", "C"))
     result = measure("back-emf-constant")
     assert "phase-order" in {notice.identifier for notice in result.warnings}
-    assert outcomes(result) == ["proved"]
+    assert outcomes(result) == ["verified"]
     assert result.findings["wiring"][0]["reason"] == "sequence"
 
 
 def test_one_probe_that_touches_nothing(bench, measure):
-    bench.world.slips.voltage_leads(1, "loose", None)
+    bench.world.miswirings.voltage_leads(1, "loose", None)
     assert "channel 1 shows no voltage" in refused(measure, "pole-pairs-back-emf")
 
 
@@ -314,12 +316,12 @@ def test_one_probe_that_touches_nothing(bench, measure):
 def test_a_wire_missing_at_the_inverter(bench, measure, name):
     bench.world.set_open_phase("B")
     said = refused(measure, name)
-    assert "the inverter switches itself off: look for a wire that is off" in said
+    assert "the inverter switches itself off: look for a wire that is off or interchanged" in said
     assert not bench.world.truth()["energised"]
 
 
 def test_two_wires_interchanged_at_the_inverter(bench, measure):
-    bench.world.slips.exchange("A", "B")
+    bench.world.miswirings.exchange("A", "B")
     said = refused(measure, "torque-constant")
     assert "two of the three wires are interchanged, or the dynamometer turns the other way" in said
     # A twentieth of the rated 29 A has shown it.
@@ -340,8 +342,8 @@ def test_a_current_probe_round_no_wire_at_the_inverter(bench, measure):
     bench.world.attach_current_probe = attach
 
 
-def test_open_terminals_stay_proved_while_nobody_touches_them(bench, measure):
-    assert outcomes(measure("inertia")) == ["not proved"]
+def test_open_terminals_stay_verified_while_nobody_touches_them(bench, measure):
+    assert outcomes(measure("inertia")) == ["not verified"]
 
 
 SIX_STEP = "92bl-30-25l"

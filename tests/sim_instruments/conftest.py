@@ -15,7 +15,7 @@ def bench_motor() -> VirtualMotor:
 
 @pytest.fixture
 def virtual_bench(bench_motor: VirtualMotor) -> Iterator[VirtualBench]:
-    with VirtualBench(bench_motor, seed=1, ambient_temperature=25.0) as bench:
+    with VirtualBench(bench_motor, seed=1) as bench:
         yield bench
 
 

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from procedures.catalogue import catalogue
+from bench.plugins.catalogues import installed
 
 #: A motor with a six-step drive, for the procedure that needs one.
 DRIVEN_MOTOR = "92bl-30-25l"
@@ -70,7 +70,7 @@ def cases(
 
     End-of-line checks are tried where they are named.
     """
-    for procedure, kind in catalogue().items():
+    for procedure, kind in installed().procedures.items():
         if procedure not in procedures if procedures else kind.end_of_line:
             continue
         roles = sorted(role.value for role in kind.roles)

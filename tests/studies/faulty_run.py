@@ -16,9 +16,10 @@ from typing import Any
 from rich.console import Console
 
 from bench.motor.motor_file import load_motor
-from bench.run.run import Finished, Wishes, run
+from bench.plugins.catalogues import installed
+from bench.run.request import Finished, RunRequest
+from bench.run.run import run
 from bench.virtual.fault_file import GivenFault
-from procedures.catalogue import catalogue
 from procedures.core.result import Parameter
 from sim_instruments.faults.catalogue import FAULT
 from tests.studies.fault_cases import SETTINGS, Case
@@ -96,7 +97,7 @@ def reference(motor: str, procedure: str, seed: int) -> Reference:
 def _run(motor: str, procedure: str, seed: int, fault: Mapping[str, Any] | None) -> Finished:
     faults = () if fault is None else (GivenFault(FAULT.validate_python(fault), "the study"),)
     with tempfile.TemporaryDirectory(prefix="fault-study-", dir=_memory()) as runs:
-        wishes = Wishes(
+        wishes = RunRequest(
             [procedure],
             load_motor(motor),
             "virtual",
@@ -106,7 +107,7 @@ def _run(motor: str, procedure: str, seed: int, fault: Mapping[str, Any] | None)
             seed=seed,
             faults=faults,
         )
-        return run(wishes, catalogue(), Console(file=io.StringIO()))
+        return run(wishes, installed().procedures, Console(file=io.StringIO()))
 
 
 def _memory() -> str | None:

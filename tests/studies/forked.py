@@ -3,14 +3,38 @@
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.reduction import DupFd
+from pathlib import Path
 from typing import Any
 
+from bench.cli.main import main
+
 _CONTEXT = multiprocessing.get_context("forkserver")
-_CONTEXT.set_forkserver_preload(["__main__", "tests.studies.held_run", "tests.studies.measured_motor"])
+_CONTEXT.set_forkserver_preload(
+    [
+        "__main__",
+        "tests.studies.held_run",
+        "tests.studies.measured_motor",
+        "tests.studies.loaded_late",
+        "bench.cli.demo",
+        "bench.cli.run",
+        "bench.cli.serve",
+        "bench.cli.sim_serve",
+        "bench.eol.line.batch",
+        "bench.eol.store.records",
+        "bench.panel.app",
+        "sim_instruments.server.served_bench",
+        "sqlalchemy.dialects.postgresql.psycopg",
+        "sqlalchemy.dialects.sqlite.pysqlite",
+    ]
+)
+#: A command ends within this time (s), however busy the machine.
+_PATIENCE = 120.0
 
 
 def context() -> Any:
@@ -20,26 +44,73 @@ def context() -> Any:
     return _CONTEXT
 
 
-def _work_with(state: str, work: Callable[..., None], *arguments: Any) -> None:
-    if state:
-        os.environ["MOTORBENCH_STATE"] = state
+def _work_with(
+    environment: Mapping[str, str], folder: str, work: Callable[..., None], *arguments: Any, streams: Sequence[DupFd]
+) -> None:
+    # To what asks, this is a process like any other.
+    multiprocessing.current_process().name = "MainProcess"
+    os.environ.clear()
+    os.environ.update(environment)
+    os.chdir(folder)
+    for number, stream in enumerate(streams):
+        received = stream.detach()
+        os.dup2(received, number)
+        os.close(received)
+    _keep_descriptors()
+    sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
     work(*arguments)
+
+
+def _keep_descriptors() -> None:
+    """Pass none but the standard streams on to programs begun from here.
+
+    Descriptors that came over a socket are inheritable. A run that outlives the panel's server would hold the pipes open
+    that its test reads to their end.
+    """
+    with os.scandir("/proc/self/fd") as entries:
+        for number in [int(entry.name) for entry in entries]:
+            # The one that lists them is gone by then.
+            with suppress(OSError):
+                if number > 2:
+                    os.set_inheritable(number, False)
+
+
+def motorbench(*words: str) -> None:
+    """Do what the command line does with these words."""
+    sys.argv = ["motorbench", *words]
+    main()
+
+
+def command(*words: object, environment: Mapping[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+    """Return how `motorbench` with these words has ended and what it said."""
+    process = Forked(motorbench, *map(str, words), environment=environment)
+    try:
+        output, errors = process.communicate(_PATIENCE)
+        assert process.returncode is not None
+        return subprocess.CompletedProcess(["motorbench", *map(str, words)], process.returncode, output, errors)
+    finally:
+        process.close()
 
 
 class Forked:
     """A process with pipes to its standard streams, as subprocess.Popen has it.
 
-    `work` gets the arguments and then the streams, which it puts in their places.
+    `work` gets the arguments, in this process's environment (or the given one) and working folder.
     """
 
-    def __init__(self, work: Callable[..., None], *arguments: Any) -> None:
+    def __init__(
+        self, work: Callable[..., None], *arguments: Any, environment: Mapping[str, str] | None = None
+    ) -> None:
         read_in, write_in = os.pipe()
         read_out, write_out = os.pipe()
         read_err, write_err = os.pipe()
         given = _Streams(read_in, write_out, write_err)
+        forking = context()
         # The process that forks may have begun in another test's environment.
-        state = os.environ.get("MOTORBENCH_STATE", "")
-        self._process = context().Process(target=_work_with, args=(state, work, *arguments, given))
+        own = dict(os.environ if environment is None else environment)
+        self._process = forking.Process(
+            target=_work_with, args=(own, str(Path.cwd()), work, *arguments), kwargs={"streams": given}
+        )
         self._process.start()
         for descriptor in (read_in, write_out, write_err):
             os.close(descriptor)

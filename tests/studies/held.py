@@ -3,17 +3,16 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
 from bench.cli.station import reset
+from bench.journal.codec import RecordedEvent
 from bench.journal.guardian_record import read_guardian
-from bench.journal.journal import Event, read_journal
+from bench.journal.journal_file import read_journal
 from bench.virtual.served_world import ServedWorld
-from tests.studies.forked import Forked
+from tests.studies.forked import Forked, motorbench
 from tests.studies.held_run import hold
 
 #: Nobody dies in a test for longer than this (s).
@@ -34,10 +33,7 @@ class Served:
         self.station = folder / "station.toml"
         pace = ("--speedup", str(speedup))
         words = ("--motor", motor, "--json", *pace, "--station-file", str(self.station), *more)
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "bench", "sim", "serve", *words], stdout=subprocess.PIPE, text=True, env=quiet()
-        )
-        assert self.process.stdout is not None
+        self.process = Forked(motorbench, "sim", "serve", *words)
         self.told: dict[str, Any] = json.loads(self.process.stdout.readline())
         self.world = ServedWorld(self.told["control"])
         if wired:
@@ -86,15 +82,16 @@ class Served:
         self.world.__exit__()
         self.process.send_signal(signal.SIGTERM)
         self.process.communicate(timeout=PATIENCE)
+        self.process.close()
 
 
 class Run:
-    """A held run under way."""
+    """A held run under way, on a bench by its own station file or by another one of it."""
 
-    def __init__(self, served: Served, folder: Path, *then: str) -> None:
+    def __init__(self, served: Served, folder: Path, *then: str, station: Path | None = None) -> None:
         self.served = served
         self.runs = folder
-        self.process = Forked(hold, str(served.station), folder, then)
+        self.process = Forked(hold, str(station or served.station), folder, then)
         try:
             self._begin()
         except BaseException:
@@ -119,15 +116,15 @@ class Run:
         return next(self.runs.iterdir())
 
     @property
-    def guardian(self) -> list[dict[str, Any]]:
+    def guardian(self) -> list[RecordedEvent]:
         return read_guardian(self.folder)
 
     @property
     def guardian_pid(self) -> int:
-        return int(self.guardian[0]["data"]["pid"])
+        return int(self.guardian[0].data["pid"])
 
     @property
-    def journal(self) -> tuple[Event, ...]:
+    def journal(self) -> tuple[RecordedEvent, ...]:
         return read_journal(self.folder / "journal.jsonl").events
 
     def signal(self, number: signal.Signals) -> None:
@@ -140,10 +137,10 @@ class Run:
         told: dict[str, Any] = json.loads(output.splitlines()[-1])
         return told
 
-    def guardian_left(self) -> list[dict[str, Any]]:
+    def guardian_left(self) -> list[RecordedEvent]:
         """Return what the guardian wrote, once it has left."""
         begun = time.monotonic()
-        while (events := self.guardian)[-1]["kind"] != "left":
+        while (events := self.guardian)[-1].kind != "left":
             assert time.monotonic() - begun < PATIENCE, events
             self.served.world.clock.sleep(0.2)
         return events

@@ -1,10 +1,7 @@
 """A process that has one instrument energise the motor by its driver, says so, and waits to be killed: nobody guards it."""
 
-import os
 import sys
-from collections.abc import Sequence
 from contextlib import AbstractContextManager, ExitStack
-from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +12,8 @@ from drivers.transport.can.buses import CanBuses
 from procedures.core.bench import Role
 
 
-def hold_driver(station: str, role: str, streams: Sequence[DupFd]) -> None:
-    """Run in a process that was forked for it; `streams` are its standard input, output and error."""
-    for number, stream in enumerate(streams):
-        os.dup2(stream.detach(), number)
-    sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
+def hold_driver(station: str, role: str) -> None:
+    """Run in a process that was forked for it."""
     entry = load_station(Path(station)).entries[Role(role)]
     given = Surroundings(SystemClock(), _no_visa, can_buses=CanBuses())
     instrument: Any = entry.driver.open(entry.address, entry.options, given)

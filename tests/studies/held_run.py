@@ -4,20 +4,18 @@ What it does once everything is on: wait, disk-full, deadlock, lose ROLE.
 """
 
 import json
-import os
 import resource
 import signal
 import sys
 import threading
-from collections.abc import Sequence
 from contextlib import ExitStack
-from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any, ClassVar
 
 from bench.motor.motor_file import load_motor
 from bench.run.console import console_on
-from bench.run.run import Wishes, run
+from bench.run.request import RunRequest
+from bench.run.run import run
 from procedures.core.bench import Role
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
@@ -69,14 +67,11 @@ class Hold(Procedure[Settings]):
             getattr(self.bench, role).measure_current()
 
 
-def hold(station: str, runs: Path, then: tuple[str, ...], streams: Sequence[DupFd]) -> None:
-    """Run in a process that was forked for it; `streams` are its standard input, output and error."""
-    for number, stream in enumerate(streams):
-        os.dup2(stream.detach(), number)
-    sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
+def hold(station: str, runs: Path, then: tuple[str, ...]) -> None:
+    """Run in a process that was forked for it."""
     Hold.runs, Hold.then = runs, then
     motor = load_motor("lg-400w")
-    wishes = Wishes(procedures=["hold"], motor=motor, station=station, language="en", runs=runs, operator="virtual")
+    wishes = RunRequest(procedures=["hold"], motor=motor, station=station, language="en", runs=runs, operator="virtual")
     done = run(wishes, {"hold": Hold}, console_on(sys.stderr))
     told: dict[str, Any] = {"status": done.view.status, "cause": done.view.cause}
     print(json.dumps(told), flush=True)

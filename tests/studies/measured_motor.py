@@ -5,28 +5,29 @@ from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from time import process_time
-from typing import Any
 
 import numpy as np
 from pyvisa import ResourceManager
 
 from bench.journal.waveforms import StoredRecord, WaveformLike
 from bench.operators.virtual import VirtualOperator
+from bench.plugins.catalogues import installed
 from bench.run.plan import Planned, make_plan
 from bench.safety.limits.bounds import known_pole_pairs
 from bench.safety.shutdown import shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.station.shutdown_sequence import ShutdownSequence
-from bench.virtual.true_values import truth_of
+from bench.virtual.true_values import true_values
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError
-from procedures.catalogue import catalogue
 from procedures.core.bench import Bench, ProcedureError
+from procedures.core.events import Event
 from procedures.core.nameplate import Nameplate
 from procedures.core.parameter_set import merge
+from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Parameter, ProcedureResult
 from procedures.estimation.fitting.fit import EstimationError
-from sim_instruments.bench import VirtualBench
+from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor import VirtualMotor
 from tests.studies.random_motors import draw_motor
@@ -64,7 +65,7 @@ class Measured:
 class NoRecord:
     """A journal and a store of waveforms that keep nothing."""
 
-    def event(self, kind: str, **data: Any) -> None:
+    def record(self, event: Event) -> None:
         """Let it go."""
 
     def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:
@@ -74,7 +75,7 @@ class NoRecord:
 
 def study_plan(procedures: Collection[str] = ()) -> list[Planned]:
     """Return the procedures of the study in the catalogue's order, or those of them that are named."""
-    known = catalogue()
+    known = installed().procedures
     names = [
         name
         for name in known
@@ -97,8 +98,7 @@ def measure(seed: int, index: int, plan: list[Planned], spent: Counter[str] | No
         motor,
         seed=int(random.integers(1 << 31)),
         errors=Errors.drawn(random),
-        ambient_temperature=ambient,
-        initial_angle=float(random.uniform(0.0, 2.0 * np.pi)),
+        setting=BenchSetting(ambient_temperature=ambient, initial_angle=float(random.uniform(0.0, 2.0 * np.pi))),
         sockets=False,
     )
     with bench:
@@ -127,7 +127,7 @@ def _measured(
         in_process=virtual,
         pole_pairs=lambda: known_pole_pairs(plate, merge(results).parameters),
     )
-    truth = truth_of(motor)
+    truth = true_values(PARAMETERS, motor)
     refused, failed = [], []
     try:
         bench = Bench(instruments.available(), VirtualOperator(virtual.world, seed), virtual.clock, nothing)

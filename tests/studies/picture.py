@@ -10,8 +10,9 @@ from rich.console import Console
 
 from bench.cli.run import load_motor
 from bench.i18n.language import translator
-from bench.run.run import Wishes, run
-from procedures.catalogue import catalogue
+from bench.plugins.catalogues import installed
+from bench.run.request import RunRequest
+from bench.run.run import run
 from reports.tables.summary import summary
 
 
@@ -19,7 +20,7 @@ def main(target: Path) -> None:
     """Run the demo and write its table as SVG."""
     translate = translator("en")
     with tempfile.TemporaryDirectory() as folder:
-        wishes = Wishes(
+        wishes = RunRequest(
             procedures=("all",),
             motor=load_motor("lg-400w"),
             station="virtual",
@@ -27,7 +28,7 @@ def main(target: Path) -> None:
             seed=0,
             runs=Path(folder),
         )
-        finished = run(wishes, catalogue(), Console(quiet=True))
+        finished = run(wishes, installed().procedures, Console(quiet=True))
     console = Console(record=True, width=112, file=io.StringIO())
     console.print("$ motorbench demo")
     console.print(summary(finished.view.parameters(), (), finished.view.truth, translate))

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from sim_instruments.physics.motor import VirtualMotor
 
 #: What the virtual station gives: the supply's voltage (V) with a reserve, the phase voltage of the inverter (V, peak), its
@@ -66,7 +66,7 @@ def draw_motor(random: np.random.Generator) -> tuple[VirtualMotor, Nameplate]:
     )
     plate = Nameplate(
         name="drawn",
-        connection=Connection(motor.connection),
+        connection=WindingConnection(motor.connection),
         rated_current=current,
         maximum_current=2.0 * current,
         rated_speed_rpm=speed * 30.0 / math.pi,

@@ -20,12 +20,15 @@ from unittest import mock
 from rich.console import Console
 
 from bench.motor.motor_file import load_motor
-from bench.run.run import Wishes, run
-from procedures.catalogue import catalogue
+from bench.plugins.catalogues import installed
+from bench.run.request import RunRequest
+from bench.run.run import run
 from tests.studies.held import Run, Served
 
 #: What ends a run, by name.
 ENDS = ("kill -9", "SIGSTOP", "guardian killed", "SIGTERM", "Ctrl-C", "emergency stop (Modbus)", "door (CAN)")
+#: A run to be measured that does not end well is made again so often: on a busy machine an instrument may not answer in time.
+_TRIES = 3
 ON_WIRES = ("pole-pairs-static", "stator-resistance-dc")
 
 
@@ -131,7 +134,7 @@ def _without_limits() -> Iterator[None]:
     def as_it_is(_role: object, instrument: object, *_: object, **__: object) -> object:
         return instrument
 
-    with mock.patch("bench.safety.station_instruments.limited", as_it_is):
+    with mock.patch("bench.safety.station_instruments.guarded", as_it_is):
         yield
 
 
@@ -143,7 +146,7 @@ def _run(
     guardian: bool = True,
     timer: Callable[[], float] = time.perf_counter,
 ) -> float:
-    wishes = Wishes(
+    wishes = RunRequest(
         procedures=procedures,
         motor=load_motor("lg-400w"),
         station=station,
@@ -152,13 +155,15 @@ def _run(
         operator="virtual",
         guardian=guardian,
     )
-    with open(os.devnull, "w", encoding="utf-8") as nowhere:
-        begun = timer()
-        done = run(wishes, catalogue(), Console(file=nowhere))
-        taken = timer() - begun
-    if done.view.status != "completed":
-        sys.exit(f"a run that was to be measured {done.view.status}: {done.view.cause}")
-    return taken
+    for _ in range(_TRIES):
+        with open(os.devnull, "w", encoding="utf-8") as nowhere:
+            begun = timer()
+            done = run(wishes, installed().procedures, Console(file=nowhere))
+            taken = timer() - begun
+        if done.view.status == "completed":
+            return taken
+        print(f"  made again: a run that was to be measured {done.view.status}: {done.view.cause}", flush=True)
+    sys.exit(f"no run has ended well in {_TRIES} tries: the machine is too busy to measure on")
 
 
 def _print_reaction(end: str, found: list[tuple[float, float | None]]) -> None:

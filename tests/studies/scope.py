@@ -111,7 +111,7 @@ def _killed(served: Served, folder: Path, environment: Mapping[str, str], scope:
         _switch_off(served)
         return None
     took = time.monotonic() - begun
-    kinds = [event["kind"] for event in read_guardian(next(runs.iterdir()))]
+    kinds = [event.kind for event in read_guardian(next(runs.iterdir()))]
     assert scope == ("took" in kinds), kinds
     return took
 

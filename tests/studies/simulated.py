@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration, peak_amplitude
+from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration
+from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.mechanics.inertia import Ramp, fit_ramps, two_point
 from procedures.estimation.winding.rotor_sweep import axis_inductances, extremes, fit_rotor_sweep, saliency_significant

@@ -57,19 +57,19 @@ QUICK = ("stator-resistance", "dq-inductance-extremes", "pole-pairs-back-emf")
 
 @pytest.fixture(scope="module")
 def alone() -> list[Measured]:
-    return measure_some(5, range(8), QUICK)
+    return measure_some(5, range(4), QUICK)
 
 
 def test_one_seed_gives_the_same_figures_with_any_number_of_workers(alone: list[Measured]) -> None:
-    assert [one.index for one in alone] == list(range(8))
-    assert sum(len(one.figures) for one in alone) > 24
-    shared = list(by_workers(5, 8, 2, QUICK))
+    assert [one.index for one in alone] == list(range(4))
+    assert sum(len(one.figures) for one in alone) > 12
+    shared = list(by_workers(5, 4, 2, QUICK))
     assert shared == alone
     assert lines_of(shared) == lines_of(alone)
 
 
 def test_a_cluster_gives_the_same_figures(alone: list[Measured]) -> None:
-    assert list(by_cluster(5, 8, "local", QUICK)) == alone
+    assert list(by_cluster(5, 4, "local", QUICK)) == alone
 
 
 def lines_of(measured: Iterable[Measured]) -> list[str]:

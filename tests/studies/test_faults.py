@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from procedures.catalogue import catalogue
+from bench.plugins.catalogues import installed
 from tests.studies.fault_cases import WITH_OUTPUT, Case, cases
 from tests.studies.faults import judge_all, table
 from tests.studies.faulty_run import REFUSED, RIGHT, TOLD, WRONG, Ended, judge
@@ -71,7 +71,7 @@ def test_every_fault_comes_at_every_step_of_every_procedure() -> None:
     made = list(cases(MOTOR))
     steps = {
         (name, step.identifier)
-        for name, kind in catalogue().items()
+        for name, kind in installed().procedures.items()
         if kind.roles and not kind.end_of_line
         for step in kind.steps()
     }

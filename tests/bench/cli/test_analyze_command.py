@@ -10,7 +10,7 @@ import pytest
 from tests.command_line import Call
 from tests.studies import simulated as sim
 
-DOCS = Path(__file__).parents[3] / "docs" / "captures.md"
+DOCS = Path(__file__).parents[3] / "docs" / "how-to" / "captures.md"
 
 
 @pytest.fixture

@@ -9,11 +9,12 @@ import pytest
 
 from bench.journal.journal import Journal
 from bench.journal.stored_result import store
+from bench.plugins.catalogues import installed
 from drivers.interfaces.text import text
 from procedures.core.budget import Uncertainties
 from procedures.core.result import Notice, ProcedureResult
-from reports.exports.catalogue import TARGETS
 from tests.command_line import Call
+from tests.journals import event
 
 MOTOR = """
 [nameplate]
@@ -74,11 +75,11 @@ def record(tmp_path: Path) -> Callable[..., Path]:
             "software": {"motorbench": "0.1.0"},
             "motor_file": motor,
         }
-        journal.event("run_started", **about)
+        journal.record(event("run_started", **about))
         for made in results:
-            journal.event("procedure_started", procedure=made.procedure, steps={})
-            journal.event("procedure_finished", result=store(made))
-        journal.event("run_finished", status="completed", cause="", bench_time=1.0, wall_time=1.0)
+            journal.record(event("procedure_started", procedure=made.procedure, steps={}))
+            journal.record(event("procedure_finished", result=store(made)))
+        journal.record(event("run_finished", status="completed", cause="", bench_time=1.0, wall_time=1.0))
         journal.close()
         return folder
 
@@ -89,7 +90,7 @@ def everything() -> ProcedureResult:
     return result({"pole_pairs": 7.0, **VALUES})
 
 
-@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("target", installed().exports)
 def test_every_target_from_the_command_line(
     target: str, call: Call, record: Callable[..., Path], tmp_path: Path
 ) -> None:
@@ -164,7 +165,7 @@ def test_two_counts_that_differ(call: Call, record: Callable[..., Path]) -> None
         (("a-run", "--for", "vecs"), 2, "did you mean vesc?"),
         (("nowhere", "--for", "vesc"), 1, "there is no run here"),
         (("a-run",), 2, "--for"),
-        (("a-run", "--for", "vesc", "--output", "no/such/folder/x.xml"), 1, "cannot be written: No such file"),
+        (("a-run", "--for", "vesc", "--output", "no/such/folder/x.xml"), 1, "cannot be written: there is no such file"),
     ],
 )
 def test_wrong_use(arguments: tuple[str, ...], code: int, said: str, call: Call, record: Callable[..., Path]) -> None:

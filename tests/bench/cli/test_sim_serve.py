@@ -17,10 +17,9 @@ from bench.i18n.errors import InputError, UsageError
 from bench.station.station_file import load_station
 from bench.virtual.served_clock import ServedClock
 from bench.virtual.served_world import ServedWorld
-from tests.studies.held import quiet
+from tests.studies.forked import Forked, command, motorbench
 
-MOTORBENCH = (sys.executable, "-m", "bench")
-SERVE = (*MOTORBENCH, "sim", "serve", "--motor", "lg-400w")
+SERVE = (sys.executable, "-m", "bench", "sim", "serve", "--motor", "lg-400w")
 
 
 class Served:
@@ -28,20 +27,15 @@ class Served:
 
     def __init__(self, folder: Path) -> None:
         self.file = folder / "station.toml"
-        self.process = subprocess.Popen(
-            [*SERVE, "--json", "--speedup", "100", "--seed", "3", "--station-file", str(self.file)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=quiet(),
-        )
-        assert self.process.stdout is not None
+        words = ("--json", "--speedup", "100", "--seed", "3", "--station-file", str(self.file))
+        self.process = Forked(motorbench, "sim", "serve", "--motor", "lg-400w", *words)
         self.told: dict[str, Any] = json.loads(self.process.stdout.readline())
 
     def end(self, number: signal.Signals) -> tuple[int, str, str]:
         """Status, output and errors after a signal."""
         self.process.send_signal(number)
         output, errors = self.process.communicate(timeout=10.0)
+        assert self.process.returncode is not None
         return self.process.returncode, output, errors
 
 
@@ -49,12 +43,7 @@ class Served:
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     made = Served(tmp_path_factory.mktemp("served"))
     yield made
-    if made.process.poll() is None:
-        made.end(signal.SIGKILL)
-
-
-def motorbench(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*MOTORBENCH, *words], capture_output=True, text=True, timeout=60.0, env=quiet(), check=False)
+    made.process.close()
 
 
 def test_the_station_file_is_ready(served: Served) -> None:
@@ -69,14 +58,14 @@ def test_the_station_file_is_ready(served: Served) -> None:
 
 
 def test_every_instrument_is_found(served: Served) -> None:
-    done = motorbench("station", "check", str(served.file), "--json")
+    done = command("station", "check", str(served.file), "--json")
     told = json.loads(done.stdout)
     assert (done.returncode, told["good"]) == (0, True), done.stdout
 
 
 def test_a_run_through_the_wires_holds_the_truth(served: Served, tmp_path: Path) -> None:
     words = ("stator-resistance", "pole-pairs-static", "pole-pairs-back-emf", "--station", str(served.file))
-    done = motorbench("run", *words, "--motor", "lg-400w", "--operator", "virtual", "--runs", str(tmp_path), "--json")
+    done = command("run", *words, "--motor", "lg-400w", "--operator", "virtual", "--runs", str(tmp_path), "--json")
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert result["parameters"]["pole_pairs"]["value"] == 4
@@ -90,7 +79,7 @@ def test_a_run_through_the_wires_holds_the_truth(served: Served, tmp_path: Path)
 def test_a_fault_waits_on_a_served_bench_for_the_step_that_the_run_reports(served: Served, tmp_path: Path) -> None:
     phrase = "supply: disconnect at step 3.1.2.1/3 of pole-pairs-static after 1"
     words = ("pole-pairs-static", "--station", str(served.file), "--motor", "lg-400w", "--runs", str(tmp_path))
-    done = motorbench("run", *words, "--json", "--fault", phrase)
+    done = command("run", *words, "--json", "--fault", phrase)
     result = json.loads(done.stdout)
     assert (done.returncode, result["status"]) == (1, "failed")
     assert "supply" in result["cause"]
@@ -100,12 +89,12 @@ def test_a_fault_waits_on_a_served_bench_for_the_step_that_the_run_reports(serve
         # Nobody reaches a supply whose cable is out, and the run has said so.
         assert truth["output_on"] is True
         assert "supply could not be made safe" in result["cause"]
-    refused = motorbench("run", *words, "--fault", "drive: silence at 1")
+    refused = command("run", *words, "--fault", "drive: silence at 1")
     assert refused.returncode == 1
     assert "role 'drive' is unknown" in refused.stderr
     with ServedWorld(served.told["control"]) as world:
         assert world.mend()["disconnected"] == []
-    again = motorbench("run", *words, "--json")
+    again = command("run", *words, "--json")
     assert again.returncode == 0, again.stderr
     with ServedWorld(served.told["control"]) as world:
         assert world.truth()["energised"] is False
@@ -210,11 +199,9 @@ def test_time_goes_as_on_the_bench() -> None:
 
 def test_a_fixture_is_served_with_a_station_file_that_loads(tmp_path: Path) -> None:
     file = tmp_path / "station.toml"
-    process = subprocess.Popen(
-        [*SERVE, "--fixture", "--json", "--station-file", str(file)], stdout=subprocess.PIPE, text=True, env=quiet()
-    )
+    words = ("--motor", "lg-400w", "--fixture", "--json", "--station-file", str(file))
+    process = Forked(motorbench, "sim", "serve", *words)
     try:
-        assert process.stdout is not None
         told = json.loads(process.stdout.readline())
         roles = {"switch_matrix", "rotor_actuator", "insulation_tester"}
         assert roles <= told["addresses"].keys()
@@ -222,4 +209,93 @@ def test_a_fixture_is_served_with_a_station_file_that_loads(tmp_path: Path) -> N
     finally:
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=10.0)
+        process.close()
     assert process.returncode == 0
+
+
+DUMMY = """
+from drivers.catalogue import Driver
+from drivers.interfaces import Role
+from drivers.keysight.options import Keysight34461AOptions
+from sim_instruments.catalogue import SimulatedInstrument
+
+def fail(place):
+    raise RuntimeError("no such range")
+
+DRIVER = Driver("acme-dm5", Role.VOLTMETER, Keysight34461AOptions, "nowhere:open", simulated={simulated!r})
+SIMULATED = SimulatedInstrument("acme-dm5", {role!r}, {transport!r}, fail, machine={machine})
+"""
+STATION = """
+[station]
+name = "own"
+[plugins]
+files = ["acme.py"]
+[instruments.voltmeter]
+driver = "acme-dm5"
+address = "TCPIP0::192.0.2.11::inst0::INSTR"
+"""
+
+
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({"simulated": ""}, "driver acme-dm5 names no simulated instrument"),
+        ({"simulated": "acme-dm6"}, "simulated instrument acme-dm6: .*acme-dm5"),
+        ({"role": "supply"}, "simulated instrument acme-dm5: it stands for supply"),
+        ({"machine": "fail"}, "RuntimeError: no such range"),
+        ({}, "RuntimeError: no such range"),
+        ({"transport": "pigeon"}, "transport 'pigeon' is unknown; there are visa, modbus, serial, can"),
+    ],
+)
+def test_an_instrument_that_cannot_be_served_is_named_with_the_reason(
+    tmp_path: Path, changed: dict[str, str], why: str
+) -> None:
+    words = {"simulated": "acme-dm5", "role": "voltmeter", "transport": "visa", "machine": "None", **changed}
+    (tmp_path / "acme.py").write_text(DUMMY.format(**words), encoding="utf-8")
+    file = tmp_path / "station.toml"
+    file.write_text(STATION, encoding="utf-8")
+    with pytest.raises(InputError, match=rf"^instruments\.voltmeter cannot be served: {why}"):
+        serve(motor="lg-400w", station=file)
+
+
+def test_a_station_is_served_without_what_belongs_to_its_real_units(tmp_path: Path) -> None:
+    given = """
+[station]
+name = "own"
+visa_library = "@ivi"
+[instruments.supply]
+use = "small"
+[instruments.supply.small]
+driver = "keysight-e36300"
+address = "TCPIP0::192.0.2.10::inst0::INSTR"
+channel = 2
+serial_number = "MY1"
+maximum_voltage = 20.0
+[instruments.supply.small.calibration]
+date = 2026-01-01
+due = 2099-01-01
+certificate = "C1"
+[instruments.switch_matrix]
+driver = "keysight-34970a"
+address = "TCPIP0::192.0.2.12::inst0::INSTR"
+crosspoints = { "A:supply+" = 201 }
+"""
+    file, made = tmp_path / "station.toml", tmp_path / "served.toml"
+    file.write_text(given, encoding="utf-8")
+    with pytest.raises(UsageError, match="that is the station itself"):
+        serve(motor="lg-400w", station=file, station_file=file)
+    with pytest.raises(UsageError, match="whether there is a fixture"):
+        serve(motor="lg-400w", station=file, fixture=True)
+    words = ("--motor", "lg-400w", "--json", "--station", str(file), "--station-file", str(made))
+    process = Forked(motorbench, "sim", "serve", *words)
+    try:
+        told = json.loads(process.stdout.readline())["station"]
+        assert set(told["instruments"]["supply"]) == {"driver", "address", "channel", "maximum_voltage"}
+        assert told["instruments"]["switch_matrix"]["crosspoints"]["A:supply+"] != 201
+        assert "visa_library" not in told["station"]
+        checked = json.loads(command("station", "check", str(made), "--json").stdout)
+        assert checked["good"] is True
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=10.0)
+        process.close()

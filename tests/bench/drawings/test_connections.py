@@ -1,3 +1,4 @@
+from collections.abc import Iterable
 from itertools import product
 from xml.etree import ElementTree as Xml
 
@@ -7,11 +8,12 @@ from hypothesis import strategies as st
 
 from bench.drawings.colours import UNKNOWN, css_colour
 from bench.drawings.connections import draw_connections
-from bench.drawings.layout import Layout, layout_after
+from bench.drawings.layout import Layout
 from bench.i18n.language import translator
 from procedures.core.actions import (
     ALIGN_D,
     INVERTER,
+    Action,
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
@@ -30,14 +32,21 @@ from procedures.core.actions import (
     UncoupleDynamometer,
     VoltageProbe,
 )
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 
-WYE = Nameplate("M1", Connection.WYE, 2.0, wire_colours={"A": "white", "B": "green", "C": "black"})
-DELTA = Nameplate("M1", Connection.DELTA, 2.0)
+WYE = Nameplate("M1", WindingConnection.WYE, 2.0, wire_colours={"A": "white", "B": "green", "C": "black"})
+DELTA = Nameplate("M1", WindingConnection.DELTA, 2.0)
 STAR_PROBES = ConnectProbes(
     tuple(VoltageProbe(n, node, Node.ARTIFICIAL_STAR) for n, node in enumerate(list(Node)[:3], 1))
 )
 SVG = "{http://www.w3.org/2000/svg}"
+
+
+def layout_after(actions: Iterable[Action]) -> Layout:
+    layout = Layout()
+    for action in actions:
+        layout = layout.after(action)
+    return layout
 
 
 def parsed(svg: str) -> Xml.Element:
@@ -106,7 +115,7 @@ def test_star_and_delta_differ_and_the_artificial_star_is_drawn() -> None:
 
 @pytest.mark.parametrize("hostile", ['<script>alert("x")</script>', "red&<", '"onload="x'])
 def test_names_are_words_never_markup(hostile: str) -> None:
-    plate = Nameplate(hostile, Connection.WYE, 2.0, wire_colours={"A": hostile})
+    plate = Nameplate(hostile, WindingConnection.WYE, 2.0, wire_colours={"A": hostile})
     svg = draw_connections(Layout().after(ALIGN_D), plate)
     assert words(svg).count(hostile) == 2
     assert not list(parsed(svg).iter(f"{SVG}script"))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import Engine, make_url
 
-from bench.eol.record import CheckRecord, Measured
+from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
@@ -73,7 +73,7 @@ def put(records: Records) -> Callable[..., None]:
             for name, v in values.items()
         }
         verdict = Verdict.ERROR if error else Verdict.FAIL if Verdict.FAIL in verdicts.values() else Verdict.PASS
-        measured = tuple(Measured(n, v, "Ω", 0.01, 0.02, low, high, verdicts[n]) for n, v in values.items())
+        measured = tuple(MeasuredFigure(n, v, "Ω", 0.01, 0.02, low, high, verdicts[n]) for n, v in values.items())
         records.save(
             motor_record(
                 kept,

@@ -12,7 +12,7 @@ NOON = datetime(2026, 11, 21, 12, 0, 0, 123456, tzinfo=UTC)
 
 def motor_record(number: int = 1, **changes: Any) -> MotorRecord:
     """A motor of one batch that failed, without figures and checks."""
-    made = MotorRecord(
+    created = MotorRecord(
         identifier=f"{number:036d}",
         batch="B1",
         number=number,
@@ -29,4 +29,4 @@ def motor_record(number: int = 1, **changes: Any) -> MotorRecord:
         first_pass=False,
         bench_time=12.5,
     )
-    return replace(made, **changes)
+    return replace(created, **changes)

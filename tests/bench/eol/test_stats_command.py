@@ -32,18 +32,18 @@ def test_what_a_line_is_told(call: Call, put: Put) -> None:
     put(serial="GOLD", stator_resistance=10.5)
     code, out, _ = call("--golden", "GOLD", "--json")
     assert code == 0
-    made = json.loads(out)
-    assert made["motors"] == 40
-    assert made["yield"]["final"]["hits"] == 39
-    assert made["failures"]["by_parameter"] == [{"name": "stator_resistance", "failed": 1, "errors": 0}]
-    found = made["parameters"]["stator_resistance"]
-    assert found["most"] == 12.0
-    low, high = found["cpk"]["interval"]
-    assert low < found["cpk"]["value"] < high
+    created = json.loads(out)
+    assert created["motors"] == 40
+    assert created["yield"]["final"]["hits"] == 39
+    assert created["failures"]["by_parameter"] == [{"name": "stator_resistance", "failed": 1, "errors": 0}]
+    result = created["parameters"]["stator_resistance"]
+    assert result["most"] == 12.0
+    low, high = result["cpk"]["interval"]
+    assert low < result["cpk"]["value"] < high
     # The one that is far off spoils the whole spread more than the neighbours'.
-    assert found["ppk"]["value"] < found["cpk"]["value"]
-    assert {"index": 39, "rule": 1, "serial_number": "P-0040"} in found["chart"]["signals"]
-    assert found["golden"][0]["values"] == [10.5]
+    assert result["ppk"]["value"] < result["cpk"]["value"]
+    assert {"index": 39, "rule": 1, "serial_number": "P-0040"} in result["chart"]["signals"]
+    assert result["golden"][0]["values"] == [10.5]
     code, out, _ = call("--parameter", "stator_resistance", "--golden", "GOLD", "--language", "en")
     assert code == 0
     for words in (
@@ -67,10 +67,10 @@ def test_a_gauge_study_out_of_records(call: Call, put: Put) -> None:
                 put(serial=f"P{part}", person="ABC"[who], stator_resistance=float(data[who, part, trial]))
     code, out, _ = call("--gauge", "person", "--json")
     assert code == 0
-    found, truth = json.loads(out)["gauge"]["stator_resistance"], gauge_study(data)
-    assert found["grr"] == pytest.approx(truth.grr, rel=1e-9)
-    assert found["grr_interval"] == pytest.approx(list(truth.grr_interval), rel=1e-9)
-    assert found["alpha"] == 0.05
+    result, truth = json.loads(out)["gauge"]["stator_resistance"], gauge_study(data)
+    assert result["grr"] == pytest.approx(truth.grr, rel=1e-9)
+    assert result["grr_interval"] == pytest.approx(list(truth.grr_interval), rel=1e-9)
+    assert result["alpha"] == 0.05
     code, out, _ = call("--gauge", "person", "--alpha", "0.25", "--language", "en")
     assert "above 0.25" in out
     assert call("--gauge", "socket")[2] == (
@@ -85,13 +85,13 @@ def test_one_motor_alone_has_no_statistics_and_no_error(call: Call, put: Put) ->
     put(limits=(-math.inf, math.inf), flux_linkage=0.01)
     code, out, _ = call("--json")
     assert code == 0
-    found = json.loads(out)["parameters"]["flux_linkage"]
-    assert (found["cpk"]["value"], found["limits"]["low"], found["chart"]) == (None, None, None)
+    result = json.loads(out)["parameters"]["flux_linkage"]
+    assert (result["cpk"]["value"], result["limits"]["low"], result["chart"]) == (None, None, None)
     assert call("--parameter", "flux_linkage")[0] == 0
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "said"),
+    ("arguments", "code", "message"),
     [
         (("--parameter", "stator_resistence"), 1, "did you mean stator_resistance"),
         (("B7",), 1, "there is no batch 'B7'; there are: B1"),
@@ -100,11 +100,11 @@ def test_one_motor_alone_has_no_statistics_and_no_error(call: Call, put: Put) ->
         (("--alpha", "1.5"), 2, "between 0 and 1"),
     ],
 )
-def test_wrong_use(arguments: tuple[str, ...], code: int, said: str, call: Call, put: Put) -> None:
+def test_wrong_use(arguments: tuple[str, ...], code: int, message: str, call: Call, put: Put) -> None:
     put(stator_resistance=10.0)
     got, out, err = call(*arguments)
     assert (got, out) == (code, "")
-    assert said in err
+    assert message in err
 
 
 def test_asking_makes_no_database(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

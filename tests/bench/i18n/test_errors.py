@@ -2,11 +2,15 @@
 
 import ast
 import json
+import os
 import pickle
+import socket
+import ssl
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from serial import SerialException
 
 from bench.eol.plan import load_plan
 from bench.i18n.errors import InputError, UsageError, message
@@ -14,8 +18,8 @@ from bench.i18n.language import translator
 from bench.motor.motor_file import load_motor
 from bench.panel.line_records import Choice, read_statistics
 from bench.panel.motor_store import save_motor
+from drivers.interfaces import MeasurementError, ReportedError, SetpointError
 from drivers.interfaces.text import lines, text
-from procedures.catalogue import catalogue
 from tests.command_line import Call
 
 ROOT = Path(__file__).parents[3]
@@ -116,11 +120,11 @@ def test_a_plan_and_a_serial_number(tmp_path: Path) -> None:
     wanted = '[plan]\nname = "p"\nmotor = "lg-400w"\nserial_pattern = "A.*"\n[[procedure]]\nname = "{}"\n'
     path.write_text(wanted.format("stator-resistance"), encoding="utf-8")
     with pytest.raises(InputError) as refused:
-        load_plan(path, list(catalogue())).check_serial("B7")
+        load_plan(path).check_serial("B7")
     assert message(refused.value, CHINESE) == "序列号 'B7' 不符合方案的格式 A.*"
     path.write_text(wanted.format("stator-resistence"), encoding="utf-8")
     with pytest.raises(InputError) as refused:
-        load_plan(path, list(catalogue()))
+        load_plan(path)
     assert message(refused.value, CHINESE) == f"{path}：流程 'stator-resistence'：是否指 stator-resistance？"
 
 
@@ -173,3 +177,41 @@ def test_no_error_is_a_finished_sentence() -> None:
         if not where.startswith(UNTRANSLATED):
             found += [f"{where}:{node.lineno}" for node in bare(ast.parse(path.read_text(encoding="utf-8")))]
     assert not found, "give a text(…):\n" + "\n".join(found)
+
+
+def test_a_drivers_error_speaks_the_readers_language() -> None:
+    error = SetpointError("supply", "voltage", 60.0, "V", 0.0, 48.0, text("the station"))
+    assert str(error) == "supply: voltage = 60 V is outside 0 … 48 V, the limit of the station; nothing was sent"
+    assert (
+        message(error, CHINESE)
+        == f"直流电源：电压 = 60 V 超出 0 … 48 V，限值属于 {CHINESE('the station')}；未发送任何命令"
+    )
+    sent = ReportedError("relay {K1}", text("the output is still on"), command="OUTP?", remedy=text("Press Single."))
+    assert str(sent) == "relay {K1} after 'OUTP?': the output is still on. Press Single."
+    assert message(sent, CHINESE) == "relay {K1}，'OUTP?' 之后：输出仍接通。" + CHINESE("Press Single.")
+
+
+def test_a_driver_of_a_strangers_may_say_plain_words() -> None:
+    assert str(MeasurementError("meter", "overheated {98 °C}")) == "meter: overheated {98 °C}"
+
+
+@pytest.mark.parametrize(
+    ("error", "english", "chinese"),
+    [
+        (
+            FileNotFoundError(2, "", "a.toml"),
+            "there is no such file or folder: 'a.toml'",
+            "没有该文件或文件夹：'a.toml'",
+        ),
+        (ConnectionResetError(104, "Connect call failed"), "the other side closed the connection", "对方关闭了连接"),
+        (PermissionError(13, "Permission denied"), "permission denied", "权限不足"),
+        (TimeoutError("timed out"), "there was no answer in time", "未及时应答"),
+        (socket.gaierror(-2, "Name or service not known"), "the computer's name is not known", "无法识别该计算机名"),
+        (SerialException(2, f"port x: {os.strerror(2)}"), "there is no such file or folder", "没有该文件或文件夹"),
+        (ssl.SSLError(1, "[SSL] no start line"), "[SSL] no start line", "[SSL] no start line"),
+        (ValueError(), "ValueError", "ValueError"),
+    ],
+)
+def test_the_operating_systems_errors(error: Exception, english: str, chinese: str) -> None:
+    assert str(text("{error}", error=error)) == english
+    assert message(error, CHINESE) == chinese

@@ -12,15 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.i18n.errors import InputError
+from bench.journal.codec import KINDS
 from bench.journal.disk import RESERVE, Reserve, write_file
 from bench.journal.errors import RecordError
-from bench.journal.journal import CLOSING, Journal, read_journal
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_result import conclude
 from bench.journal.run_view import RunView
 from bench.journal.wall import WallTime
 from bench.journal.waveforms import StoredWaveform, WaveformFolder
 from drivers.interfaces.text import english
+from tests.journals import event
 
 Full = Callable[[int], None]
 WRITE = os.write
@@ -64,13 +67,13 @@ def test_whatever_room_is_left_the_journal_holds_whole_events_only(
         patch.setattr(os, "write", writing_into(left))
         for kind in ("reading", "energising", "reading", "reading", "de_energised", "made_safe", "run_finished"):
             try:
-                journal.event(kind, value=1.25)
+                journal.record(event(kind, value=1.25))
             except RecordError:
                 refused.append(kind)
             else:
                 acknowledged.append(kind)
                 # Once something was refused, nothing but the end is taken.
-                assert kind in CLOSING or not refused
+                assert KINDS[kind].closing or not refused
     journal.close()
     read = read_journal(folder / "journal.jsonl")
     assert not read.torn
@@ -82,15 +85,17 @@ def test_a_full_disk_is_told_and_only_the_end_is_still_written(tmp_path: Path, f
     reserve = Reserve(tmp_path / ".reserve")
     assert (tmp_path / ".reserve").stat().st_blocks * 512 >= RESERVE
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0, reserve=reserve)
-    journal.event("run_started")
+    journal.record(event("run_started"))
     full(0)
-    with pytest.raises(RecordError, match=r"journal\.jsonl cannot be written: No space left on device\. .* Make room"):
-        journal.event("reading", value=1)
+    with pytest.raises(
+        RecordError, match=r"journal\.jsonl cannot be written: no space is left on the disk\. .* Make room"
+    ):
+        journal.record(event("reading", value=1))
     full(10_000)
     with pytest.raises(RecordError):
-        journal.event("reading", value=2)
-    journal.event("made_safe", instrument="supply")
-    journal.event("run_finished", status="failed")
+        journal.record(event("reading", value=2))
+    journal.record(event("made_safe", instrument="supply"))
+    journal.record(event("run_finished", status="failed"))
     journal.close()
     kinds = [event.kind for event in read_journal(journal.path).events]
     assert kinds == ["run_started", "made_safe", "run_finished"]
@@ -100,12 +105,12 @@ def test_a_disk_that_reports_an_error_acknowledges_nothing(tmp_path: Path, monke
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
 
     def broken(file: int) -> None:
-        raise OSError(errno.EIO, "Input/output error")
+        raise OSError(errno.EIO, "the device reports an input or output error")
 
     monkeypatch.setattr(os, "fsync", broken)
-    journal.event("reading")
-    with pytest.raises(RecordError, match="Input/output error"):
-        journal.event("energising")
+    journal.record(event("reading"))
+    with pytest.raises(RecordError, match="the device reports an input or output error"):
+        journal.record(event("energising"))
     journal.close()
     assert [event.kind for event in read_journal(journal.path).events] == ["reading"]
 
@@ -120,7 +125,7 @@ def test_a_signal_in_the_middle_of_a_line_leaves_the_chain_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, before: bool
 ) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.event("run_started")
+    journal.record(event("run_started"))
     real = getattr(os, call)
 
     def struck(*arguments: Any) -> Any:
@@ -131,9 +136,9 @@ def test_a_signal_in_the_middle_of_a_line_leaves_the_chain_whole(
     with monkeypatch.context() as patch:
         patch.setattr(os, call, struck)
         with pytest.raises(Stopped):
-            journal.event("energising")
-    journal.event("made_safe")
-    journal.event("run_finished")
+            journal.record(event("energising"))
+    journal.record(event("made_safe"))
+    journal.record(event("run_finished"))
     journal.close()
     kinds = [event.kind for event in read_journal(journal.path).events]
     assert kinds[-2:] == ["made_safe", "run_finished"]
@@ -152,11 +157,11 @@ def test_no_room_at_the_start_is_told_before_anything_is_done(tmp_path: Path, mo
 
 def test_two_processes_do_not_write_one_run(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.event("run_started")
+    journal.record(event("run_started"))
     read = read_journal(journal.path)
     with pytest.raises(InputError, match="another process is writing this run"):
         Journal(journal.path, lambda: 0.0, previous=read)
-    journal.event("run_finished")
+    journal.record(event("run_finished"))
     journal.close()
     with pytest.raises(InputError, match="holds more than was read"):
         Journal(journal.path, lambda: 0.0, previous=read)
@@ -169,10 +174,10 @@ def test_a_journal_that_cannot_be_opened_is_told(tmp_path: Path, monkeypatch: py
         raise OSError(errno.EROFS, "Read-only file system")
 
     monkeypatch.setattr(os, "open", read_only)
-    with pytest.raises(InputError, match=r"cannot be written: Read-only file system\. Make the folder writable"):
+    with pytest.raises(InputError, match=r"cannot be written: the disk is read-only\. Make the folder writable"):
         Journal(tmp_path / "journal.jsonl", lambda: 0.0, reserve=reserve)
     assert not (tmp_path / ".reserve").exists()
-    with pytest.raises(RecordError, match=r"Read-only file system\. .* choose another by --runs"):
+    with pytest.raises(RecordError, match=r"the disk is read-only\. .* choose another by --runs"):
         write_file(tmp_path / "x", b"content")
 
 
@@ -180,7 +185,7 @@ def test_a_waveform_that_finds_no_room_leaves_no_file(tmp_path: Path, full: Full
     wave = StoredWaveform(np.arange(1000) * 1e-3, np.sin(np.arange(1000)), "V", 0.0)
     folder = WaveformFolder(tmp_path / "waveforms")
     full(2000)
-    with pytest.raises(RecordError, match=r"0001-oscilloscope\.h5 cannot be written: No space left"):
+    with pytest.raises(RecordError, match=r"0001-oscilloscope\.h5 cannot be written: no space is left"):
         folder.store("oscilloscope", {"channel1": wave})
     assert list(folder.path.iterdir()) == []
 
@@ -190,8 +195,8 @@ def test_a_result_that_finds_no_room_is_told_and_the_older_one_stays(tmp_path: P
     view = RunView()
     journal = Journal(folder.journal, lambda: 0.0)
     journal.listen(view.apply)
-    journal.event("run_started", procedures=[], settings=[])
-    journal.event("run_finished", status="completed", cause="", bench_time=1.0, wall_time=1.0)
+    journal.record(event("run_started", procedures=[], settings=[]))
+    journal.record(event("run_finished", status="completed", cause="", bench_time=1.0, wall_time=1.0))
     journal.close()
     folder.result.write_text("older", encoding="utf-8")
     full(100)
@@ -212,20 +217,20 @@ def test_a_clock_that_is_set_back_is_an_event_and_the_order_stays(tmp_path: Path
     ticks = [0]
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0, wall=WallTime("", tick, lambda: ticks[-1]))
     for kind in ("run_started", "reading", "reading", "run_finished"):
-        journal.event(kind, procedures=[], settings=[], status="completed", bench_time=0.0, wall_time=0.0)
+        journal.record(event(kind, procedures=[], settings=[], status="completed", bench_time=0.0, wall_time=0.0))
     journal.close()
     events = read_journal(journal.path).events
     assert [event.kind for event in events] == ["run_started", "reading", "clock_set_back", "reading", "run_finished"]
     assert events[2].data["seconds"] == pytest.approx(110.0)
     view = RunView()
-    view.apply("clock_set_back", events[2].data)
+    view.apply(event("clock_set_back", **events[2].data))
     ((_, notice),) = view.warnings()
     assert "set back by 110 s" in str(notice.message)
 
 
 def test_a_clock_behind_the_last_session_is_noticed(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.event("run_started")
+    journal.record(event("run_started"))
     journal.close()
     read = read_journal(journal.path)
     behind = WallTime(read.events[-1].wall, lambda: 10**18, lambda: 0)

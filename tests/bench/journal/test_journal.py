@@ -14,11 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.i18n.errors import InputError
+from bench.journal.codec import RecordedEvent, event_of
 from bench.journal.encoding import dumps
-from bench.journal.journal import Event, Journal, read_journal
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
 from bench.journal.run_view import view_of
 from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D
+from procedures.core.events import WarningGiven
+from tests.journals import event
 
 
 class Colour(Enum):
@@ -63,14 +67,14 @@ def test_nothing_breaks_a_line(data: dict[str, Any]) -> None:
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.lists(st.tuples(st.text(min_size=1), st.dictionaries(st.text(), odd, max_size=3)), max_size=6), st.data())
+@given(st.lists(st.dictionaries(st.text(), odd, max_size=3), max_size=6), st.data())
 def test_a_journal_cut_anywhere_is_read_up_to_the_cut(
-    tmp_path_factory: pytest.TempPathFactory, events: list[tuple[str, dict[str, Any]]], data: st.DataObject
+    tmp_path_factory: pytest.TempPathFactory, readings: list[dict[str, Any]], data: st.DataObject
 ) -> None:
     path = tmp_path_factory.mktemp("cut") / "journal.jsonl"
     journal = Journal(path, lambda: 0.0)
-    for kind, values in events:
-        journal.event(kind, values=values)
+    for value in readings:
+        journal.record(event("reading", value=value))
     journal.close()
     content = path.read_bytes()
     cut = data.draw(st.integers(0, len(content)))
@@ -81,22 +85,22 @@ def test_a_journal_cut_anywhere_is_read_up_to_the_cut(
     assert read.torn == (cut > 0 and content[cut - 1 : cut] != b"\n")
     # And it can be written on where it was cut.
     again = Journal(path, lambda: 1.0, previous=read)
-    again.event("after")
+    again.record(event("lease_ended"))
     again.close()
     continued = read_journal(path)
-    assert [event.kind for event in continued.events] == [kind for kind, _ in events[:whole]] + ["after"]
+    assert [event.kind for event in continued.events] == ["reading"] * whole + ["lease_ended"]
     assert not continued.torn
 
 
 def test_an_event_is_with_the_system_when_the_call_returns(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     journal = Journal(path, lambda: 2.5)
-    journal.event("reading", value=math.nan, unit="Ω")
+    journal.record(event("reading", instrument="lcr_meter", call="measure", value={"value": math.nan, "unit": "Ω"}))
     (line,) = path.read_bytes().splitlines()
     raw = json.loads(line)
     assert (raw["n"], raw["time"], raw["kind"]) == (1, 2.5, "reading")
-    assert raw["data"] == {"value": "NaN", "unit": "Ω"}
-    journal.event("next")
+    assert raw["data"] == {"instrument": "lcr_meter", "call": "measure", "value": {"value": "NaN", "unit": "Ω"}}
+    journal.record(event("warning"))
     assert json.loads(path.read_bytes().splitlines()[1])["previous"] == hashlib.sha256(line).hexdigest()
     journal.close()
     journal.close()
@@ -106,10 +110,10 @@ def test_durable_kinds_are_forced_to_the_disk(tmp_path: Path, monkeypatch: pytes
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
     synced: list[int] = []
     monkeypatch.setattr(os, "fsync", synced.append)
-    journal.event("reading")
+    journal.record(event("reading"))
     assert synced == []
-    journal.event("energising")
-    journal.event("step_finished")
+    journal.record(event("energising"))
+    journal.record(event("step_finished"))
     assert len(synced) == 2
     journal.close()
 
@@ -118,7 +122,7 @@ def test_a_changed_line_is_noticed(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     journal = Journal(path, lambda: 0.0)
     for value in (1, 2, 3):
-        journal.event("reading", value=value)
+        journal.record(event("reading", value=value))
     journal.close()
     path.write_bytes(path.read_bytes().replace(b'"value":2', b'"value":7'))
     with pytest.raises(InputError, match="line 3 does not follow"):
@@ -131,7 +135,10 @@ def test_a_changed_line_is_noticed(tmp_path: Path) -> None:
 def test_threads_do_not_mix_their_lines(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     journal = Journal(path, lambda: 0.0)
-    threads = [threading.Thread(target=lambda: [journal.event("x", a="y" * 200) for _ in range(50)]) for _ in range(4)]
+    threads = [
+        threading.Thread(target=lambda: [journal.record(event("traffic", content="y" * 200)) for _ in range(50)])
+        for _ in range(4)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -143,10 +150,10 @@ def test_threads_do_not_mix_their_lines(tmp_path: Path) -> None:
 def test_listeners_hear_what_was_written(tmp_path: Path) -> None:
     heard = []
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.listen(lambda kind, data: heard.append((kind, dict(data))))
-    journal.event("warning", id="E1")
+    journal.listen(heard.append)
+    journal.record(event("warning", id="E1"))
     journal.close()
-    assert heard == [("warning", {"id": "E1"})]
+    assert heard == [WarningGiven(id="E1", message="")]
 
 
 @pytest.mark.parametrize(
@@ -164,4 +171,4 @@ def test_listeners_hear_what_was_written(tmp_path: Path) -> None:
 def test_a_sentence_that_cannot_be_said_is_no_event_of_a_run(template: str, values: dict[str, Any]) -> None:
     data = {"procedure": "", "warning": {"id": "E1", "text": {"template": template, "values": values}}}
     with pytest.raises(InputError, match=r"event 1 \(known_before\) is not as this version of motorbench writes it"):
-        view_of([Event(1, "", 0.0, "known_before", data)])
+        view_of([RecordedEvent(1, "", 0.0, event_of("known_before", {**data, "message": ""}))])

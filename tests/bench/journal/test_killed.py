@@ -7,16 +7,20 @@ from pathlib import Path
 
 import pytest
 
-from bench.journal.journal import Journal, read_journal
+from bench.journal.events.instruments import WaveformsTaken
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Verdict
 from bench.journal.verify import verify
+from tests.journals import event
 
 WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
 from bench.journal.disk import Reserve
+from bench.journal.events.instruments import Energising, WaveformFile, WaveformsTaken
 from bench.journal.journal import Journal
 from bench.journal.waveforms import StoredWaveform, WaveformFolder
 folder = Path(sys.argv[1])
@@ -26,8 +30,9 @@ waveforms = WaveformFolder(folder / "waveforms")
 number = 0
 while True:
     stored = waveforms.store("oscilloscope", {"channel1": wave})
-    journal.event("waveforms", file={"path": stored.path, "sha256": stored.sha256})
-    journal.event("energising")
+    file = WaveformFile(stored.path, stored.sha256, stored.length)
+    journal.record(WaveformsTaken(instrument="oscilloscope", call="fetch", file=file, value={}))
+    journal.record(Energising(instrument="supply", call="energised"))
     number += 2
     print(number, flush=True)
 """
@@ -44,13 +49,13 @@ def test_nothing_that_was_acknowledged_is_lost(tmp_path: Path, acknowledged: int
     folder = RunFolder(tmp_path)
     read = read_journal(folder.journal)
     assert len(read.events) >= max(2 * acknowledged, *(int(number) for number in told), 0)
-    for event in read.events:
-        if event.kind == "waveforms":
-            content = (tmp_path / event.data["file"]["path"]).read_bytes()
-            assert hashlib.sha256(content).hexdigest() == event.data["file"]["sha256"]
+    for recorded in read.events:
+        if isinstance(recorded.event, WaveformsTaken):
+            content = (tmp_path / recorded.event.file.path).read_bytes()
+            assert hashlib.sha256(content).hexdigest() == recorded.event.file.sha256
     found = verify(folder)
     assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
     journal = Journal(folder.journal, lambda: 0.0, previous=read)
-    journal.event("run_finished")
+    journal.record(event("run_finished"))
     journal.close()
     assert read_journal(folder.journal).events[-1].number == len(read.events) + 1

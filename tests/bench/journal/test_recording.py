@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from bench.journal.journal import Journal, read_journal
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
 from bench.journal.recording import Recording
 from bench.journal.waveforms import StoredRecord
 from drivers.interfaces import CommunicationError, Waveform

@@ -9,6 +9,7 @@ from bench.journal.journal import Journal
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.signatures import sign, signatures
+from tests.journals import event
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 
@@ -16,8 +17,8 @@ NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 @pytest.fixture
 def ended(tmp_path: Path) -> RunFolder:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.event("run_started", procedures=[], settings=[])
-    journal.event("run_finished", status="completed", bench_time=0.0, wall_time=0.0)
+    journal.record(event("run_started", procedures=[], settings=[]))
+    journal.record(event("run_finished", status="completed", bench_time=0.0, wall_time=0.0))
     journal.close()
     return RunFolder(tmp_path)
 
@@ -39,15 +40,15 @@ def test_a_signature_names_the_journals_end(ended: RunFolder) -> None:
 def test_a_journal_that_went_on_voids_it(ended: RunFolder) -> None:
     sign(ended, "J. Doe", "engineer", "", NOON)
     journal = Journal(ended.journal, lambda: 0.0, previous=read_journal(ended.journal))
-    journal.event("run_resumed")
-    journal.event("run_finished", status="completed", bench_time=0.0, wall_time=0.0)
+    journal.record(event("run_resumed"))
+    journal.record(event("run_finished", status="completed", bench_time=0.0, wall_time=0.0))
     journal.close()
     assert [signature.holds for signature in signatures(ended)] == [False]
 
 
 def test_only_a_run_with_an_end_is_signed(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.event("run_started", procedures=[], settings=[])
+    journal.record(event("run_started", procedures=[], settings=[]))
     with pytest.raises(InputError, match="has no end"):
         sign(RunFolder(tmp_path), "J. Doe", "engineer", "", NOON)
     journal.close()

@@ -13,6 +13,7 @@ from bench.journal.guardian_record import GuardianRecord
 from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Verdict, Verification
 from bench.journal.verify import verify
+from tests.journals import event
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +128,7 @@ def test_a_waveform_that_was_changed_or_is_gone_is_named(run: RunFolder) -> None
 
 def test_a_guardians_record_that_the_journal_knows_nothing_of_is_named(run: RunFolder) -> None:
     record = GuardianRecord(run.path)
-    record.event("started", pid=1)
+    record.record(event("started", pid=1))
     record.close()
     (finding,) = verify(run).findings
     assert (finding.file, finding.line) == ("guardian.jsonl", 1)

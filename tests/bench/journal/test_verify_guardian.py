@@ -7,6 +7,7 @@ import shutil
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bench.cli.main import main
+from bench.journal.events.safety import RecordEnd
 from bench.journal.guardian_record import GuardianRecord, journal_head
-from bench.journal.journal import Journal, read_journal
-from bench.journal.journal_file import last_whole_line
+from bench.journal.journal import Journal
+from bench.journal.journal_file import last_whole_line, read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Verdict, Verification
 from bench.journal.verify import verify
+from tests.journals import event
 from tests.studies.held import Run, Served
 
 GUARDIAN = "guardian.jsonl"
@@ -224,8 +227,8 @@ def test_a_guardian_that_was_killed_has_not_closed_its_record(served: Served, tm
 
 def test_a_guardian_of_a_session_that_the_journal_never_began_is_told(stopped: RunFolder) -> None:
     record = GuardianRecord(stopped.path)
-    record.event("started", token="f" * 32)
-    record.seal("left", journal=None)
+    record.record(event("started", token="f" * 32))
+    record.record(event("left", journal=None))
     record.close()
     found = verify(stopped)
     assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
@@ -254,7 +257,7 @@ def test_a_run_of_a_former_version_is_read_and_what_cannot_be_proved_is_said(sto
     (stopped.path / GUARDIAN).unlink()
     former = GuardianRecord(stopped.path)
     for kind in ("started", "ready", "left"):
-        former.event(kind, pid=1)
+        former.record(event(kind, pid=1))
     former.close()
     found = verify(stopped)
     assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
@@ -271,11 +274,11 @@ def test_a_virtual_run_of_a_former_version_had_no_guardian_and_is_untouched(virt
     assert verify(run).verdict is Verdict.UNTOUCHED
 
 
-def guardian_of(folder: Path, token: str) -> tuple[GuardianRecord, dict[str, Any]]:
+def guardian_of(folder: Path, token: str) -> tuple[GuardianRecord, RecordEnd]:
     """Begin a guardian's record as a guardian does; with what it says when it is ready."""
     record = GuardianRecord(folder)
-    record.event("started", pid=1, token=token)
-    record.event("ready")
+    record.record(event("started", pid=1, token=token))
+    record.record(event("ready"))
     return record, record.head
 
 
@@ -284,21 +287,21 @@ def test_a_killed_run_that_was_resumed_and_ended_is_proved_whole(tmp_path: Path)
     run.path.mkdir(parents=True)
     about = {"token": "a" * 32}
     journal = Journal(run.journal, lambda: 0.0)
-    journal.event("run_started", guardian=about)
+    journal.record(event("run_started", guardian=about))
     first, head = guardian_of(run.path, "a" * 32)
-    journal.event("guardian_ready", record=head)
-    journal.event("energising")
+    journal.record(event("guardian_ready", record=asdict(head)))
+    journal.record(event("energising"))
     journal.close()
-    first.event("took", cause="the run's process has died")
-    first.seal("left", journal=journal_head(run.path, durable=True))
+    first.record(event("took", cause="the run's process has died"))
+    first.record(event("left", journal=asdict(journal_head(run.path, durable=True))))
     assert first.close()
     again = Journal(run.journal, lambda: 0.0, previous=read_journal(run.journal))
-    again.event("run_resumed", guardian={"token": "b" * 32})
+    again.record(event("run_resumed", guardian={"token": "b" * 32}))
     second, head = guardian_of(run.path, "b" * 32)
-    again.event("guardian_ready", record=head)
-    second.seal("left", journal=journal_head(run.path, durable=False))
+    again.record(event("guardian_ready", record=asdict(head)))
+    second.record(event("left", journal=asdict(journal_head(run.path, durable=False))))
     assert second.close()
-    again.event("run_finished", guardian={"record": second.head, "closed": True})
+    again.record(event("run_finished", guardian={"record": asdict(second.head), "closed": True}))
     again.close()
     noted = again.last_hash
     found = verify(run, noted)
@@ -322,7 +325,7 @@ def test_a_journals_last_whole_line_is_found_however_long_it_is(tmp_path: Path) 
     assert last_whole_line(path) is None
     journal = Journal(path, lambda: 0.0, previous=read_journal(path))
     for length in (1, 300_000, 5):
-        journal.event("note", words="x" * length)
+        journal.record(event("traffic", content="x" * length))
         line = last_whole_line(path)
         assert line is not None
         assert (line.sha256, line.place) == (journal.last_hash, len(read_journal(path).events))

@@ -5,12 +5,12 @@ import pytest
 
 from bench.i18n.errors import InputError
 from bench.motor.motor_file import load_motor
-from bench.motor.motor_sections import ExpectedSection
 from bench.motor.shipped_motors import shipped_motors
 from bench.motor.six_step_file import load_drive
-from bench.virtual.true_values import truth_of
-from procedures.catalogue import catalogue
-from procedures.core.nameplate import Connection
+from bench.virtual.true_values import true_values
+from procedures.core.nameplate import WindingConnection
+from procedures.core.parameters import PARAMETERS
+from procedures.known_parameters import givers
 from sim_instruments.physics.hall import HallSensors
 
 LG = (Path(__file__).parents[3] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
@@ -57,9 +57,11 @@ def test_type_values_are_read_by_parameter_name(tmp_path: Path) -> None:
     assert load_motor("lg-400w").nameplate.expected == {}
 
 
-def test_every_parameter_may_have_a_type_value() -> None:
-    given = {name for procedure in catalogue().values() for name in procedure.gives}
-    assert given <= set(ExpectedSection.model_fields)
+def test_every_parameter_that_a_procedure_gives_may_have_a_type_value(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    names = sorted(givers())
+    path.write_text(LG + "\n[expected]\n" + "".join(f"{name} = 1\n" for name in names), encoding="utf-8")
+    assert load_motor(str(path)).nameplate.expected == dict.fromkeys(names, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +83,7 @@ def test_faults_of_type_values_are_named(tmp_path: Path, old: str, new: str, par
 
 
 def test_delta_and_saliency_of_the_others() -> None:
-    assert load_motor("outrunner-delta").nameplate.connection is Connection.DELTA
+    assert load_motor("outrunner-delta").nameplate.connection is WindingConnection.DELTA
     ipmsm = load_motor("ipmsm").virtual_motor()
     assert ipmsm.q_axis_inductance / ipmsm.d_axis_inductance == pytest.approx(2.0)
     assert (ipmsm.d_axis_saturation_current, ipmsm.q_axis_saturation_current) == (90.0, 60.0)
@@ -153,10 +155,10 @@ def test_the_file_of_a_six_step_drive_gives_plate_drive_and_the_drives_machine(t
     assert machine.zero_sequence_inductance == pytest.approx(0.3654e-3)
     assert machine.back_emf_constant_mechanical == pytest.approx(0.0613 / math.sqrt(3.0))
     assert motor.nameplate.pole_pairs == machine.pole_pairs
-    truth = truth_of(machine, motor.six_step)
+    truth = true_values(PARAMETERS, machine, motor.six_step)
     assert truth["line_emf_constant"] == pytest.approx(0.0613 * 3 / math.pi)
     assert truth["switch_resistance"] == 0.03
-    assert "switch_resistance" not in truth_of(machine)
+    assert "switch_resistance" not in true_values(PARAMETERS, machine)
     assert load_motor("lg-400w").six_step is None
     path = tmp_path / "bldc.toml"
     path.write_text(motor.content.replace("[virtual.drive]", "[virtual.driver]"), encoding="utf-8")

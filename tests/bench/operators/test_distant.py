@@ -2,8 +2,6 @@ import json
 import math
 import signal
 import socket
-import subprocess
-import sys
 import threading
 import time
 from collections import deque
@@ -21,6 +19,7 @@ from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
+from tests.studies.forked import Forked, motorbench
 
 #: Whatever is waited for comes within this time (s), however busy the machine.
 PATIENCE = 60.0
@@ -136,10 +135,12 @@ def test_marked_angles_come_in_degrees(operator: DistantOperator, tmp_path: Path
 
 def test_instruments_set_by_hand_ask_the_same_person(operator: DistantOperator, tmp_path: Path) -> None:
     prompt = DistantPrompt(operator, "supply")
-    thread, given = asked(lambda: (prompt.confirm("Set 5 V"), prompt.ask("current", "A", 0.0, 2.0, "at 5 V")))
+    thread, given = asked(
+        lambda: (prompt.confirm(text("Set {v} V", v=5)), prompt.ask(text("current"), "A", 0.0, 2.0, text("at 5 V")))
+    )
     with Panel(tmp_path) as panel:
         first = panel.question()
-        assert (first["instrument"], first["sentence"]) == ("supply", "Set 5 V")
+        assert (first["instrument"], first["task"]) == ("supply", {"template": "Set {v} V", "values": {"v": 5}})
         panel.answer(first)
         second = panel.question()
         assert second["unit"] == "A"
@@ -154,7 +155,7 @@ def test_what_a_person_puts_right_at_the_panel_is_measured_again(operator: Dista
     with Panel(tmp_path) as panel:
         question = panel.question()
         assert question["action"] == "Mend"
-        assert question["lines"][0]["template"] == "Put the wiring right: {finding}"
+        assert question["lines"][0]["template"] == "Correct the wiring: {finding}"
         panel.answer(question)
         thread.join(PATIENCE)
     assert given == [True]
@@ -215,10 +216,9 @@ def test_an_empty_chair_ends_the_run(interrupts: Interrupts) -> None:
     assert "no panel has watched" in str(interrupts.requested_by)
 
 
-def start(runs: Path, *procedures: str) -> "subprocess.Popen[str]":
-    command = [sys.executable, "-m", "bench", "run", *procedures, "--station", "virtual", "--motor", "lg-400w"]
-    command += ["--operator", "panel", "--person", "J. Doe", "--runs", str(runs), "--json"]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def start(runs: Path, *procedures: str) -> "closing[Forked]":
+    words = ("run", *procedures, "--station", "virtual", "--motor", "lg-400w", "--operator", "panel")
+    return closing(Forked(motorbench, *words, "--person", "J. Doe", "--runs", str(runs), "--json"))
 
 
 def folder_of(runs: Path) -> Path:

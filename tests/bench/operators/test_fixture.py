@@ -41,6 +41,7 @@ from procedures.core.actions import (
 )
 from procedures.core.bench import ProcedureError, Role
 from tests.bench.conftest import Clock
+from tests.journals import event
 
 
 class Matrix:
@@ -62,7 +63,7 @@ class Matrix:
     def connect(self, crosspoints: Collection[str]) -> None:
         if self.failing:
             raise CrosspointError("switch_matrix", "no")
-        assert conflict(crosspoints) == ""
+        assert conflict(crosspoints) is None
         assert self.crosspoints >= set(crosspoints)
         self.closed = frozenset(crosspoints)
 
@@ -182,25 +183,25 @@ def test_what_failed_is_not_taken_for_connected(fixture: FixtureOperator, matrix
 @pytest.mark.parametrize("source", ["supply", "inverter", "drive"])
 def test_no_relay_is_switched_under_power(fixture: FixtureOperator, matrix: Matrix, source: str) -> None:
     fixture.perform(ALIGN_D)
-    fixture.hear("energising", {"instrument": source})
+    fixture.hear(event("energising", instrument=source))
     for action in (ALL_OPEN, PROBES, ConnectVoltmeter(Terminal.A, Terminal.B), ShortMeterLeads()):
         with pytest.raises(ProcedureError, match="switches no relay while"):
             fixture.perform(action)
     assert matrix.closed == ALIGNED
-    fixture.hear("de_energised", {"instrument": source})
+    fixture.hear(event("de_energised", instrument=source))
     fixture.perform(ALL_OPEN)
     assert matrix.closed == frozenset()
 
 
 def test_a_turning_dynamometer_is_no_power_on_the_terminals(fixture: FixtureOperator, matrix: Matrix) -> None:
-    fixture.hear("energising", {"instrument": "dynamometer"})
+    fixture.hear(event("energising", instrument="dynamometer"))
     fixture.perform(PROBES)
     assert matrix.closed == PROBED
 
 
 def test_after_the_way_down_nothing_comes_back_by_itself(fixture: FixtureOperator, matrix: Matrix) -> None:
     fixture.perform(ALIGN_D)
-    fixture.hear("made_safe", {"instrument": "switch_matrix", "item": "open"})
+    fixture.hear(event("made_safe", instrument="switch_matrix", item="open"))
     fixture.perform(PROBES)
     assert matrix.closed == PROBED
 

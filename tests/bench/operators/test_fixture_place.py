@@ -8,7 +8,8 @@ from rich.console import Console
 
 from bench.i18n.errors import InputError, UsageError
 from bench.motor.motor_file import load_motor
-from bench.run.context import place
+from bench.run.context import run_context
+from bench.run.request import RunRequest
 from bench.safety.interrupts import Interrupts
 from drivers.interfaces.text import text
 from procedures.core.actions import EnterReading
@@ -27,25 +28,17 @@ maximum_speed = 6.0
 
 
 def taken(station: str):
-    return place(
-        station,
-        load_motor("lg-400w"),
-        "fixture",
-        answers=None,
-        seed=0,
-        console=Console(file=io.StringIO()),
-        language="en",
-        interrupts=Interrupts(),
-    )
+    request = RunRequest((), load_motor("lg-400w"), station, "en", Path("runs"), operator="fixture")
+    return run_context(request, Console(file=io.StringIO()), Interrupts())
 
 
 def test_a_station_with_a_fixture(tmp_path: Path) -> None:
     (tmp_path / "line.toml").write_text(ACTUATOR)
-    with taken(str(tmp_path / "line.toml")) as where:
-        assert where.operators_roles == {Role.ROTOR_ACTUATOR}
+    with taken(str(tmp_path / "line.toml")) as context:
+        assert context.operator.roles == {Role.ROTOR_ACTUATOR}
         asked = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0)
-        assert where.operator.perform(asked) == 22.5
-        assert where.hand_time() < 1.0
+        assert context.operator.hands.perform(asked) == 22.5
+        assert context.operator.hand_time < 1.0
 
 
 def test_a_station_without_a_fixture_is_refused(tmp_path: Path) -> None:

@@ -9,13 +9,15 @@ import pytest
 from rich.console import Console
 
 from bench.i18n.errors import InputError
-from bench.i18n.language import catalogue, translator
+from bench.i18n.language import translator
 from bench.motor.motor_file import load_motor
 from bench.operators.answers import AnswersOperator, load_answers
 from bench.operators.terminal import TerminalOperator, TerminalPrompt
 from bench.operators.virtual import VirtualOperator
 from bench.safety.interrupts import Interrupted
 from drivers.interfaces.text import text
+from drivers.manual.options import ManualSupplyOptions
+from drivers.manual.supply import ManualSupply
 from procedures.core.actions import (
     ALIGN_D,
     ALL_OPEN,
@@ -78,10 +80,10 @@ def test_a_reading_is_asked_again_until_it_makes_sense() -> None:
 
 def test_instruments_set_by_hand_reach_the_same_person() -> None:
     operator, said = typing(["", "x", "2", "1500"])
-    prompt = TerminalPrompt(operator, "supply", {})
-    prompt.confirm("Switch the supply's output on.")
-    assert prompt.ask("regulation: 0 off, 1 on", "", 0, 3, "") == 2.0
-    assert prompt.ask("speed", "rpm", 0, 5000, "of the shaft") == 1500.0
+    prompt = TerminalPrompt(operator, "supply")
+    prompt.confirm(text("Switch the supply's output on."))
+    assert prompt.ask(text("regulation: 0 off, 1 on"), "", 0, 3, None) == 2.0
+    assert prompt.ask(text("speed"), "rpm", 0, 5000, text("of the shaft")) == 1500.0
     assert "supply: Switch the supply's output on." in said.getvalue()
     assert "Enter supply, regulation: 0 off, 1 on (0 … 3)" in said.getvalue()
     assert "Enter supply, speed of the shaft in rpm (0 … 5000)" in said.getvalue()
@@ -107,7 +109,7 @@ def test_wiring_is_put_right_or_given_up() -> None:
     )
     operator, said = typing(["", "n"])
     assert operator.perform(mend) is True
-    assert "Put the wiring right: B (green) is open" in said.getvalue()
+    assert "Correct the wiring: B (green) is open" in said.getvalue()
     assert "B (green) → supply, minus" in said.getvalue()
     assert operator.perform(mend) is False
     assert "type n to give up" in said.getvalue()
@@ -118,8 +120,7 @@ def test_chinese_is_spoken() -> None:
     console = Console(file=said, width=100, color_system=None)
     operator = TerminalOperator(console, translator("zh"), {}, lambda _: "")
     operator.perform(ALL_OPEN)
-    told = "Set the supply to 1 V, current limit 2 A; over-current protection on where it has one."
-    TerminalPrompt(operator, "supply", catalogue("zh")).confirm(told)
+    ManualSupply(TerminalPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0)).configure(1.0, 2.0)
     assert "连接电机端子" in said.getvalue()
     assert "直流电源: 将电源设为 1 V，限流 2 A；如有过流保护，请打开。" in said.getvalue()
 

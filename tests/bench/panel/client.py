@@ -65,9 +65,9 @@ class Page:
     """A page's identifier and elements, and messages in its name over a connection of `by`."""
 
     def __init__(self, html: str) -> None:
-        found = re.search(r'"client_id": ?"([^"]+)"|\'client_id\': ?\'([^\']+)\'', html)
-        assert found is not None
-        self.identifier = found[1] or found[2]
+        result = re.search(r'"client_id": ?"([^"]+)"|\'client_id\': ?\'([^\']+)\'', html)
+        assert result is not None
+        self.identifier = result[1] or result[2]
         raw = re.search(r"parseElements\(String\.raw`(.*?)`\)", html, re.DOTALL)
         assert raw is not None
         plain = raw[1]

@@ -7,6 +7,7 @@ from bench.i18n.errors import InputError, UsageError
 from bench.panel.access import Access, TooManyTriesError, add_person
 from bench.panel.sessions import Right
 from bench.panel.throttle import LoginThrottle
+from tests.bench.panel.conftest import QUICK
 
 HERE = "192.0.2.1"
 THERE = "198.51.100.7"
@@ -15,16 +16,16 @@ THERE = "198.51.100.7"
 @pytest.fixture
 def people(tmp_path: Path) -> Path:
     path = tmp_path / "people.toml"
-    add_person(path, "anna", "operator", "correct horse")
-    add_person(path, "bo", "viewer", "battery staple")
+    add_person(path, "anna", "operator", "correct horse", QUICK)
+    add_person(path, "bo", "viewer", "battery staple", QUICK)
     return path
 
 
 def test_who_has_name_and_password_is_let_in_with_the_role(people: Path) -> None:
     async def ask() -> list[object]:
         access = Access(people)
-        found = [await access.check("anna", "correct horse", HERE), await access.check("bo", "battery staple", HERE)]
-        return [person and person.role for person in found]
+        result = [await access.check("anna", "correct horse", HERE), await access.check("bo", "battery staple", HERE)]
+        return [person and person.role for person in result]
 
     assert asyncio.run(ask()) == [Right.OPERATOR, Right.VIEWER]
 
@@ -51,15 +52,15 @@ def test_a_new_password_takes_the_old_ones_place(people: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "role", "password", "said"),
+    ("name", "role", "password", "message"),
     [
         ("a b", "operator", "correct horse", "letters, digits"),
         ("anna", "boss", "correct horse", "viewer, operator, engineer"),
         ("anna", "operator", "short", "at least 10"),
     ],
 )
-def test_what_is_refused(tmp_path: Path, name: str, role: str, password: str, said: str) -> None:
-    with pytest.raises(UsageError, match=said):
+def test_what_is_refused(tmp_path: Path, name: str, role: str, password: str, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
         add_person(tmp_path / "people.toml", name, role, password)
     assert not (tmp_path / "people.toml").exists()
 
@@ -84,9 +85,9 @@ def test_who_guesses_delays_nobody_else(people: Path) -> None:
     async def attack() -> None:
         # The clock stands: whoever is let in did not wait.
         access = Access(people, LoginThrottle(lambda: 0.0))
-        found = [answer for _ in range(5) for answer in await guess(access, "anna", 5)]
-        assert not [answer for answer in found if answer is not None and not isinstance(answer, TooManyTriesError)]
-        assert sum(answer is None for answer in found) <= 6
+        result = [answer for _ in range(5) for answer in await guess(access, "anna", 5)]
+        assert not [answer for answer in result if answer is not None and not isinstance(answer, TooManyTriesError)]
+        assert sum(answer is None for answer in result) <= 6
         with pytest.raises(TooManyTriesError):
             await access.check("anna", "correct horse", HERE)
         assert await access.check("bo", "battery staple", HERE) is not None
@@ -101,8 +102,8 @@ def test_a_thousand_tries_at_once_are_not_computed_at_once(people: Path) -> None
         others = [
             access.check(f"nobody-{number}", "wrong", f"10.0.{number // 250}.{number % 250}") for number in range(1000)
         ]
-        found = await asyncio.gather(*others, return_exceptions=True)
-        return sum(answer is None for answer in found), await access.check("bo", "battery staple", HERE) is not None
+        result = await asyncio.gather(*others, return_exceptions=True)
+        return sum(answer is None for answer in result), await access.check("bo", "battery staple", HERE) is not None
 
     computed, let_in = asyncio.run(attack())
     assert computed <= 64

@@ -7,10 +7,10 @@ HEAVY = ("GTC", "scipy", "h5py", "matplotlib", "pyvisa", "pymodbus", "canopen", 
 
 
 def test_what_the_panel_loads_to_start() -> None:
-    told = subprocess.run(
+    content = subprocess.run(
         [sys.executable, "-c", f"import sys; import bench.panel.app; print([n for n in {HEAVY} if n in sys.modules])"],
         capture_output=True,
         text=True,
         check=True,
     )
-    assert told.stdout.strip() == "[]"
+    assert content.stdout.strip() == "[]"

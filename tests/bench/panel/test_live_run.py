@@ -10,6 +10,7 @@ from bench.journal.journal import Journal
 from bench.panel.launch import Launcher, Order
 from bench.panel.live_run import LiveRun
 from bench.panel.tail import JournalTail
+from tests.journals import event
 
 STATIC = Order(("pole-pairs-static",), "virtual", "lg-400w", "J. Doe")
 
@@ -49,9 +50,9 @@ def test_the_tail_gives_each_whole_line_once(tmp_path: Path) -> None:
     tail = JournalTail(tmp_path / "journal.jsonl")
     assert list(tail.read_new()) == []
     journal = Journal(tmp_path / "journal.jsonl", lambda: 1.5)
-    journal.event("one", value=1)
-    journal.event("two", value="ü")
-    assert [(event.kind, event.data["value"]) for event in tail.read_new()] == [("one", 1), ("two", "ü")]
+    journal.record(event("reading", value=1))
+    journal.record(event("reading", value="ü"))
+    assert [(event.kind, event.data["value"]) for event in tail.read_new()] == [("reading", 1), ("reading", "ü")]
     with journal.path.open("ab") as file:
         file.write(b'{"n":3,"wall":"","ti')
         file.flush()
@@ -67,7 +68,7 @@ def test_a_run_is_followed_and_led_to_its_end(tmp_path: Path) -> None:
     assert run.view.run.status == "completed"
     assert run.view.run.parameters().parameters["pole_pairs"].value == 4
     assert run.view.energised == {}
-    assert run.view.instruments["supply"]["driver"]
+    assert run.view.instruments["supply"].driver
     assert run.view.layout.terminals is not None
     assert run.view.latest is not None
 
@@ -118,7 +119,7 @@ def test_a_run_that_was_killed_is_no_running_one(tmp_path: Path) -> None:
     folder = tmp_path / "killed"
     folder.mkdir()
     (folder / "operator.json").write_text(json.dumps({"pid": 1, "port": 9, "token": "x"}))
-    Journal(folder / "journal.jsonl", lambda: 0.0).event("energising", instrument="supply", call="energised")
+    Journal(folder / "journal.jsonl", lambda: 0.0).record(event("energising", instrument="supply", call="energised"))
 
     async def look() -> None:
         run = LiveRun(folder)

@@ -29,11 +29,11 @@ NEVER = {"html", "markdown", "mermaid", "restructured_text", "interactive_image"
 
 def constants_of(tree: ast.Module) -> set[str]:
     """Return the names of a module's constants that are made of literals alone."""
-    found: set[str] = set()
+    result: set[str] = set()
     for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and is_constant(node.value, found):
-            found.add(node.targets[0].id)
-    return found
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and is_constant(node.value, result):
+            result.add(node.targets[0].id)
+    return result
 
 
 def is_constant(node: ast.expr, constants: set[str]) -> bool:

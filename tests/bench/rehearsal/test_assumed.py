@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.rehearsal.assumed import assumed_drive, assumed_motor
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from sim_instruments.six_step.machine import virtual_motor
 
 PLATE: dict[str, Any] = {"name": "x", "rated_current": 10.0, "rated_speed_rpm": 3000.0, "rated_voltage": 48.0}
@@ -19,7 +19,7 @@ def test_what_the_file_expects_goes_before_any_rule() -> None:
         "pole_pairs": 5.0, "stator_resistance": 0.2, "d_axis_inductance": 1e-4, "q_axis_inductance": 2e-4,
         "back_emf_constant_mechanical": 0.1, "inertia": 2e-5, "coulomb_friction": 0.01, "viscous_friction": 1e-5,
     }  # fmt: skip
-    motor, assumed = assumed_motor(Nameplate(connection=Connection.DELTA, expected=expected, **PLATE))
+    motor, assumed = assumed_motor(Nameplate(connection=WindingConnection.DELTA, expected=expected, **PLATE))
     assert motor.pole_pairs == 5
     assert motor.stator_resistance_y == pytest.approx(0.2)
     assert motor.d_axis_inductance_y == pytest.approx(1e-4)
@@ -34,7 +34,7 @@ def test_what_the_file_expects_goes_before_any_rule() -> None:
 
 
 def test_a_bare_plate_is_enough_and_every_figure_is_told() -> None:
-    plate = Nameplate("x", Connection.WYE, rated_current=10.0)
+    plate = Nameplate("x", WindingConnection.WYE, rated_current=10.0)
     motor, assumed = assumed_motor(plate)
     told = {one.name: (one.value, one.unit) for one in assumed}
     assert told["pole_pairs"] == (4, "1")
@@ -51,16 +51,16 @@ def test_a_bare_plate_is_enough_and_every_figure_is_told() -> None:
     speed=st.floats(100.0, 50_000.0),
     voltage=st.floats(3.0, 800.0),
     pairs=st.integers(1, 40),
-    connection=st.sampled_from(list(Connection)),
+    connection=st.sampled_from(list(WindingConnection)),
 )
 def test_any_plate_gives_a_motor_that_reaches_its_rating(
-    current: float, speed: float, voltage: float, pairs: int, connection: Connection
+    current: float, speed: float, voltage: float, pairs: int, connection: WindingConnection
 ) -> None:
     plate = Nameplate(
         "x", connection, rated_current=current, rated_speed_rpm=speed, rated_voltage=voltage, pole_pairs=pairs
     )
     motor, _ = assumed_motor(plate)
-    linked = motor.flux_linkage / (math.sqrt(3.0) if connection is Connection.DELTA else 1.0)
+    linked = motor.flux_linkage / (math.sqrt(3.0) if connection is WindingConnection.DELTA else 1.0)
     emf = linked * pairs * speed * math.pi / 30.0
     drop = motor.stator_resistance_y * current
     assert math.sqrt(3.0) * (emf + drop) < voltage

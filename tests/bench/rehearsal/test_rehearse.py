@@ -184,7 +184,7 @@ def test_nothing_of_the_station_is_touched_and_a_motor_is_assumed(
     assert (supply["voltage"]["value"], supply["current limit"]["limit"]) == (12.0, 2.06)
     assert made["highest"]["dynamometer"]["torque"]["limit"] == 3.0
     said = " ".join(made["differences"])
-    assert "output 2 of an E36313A is taken, at most 25.75 V and 2.06 A" in said
+    assert "output 2 of an E36313A is taken, at most 25.75 V, 2.06 A" in said
     assert "lcr_meter: keysight-e4980a stands for the station's manual" in said
     watchdogs = {one["role"]: (one["watchdog"], one["armed"], one["by_hand"]) for one in made["watchdogs"]}
     asked = {"time": 1.0, "action": "switches its voltage off", "setting": "0x1016, 0x6007"}

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bench.cli.main import main
-from bench.journal.journal import read_journal
+from bench.journal.journal_file import read_journal
 from bench.operators.virtual import VirtualOperator
 from bench.safety.interrupts import Interrupted
 from procedures.core.actions import Action, LockRotor, TurnToRest

@@ -3,8 +3,8 @@ from types import SimpleNamespace
 import pytest
 
 from bench.i18n.errors import InputError, UsageError
+from bench.plugins.catalogues import installed
 from bench.run.plan import make_plan
-from procedures.catalogue import catalogue
 
 
 def test_settings_reach_every_procedure_that_knows_them(kit: SimpleNamespace) -> None:
@@ -16,13 +16,13 @@ def test_settings_reach_every_procedure_that_knows_them(kit: SimpleNamespace) ->
 
 
 def test_all_means_all_but_the_end_of_line_checks_in_order() -> None:
-    measurements = [name for name, kind in catalogue().items() if not kind.end_of_line]
-    assert [planned.name for planned in make_plan(["all"], [], catalogue())] == measurements
-    assert 0 < len(measurements) < len(catalogue())
+    measurements = [name for name, kind in installed().procedures.items() if not kind.end_of_line]
+    assert [planned.name for planned in make_plan(["all"], [], installed().procedures)] == measurements
+    assert 0 < len(measurements) < len(installed().procedures)
 
 
 def test_words_need_no_quotes() -> None:
-    plan = make_plan(["back-emf-constant"], ["probing=line", "speeds_rpm=[1000, 500]"], catalogue())
+    plan = make_plan(["back-emf-constant"], ["probing=line", "speeds_rpm=[1000, 500]"], installed().procedures)
     assert plan[0].settings.model_dump(mode="json")["probing"] == "line"
     assert plan[0].settings.model_dump()["speeds_rpm"] == (1000.0, 500.0)
 

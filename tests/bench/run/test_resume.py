@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 from bench.i18n.errors import InputError
+from bench.journal.codec import RecordedEvent
+from bench.journal.events.run import RunStarted
 from bench.journal.journal import Journal
-from bench.journal.journal_file import Event
 from bench.journal.run_folder import RunFolder
 from bench.motor.motor_file import MotorFile, load_motor
 from bench.run.resume import begun, check_identities, check_unchanged, left_unsafe
@@ -19,6 +20,7 @@ from bench.station.station_file import Station, load_station
 from drivers.interfaces import Identity
 from procedures.core.bench import Role
 from tests.command_line import Call
+from tests.journals import event, recorded
 
 STATION = """
 # the bench at the window
@@ -52,18 +54,19 @@ def motor() -> MotorFile:
 
 
 @pytest.fixture
-def began(tmp_path: Path, motor: MotorFile) -> dict[str, Any]:
+def began(tmp_path: Path, motor: MotorFile) -> RunStarted:
     before = station(tmp_path, STATION)
-    return {
-        "motor": {"sha256": motor.sha256, "source": motor.source},
-        "motor_file": motor.content,
-        "station": {"sha256": before.sha256, "source": before.source},
-        "station_file": before.content,
-        "software": SOFTWARE,
-    }
+    return event(
+        "run_started",
+        motor={"sha256": motor.sha256, "source": motor.source},
+        motor_file=motor.content,
+        station={"sha256": before.sha256, "source": before.source},
+        station_file=before.content,
+        software=SOFTWARE,
+    )
 
 
-def test_a_comment_may_change(tmp_path: Path, began: dict[str, Any], motor: MotorFile) -> None:
+def test_a_comment_may_change(tmp_path: Path, began: RunStarted, motor: MotorFile) -> None:
     check_unchanged(RUN, began, motor, station(tmp_path, STATION.replace("window", "door")), SOFTWARE)
 
 
@@ -86,21 +89,19 @@ def test_a_comment_may_change(tmp_path: Path, began: dict[str, Any], motor: Moto
     ],
 )
 def test_a_station_that_changed_is_refused_with_what_changed(
-    tmp_path: Path, began: dict[str, Any], motor: MotorFile, old: str, new: str, said: str
+    tmp_path: Path, began: RunStarted, motor: MotorFile, old: str, new: str, said: str
 ) -> None:
     with pytest.raises(InputError, match=rf"the station file .* is not the one this run began with .*{said}"):
         check_unchanged(RUN, began, motor, station(tmp_path, STATION.replace(old, new)), SOFTWARE)
 
 
-def test_a_motor_that_changed_is_refused_with_what_changed(
-    tmp_path: Path, began: dict[str, Any], motor: MotorFile
-) -> None:
+def test_a_motor_that_changed_is_refused_with_what_changed(tmp_path: Path, began: RunStarted, motor: MotorFile) -> None:
     content = motor.content.replace("rated_current = 29.0", "rated_current = 30.0")
     other = dataclasses.replace(motor, content=content, sha256="00")
     with pytest.raises(InputError, match=r"the motor file .* nameplate\.rated_current was 29\.0 and is 30\.0"):
         check_unchanged(RUN, began, other, station(tmp_path, STATION), SOFTWARE)
     with pytest.raises(InputError, match="its content"):
-        check_unchanged(RUN, {**began, "motor_file": "["}, other, station(tmp_path, STATION), SOFTWARE)
+        check_unchanged(RUN, dataclasses.replace(began, motor_file="["), other, station(tmp_path, STATION), SOFTWARE)
 
 
 @pytest.mark.parametrize(
@@ -112,15 +113,15 @@ def test_a_motor_that_changed_is_refused_with_what_changed(
     ],
 )
 def test_software_that_changed_is_refused_with_what_changed(
-    tmp_path: Path, began: dict[str, Any], motor: MotorFile, now: dict[str, str], said: str
+    tmp_path: Path, began: RunStarted, motor: MotorFile, now: dict[str, str], said: str
 ) -> None:
     with pytest.raises(InputError, match=rf"the software is not the one this run began with: {said}"):
         check_unchanged(RUN, began, motor, station(tmp_path, STATION), now)
 
 
-def opened(role: str, serial: str) -> Event:
+def opened(role: str, serial: str) -> RecordedEvent:
     identity = {"manufacturer": "Maker", "model": "M1", "serial_number": serial, "firmware": "2"}
-    return Event(2, "", 0.0, "instrument_opened", {"instrument": role, "identity": identity})
+    return recorded("instrument_opened", instrument=role, identity=identity)
 
 
 @pytest.mark.parametrize(
@@ -134,11 +135,10 @@ def opened(role: str, serial: str) -> Event:
     ],
 )
 def test_it_is_known_what_a_session_may_have_left_on(kinds: str, unsafe: bool) -> None:
-    def event(kind: str) -> Event:
-        outcome = kind in ("safe", "failed")
-        return Event(1, "", 0.0, "made_safe" if outcome else kind, {"outcome": kind} if outcome else {})
+    def of(kind: str) -> RecordedEvent:
+        return recorded("made_safe", outcome=kind) if kind in ("safe", "failed") else recorded(kind)
 
-    assert left_unsafe([event(kind) for kind in kinds.split()]) is unsafe
+    assert left_unsafe([of(kind) for kind in kinds.split()]) is unsafe
 
 
 class Named:
@@ -159,7 +159,7 @@ def test_a_journal_without_a_beginning_is_no_run_to_go_on_with(tmp_path: Path) -
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
     with pytest.raises(InputError, match="no beginning"):
         begun(RunFolder(tmp_path))
-    journal.event("reading")
+    journal.record(event("reading"))
     journal.close()
     with pytest.raises(InputError, match="no beginning"):
         begun(RunFolder(tmp_path))
@@ -183,7 +183,7 @@ def test_a_run_whose_disk_fills_up_ends_safely_and_goes_on_later(
         code, out, err = call(*arguments, "--json")
     told = json.loads(out)
     assert (code, told["status"]) == (1, "failed")
-    assert "journal.jsonl cannot be written: No space left on device" in told["cause"]
+    assert "journal.jsonl cannot be written: no space is left on the disk" in told["cause"]
     assert "go on with --resume" in err
     kinds = [json.loads(line)["kind"] for line in (Path(told["run"]) / "journal.jsonl").read_bytes().splitlines()]
     assert kinds[-1] == "run_finished"

@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from bench.journal.journal import Journal, read_journal
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
 from bench.journal.run_view import view_of
 from bench.run.plan import Planned
 from bench.run.retry_policy import never_stop
@@ -14,6 +15,8 @@ from bench.station.shutdown_sequence import default_items
 from drivers.interfaces import CommunicationError
 from procedures.core.actions import Action
 from procedures.core.bench import Role
+from procedures.core.events import Event
+from tests.journals import event
 
 MakeRunner = Callable[..., Runner]
 
@@ -35,7 +38,7 @@ DONE = [f"{role}.{OTHERWISE.get((role, do)) or CALLS.get(do, 'make_safe')}" for 
 
 
 def test_a_run_completes(make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], tmp_path: Path) -> None:
-    view = make_runner().run(plan, "run_started", about)
+    view = make_runner().run(plan, event("run_started", **about))
     result = view.as_dict()
     assert result["status"] == "completed"
     resistance = result["parameters"]["stator_resistance"]
@@ -63,7 +66,7 @@ def test_every_failure_takes_the_way_down(
     error: BaseException,
 ) -> None:
     fakes[Role.SUPPLY].failing[what] = error
-    view = make_runner().run(plan, "run_started", about)
+    view = make_runner().run(plan, event("run_started", **about))
     assert view.status == ("aborted" if isinstance(error, KeyboardInterrupt) else "failed")
     assert not any(fake.on for fake in fakes.values())
     closing = next(place for place, entry in enumerate(trace) if entry.endswith("close"))
@@ -83,7 +86,7 @@ def test_one_that_cannot_be_made_safe_does_not_keep_the_next(
     fakes[Role.SUPPLY].failing["output_off"] = CommunicationError("supply", "no reply")
     fakes[Role.INVERTER].failing["make_safe"] = KeyboardInterrupt()
     fakes[Role.TACHOMETER].failing["close"] = OSError("gone")
-    view = make_runner().run(plan, "run_started", about)
+    view = make_runner().run(plan, event("run_started", **about))
     assert [entry for entry in trace if entry in DONE][-len(DONE) :] == DONE
     assert view.status == "failed"
     assert "supply could not be made safe (output_off): supply: no reply" in view.cause
@@ -101,7 +104,7 @@ def test_signals_abort_safely(
             return None
 
     before = signal.getsignal(number)
-    view = make_runner(operator=Hands()).run(plan, "run_started", about)
+    view = make_runner(operator=Hands()).run(plan, event("run_started", **about))
     assert view.status == "aborted"
     assert ("Ctrl-C" if number == signal.SIGINT else number.name) in view.cause
     assert trace[: len(DONE)] == DONE
@@ -118,7 +121,7 @@ def test_a_signal_on_the_way_down_waits(
         off()
 
     fakes[Role.SUPPLY].output_off = impatient
-    view = make_runner().run(plan, "run_started", about)
+    view = make_runner().run(plan, event("run_started", **about))
     assert view.status == "completed"
     assert trace[-len(fakes) :] == [f"{role.value}.close" for role in fakes]
 
@@ -127,7 +130,7 @@ def test_going_on_after_an_error(
     make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], fakes: dict[Role, Any]
 ) -> None:
     fakes[Role.SUPPLY].failing["on"] = CommunicationError("supply", "no reply", command="OUTP ON")
-    view = make_runner().run(plan, "run_started", about, after=never_stop)
+    view = make_runner().run(plan, event("run_started", **about), after=never_stop)
     assert view.status == "failed"
     assert set(view.procedures) == {"tiny", "other"}
     assert "supply after 'OUTP ON': no reply" in view.cause
@@ -145,7 +148,7 @@ def test_a_run_is_resumed_at_the_first_unfinished(
                 raise KeyboardInterrupt
             return 25.0
 
-    first = make_runner(operator=Hands()).run(plan, "run_started", about)
+    first = make_runner(operator=Hands()).run(plan, event("run_started", **about))
     assert first.status == "aborted"
     path = tmp_path / "journal.jsonl"
     with path.open("ab") as file:
@@ -155,7 +158,7 @@ def test_a_run_is_resumed_at_the_first_unfinished(
     view = view_of(previous.events)
     assert list(view.finished) == ["tiny"]
     again = make_runner(journal=Journal(path, lambda: 0.0, previous=previous), view=view)
-    second = again.run(plan, "run_resumed", {})
+    second = again.run(plan, event("run_resumed"))
     assert second.status == "completed"
     started = [e.data["procedure"] for e in read_journal(path).events if e.kind == "procedure_started"]
     assert started == ["tiny", "other", "other"]
@@ -171,7 +174,9 @@ def test_what_an_interrupted_session_left_on_is_switched_off_before_hands_touch_
             return 25.0
 
     fakes[Role.SUPPLY].on = True
-    assert make_runner(operator=Hands()).run(plan, "run_resumed", about, unsafe_before=True).status == "completed"
+    assert (
+        make_runner(operator=Hands()).run(plan, event("run_resumed", **about), unsafe_before=True).status == "completed"
+    )
     assert trace[: len(DONE)] == DONE
 
 
@@ -179,7 +184,7 @@ def test_what_cannot_be_switched_off_keeps_a_run_from_going_on(
     make_runner: MakeRunner, plan: list[Planned], about: dict[str, Any], fakes: dict[Role, Any]
 ) -> None:
     fakes[Role.SUPPLY].failing["output_off"] = CommunicationError("supply", "no reply")
-    view = make_runner().run(plan, "run_resumed", about, unsafe_before=True)
+    view = make_runner().run(plan, event("run_resumed", **about), unsafe_before=True)
     assert view.status == "failed"
     assert "Switch it off by hand, then go on with --resume" in view.cause
     assert view.procedures == {}
@@ -193,15 +198,15 @@ def test_a_full_disk_still_leaves_everything_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     runner = make_runner()
-    real = runner.journal.event
+    real = runner.journal.record
 
-    def full(kind: str, **data: Any) -> None:
-        if kind in ("step_started", "made_safe", "run_finished", "step_failed", "procedure_failed"):
+    def full(event: Event) -> None:
+        if event.kind in ("step_started", "made_safe", "run_finished", "step_failed", "procedure_failed"):
             raise OSError(28, "No space left on device")
-        real(kind, **data)
+        real(event)
 
-    monkeypatch.setattr(runner.journal, "event", full)
-    view = runner.run(plan, "run_started", about)
+    monkeypatch.setattr(runner.journal, "record", full)
+    view = runner.run(plan, event("run_started", **about))
     assert view.status == "failed"
-    assert "No space left" in view.cause
+    assert "no space is left" in view.cause
     assert [entry for entry in trace if entry in DONE][: len(DONE)] == DONE

@@ -15,6 +15,7 @@ from bench.station.station_file import make_station
 from bench.virtual.virtual_station import describe
 from drivers.interfaces import Waveform
 from procedures.core.bench import Role
+from procedures.core.events import Event
 from procedures.core.nameplate import Nameplate
 from sim_instruments.bench import VirtualBench
 
@@ -24,7 +25,7 @@ Limits = Mapping[str, Mapping[str, float]]
 class Nowhere:
     """Stands for journal and waveform store."""
 
-    def event(self, kind: str, **data: Any) -> None:
+    def record(self, event: Event) -> None:
         pass
 
     def store(self, name: str, waveform: Waveform) -> str:
@@ -56,7 +57,7 @@ class Counted:
         )
         stack.callback(self.instruments.close)
         self.messages = 0
-        for face in self.bench.faces.values():
+        for face in self.bench.instruments.values():
             for device in getattr(face, "units", {0: face}).values():
                 for name in ("write", "read"):
                     if hasattr(device, name):

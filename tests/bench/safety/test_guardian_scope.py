@@ -4,10 +4,11 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from bench.journal.codec import RecordedEvent
+from bench.journal.events.safety import GuardianStart
 from bench.journal.guardian_record import read_guardian
 from bench.safety.calls import CallWatches
 from bench.safety.guardian.link import GuardianLink, Unguarded
@@ -16,6 +17,7 @@ from bench.safety.guardian.scope import Scope, guardian_scope
 from bench.safety.interrupts import Interrupts
 from bench.safety.liveness import SignsOfLife
 from drivers.interfaces.text import text
+from tests.journals import event
 
 #: What `systemd-run --scope` does at its end: it becomes the command behind the dashes.
 BECOMES = 'echo "$@" >> "$TOLD"\nwhile [ "$1" != -- ]; do shift; done\nshift\nexec "$@"\n'
@@ -108,8 +110,8 @@ def test_a_guardian_started_by_systemd_run_hears_and_answers(
     link = GuardianLink(charge, SignsOfLife(), interrupts, CallWatches(interrupts, {}), scope, (kept,))
     os.close(kept)
     try:
-        link.hear("energising", {"instrument": "supply"})
-        assert link.about() == {"token": "", **scope.about()}
+        link.hear(event("energising", instrument="supply"))
+        assert link.about() == GuardianStart("", **scope.about())
         assert Path(f"/proc/{link.pid}/exe").readlink().name.startswith("python")
         assert Path(environment["TOLD"]).read_text().splitlines()[-1].endswith("-m bench.safety.guardian")
     finally:
@@ -117,9 +119,9 @@ def test_a_guardian_started_by_systemd_run_hears_and_answers(
     # The descriptor that others learn by that it has ended was its own until then.
     assert os.read(lifeline, 1) == b""
     os.close(lifeline)
-    events: list[dict[str, Any]] = read_guardian(folder)
-    assert [event["kind"] for event in events] == ["started", "ready", "left"]
-    assert events[0]["data"]["pid"] == link.pid
+    events: list[RecordedEvent] = read_guardian(folder)
+    assert [event.kind for event in events] == ["started", "ready", "left"]
+    assert events[0].data["pid"] == link.pid
 
 
 @pytest.fixture

@@ -9,8 +9,10 @@ import pytest
 
 from bench.cli.station import check, reset
 from bench.i18n.errors import InputError, UsageError
+from bench.journal.codec import data_of
+from bench.journal.events.safety import InterlocksStart
 from bench.safety import interlocks as module
-from bench.safety.interlocks import Interlocks, Uninterlocked, ready
+from bench.safety.interlocks import Delays, Interlocks, Uninterlocked, ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.state_folder import state_folder
 from bench.safety.trip_latch import Latch
@@ -20,6 +22,7 @@ from bench.virtual.virtual_station import virtual_station
 from drivers.cia402.options import CanInterlockOptions
 from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import CommunicationError
+from procedures.core.events import Event
 
 STATION = """
 [station]
@@ -83,8 +86,8 @@ class Journal:
         self.events: list[tuple[str, dict[str, Any]]] = []
         self.told = threading.Event()
 
-    def event(self, kind: str, **data: Any) -> None:
-        self.events.append((kind, data))
+    def record(self, event: Event) -> None:
+        self.events.append((event.kind, data_of(event)))
         self.told.set()
 
 
@@ -115,7 +118,7 @@ def test_each_fault_of_an_interlock_is_named(station: Path, old: str, new: str, 
 def test_a_station_without_any_is_not_held_up() -> None:
     with ready(virtual_station({}), None) as nothing:
         assert isinstance(nothing, Uninterlocked)
-        assert nothing.about() == {"names": [], "reset": None}
+        assert nothing.about() == InterlocksStart()
         nothing.watch(Journal(), Interrupts())
 
 
@@ -152,6 +155,52 @@ def test_one_that_opens_ends_the_run_and_keeps_the_station_still(
         start(station)
 
 
+class Woken(Contact):
+    """Silent for so many readings that its reader was late for."""
+
+    def __init__(self, silent: int) -> None:
+        super().__init__()
+        self.silent = silent
+        self.read = threading.Event()
+
+    def closed(self) -> bool:
+        if self.silent:
+            self.silent -= 1
+            raise CommunicationError("interlock door", "no frame")
+        self.read.set()
+        return self.is_closed
+
+
+@pytest.mark.parametrize(("late", "silent", "trips"), [(True, 1, False), (True, 2, True), (False, 1, True)])
+def test_a_reader_that_was_late_itself_reads_once_more(
+    monkeypatch: pytest.MonkeyPatch, late: bool, silent: int, trips: bool
+) -> None:
+    door = Woken(silent)
+    monkeypatch.setattr(module, "open_interlock", lambda *_, **__: door)
+    monkeypatch.setattr(Delays, "since", lambda *_: late)
+    tripped = threading.Event()
+    interlocks = Interlocks([InterlockEntry("door", "tcp://h", ModbusInterlockOptions(0))])
+    interlocks.watch(lambda *_: tripped.set())
+    assert (tripped if trips else door.read).wait(10.0)
+    interlocks.close()
+    assert tripped.is_set() is trips
+
+
+def test_a_process_knows_when_it_got_no_time() -> None:
+    time = [0.0]
+    delays = Delays(lambda: time[0])
+    for _ in range(10):
+        time[0] += 0.06
+        delays.tick()
+    assert not delays.since(0.0)
+    time[0] += 0.5
+    # Known before the next tick, and remembered after it.
+    assert delays.since(time[0])
+    delays.tick()
+    assert delays.since(time[0] - 0.1)
+    assert not delays.since(time[0] + 0.001)
+
+
 def test_a_person_resets_and_the_next_record_says_who(
     station: Path, contacts: dict[str, Contact], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -171,8 +220,8 @@ def test_a_person_resets_and_the_next_record_says_who(
     for expected in ("Li Wei", None):
         with ready(load_station(station), state_folder()) as watched:
             about = watched.about()
-            assert (about["reset"] or {}).get("reset_by") == expected
-            assert about["names"] == ["emergency_stop", "door"]
+            assert (about.reset or {}).get("reset_by") == expected
+            assert about.names == ["emergency_stop", "door"]
 
 
 def test_a_latch_that_cannot_be_read_stands(station: Path) -> None:
@@ -192,7 +241,7 @@ def test_where_nothing_can_be_remembered_nothing_starts(
 ) -> None:
     folder = state_folder()
     (folder.path / "trips.jsonl").mkdir()
-    with pytest.raises(InputError, match=r"trips\.jsonl.*cannot be read|trips\.jsonl: Is a directory"):
+    with pytest.raises(InputError, match=r"trips\.jsonl.*cannot be read|trips\.jsonl: it is a folder"):
         ready(load_station(station), folder).__enter__()
     monkeypatch.setattr("os.access", lambda *_: False)
     with pytest.raises(InputError, match=r"this folder keeps .* it is not writable for you"):

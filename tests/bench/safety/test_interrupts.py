@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.coordinator import Coordinator
+from bench.eol.line.stop_request import StopRequest
 from bench.safety.interrupts import Interrupted, Interrupts
 
 #: What a handler may do: look at attributes and constants, set attributes, raise what is there already.
@@ -54,7 +54,7 @@ def eventually(holds: Callable[[], bool]) -> None:
         threading.Event().wait(0.005)
 
 
-@pytest.mark.parametrize("handler", [Interrupts._signalled, Interrupts._nudged, Coordinator._signalled])
+@pytest.mark.parametrize("handler", [Interrupts._signalled, Interrupts._nudged, StopRequest._signalled])
 def test_a_handler_sets_attributes_and_nothing_else(handler: FunctionType) -> None:
     assert {step.opname for step in dis.get_instructions(handler)} <= HARMLESS
 
@@ -261,5 +261,5 @@ def test_who_was_first_is_named_whoever_follows() -> None:
     interrupts = Interrupts()
     with interrupts.raising():
         signal.raise_signal(signal.SIGINT)
-        interrupts.request("the guardian, which took the way down")
+        interrupts.request("the guardian, which carried out the shutdown")
         assert interrupts.requested_by == "Ctrl-C"

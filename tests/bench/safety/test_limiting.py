@@ -288,7 +288,7 @@ def test_a_speed_reading_beyond_the_motors_maximum_ends_the_block(counted: MakeC
 def test_a_torque_drive_is_told_the_motors_highest_speed(counted: MakeCounted) -> None:
     bench = counted(maximum_speed_rpm=600.0)
     with bench["dynamometer"].driving_torque(0.01):
-        frequency = bench.bench.dynamometer.units[1].read(0x2001, 1)[0]
+        frequency = bench.bench.instrument("dynamometer").units[1].read(0x2001, 1)[0]
     assert frequency == round(100.0 * 600.0 / 60.0 * 2)  # 0.01 Hz, two pole pairs
 
 
@@ -331,11 +331,9 @@ def test_what_puts_nothing_out_has_no_limits(counted: MakeCounted) -> None:
 
 
 def test_every_role_that_energises_or_moves_is_limited() -> None:
-    from bench.safety.limits.bounds import Limits
-    from bench.safety.limits.limiting import limited
     from bench.station.station_limits import SECTIONS
-    from procedures.core.bench import Role
+    from drivers.interfaces import Role
+    from drivers.interfaces.declarations import quantities
 
-    bare: Any = object()
-    kept = {role for role in Role if limited(role, bare, role.value, Limits()) is not bare}
-    assert kept == {*SECTIONS, Role.TACHOMETER}
+    assert {role for role in Role if quantities(role.interface)} == {*SECTIONS, Role.TACHOMETER}
+    assert {role for role in Role if role.feeds} <= set(SECTIONS)

@@ -5,20 +5,17 @@ import os
 import pwd
 import signal
 import socket
-import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any
 
 import pytest
+from tomli_w import dumps as toml_text
 
 from bench.cli.doctor import doctor
 from bench.cli.station import reset
-from bench.files.toml_text import toml_text
 from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.journal.unrecorded import Unrecorded
@@ -33,10 +30,11 @@ from bench.station.clock import SystemClock
 from bench.station.station_file import load_station
 from bench.virtual.virtual_station import describe
 from procedures.core.bench import Role
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from sim_instruments.server.served_bench import ServedBench
 from tests.command_line import Call
-from tests.studies.held import Run, Served, quiet
+from tests.studies.forked import Forked, command, motorbench
+from tests.studies.held import Run, Served
 
 STATION = """
 [station]
@@ -48,7 +46,9 @@ serial_number = "MY59001234"
 [instruments.tachometer]
 driver = "manual"
 """
-PLATE = Nameplate("none", Connection.WYE, rated_current=1e-3)
+#: How fast a bench's time passes on which nothing but the supply is switched on.
+QUICK = 50.0
+PLATE = Nameplate("none", WindingConnection.WYE, rated_current=1e-3)
 
 
 @pytest.fixture
@@ -82,11 +82,6 @@ def station(tmp_path: Path, listening: tuple[int, list[object]]) -> Path:
     path = tmp_path / "station.toml"
     path.write_text(STATION.format(port=listening[0]), encoding="utf-8")
     return path
-
-
-def motorbench(*words: object, **changed: Any) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-m", "bench", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, env=quiet(), **changed)
 
 
 def test_the_second_is_refused_with_the_holder_named_and_nothing_is_sent(
@@ -201,7 +196,7 @@ def test_the_guardian_of_a_killed_run_has_its_instruments_until_it_has_left(tmp_
     try:
         guardian = first.guardian_pid
         before = served.world.truth()
-        refused = motorbench(*second)
+        refused = command(*second)
         assert refused.returncode == 1
         assert f"process {first.process.pid}, since" in refused.stderr
         assert str(first.folder) in refused.stderr
@@ -214,7 +209,7 @@ def test_the_guardian_of_a_killed_run_has_its_instruments_until_it_has_left(tmp_
         first.signal(signal.SIGKILL)
         while first.process.returncode is None:
             served.world.clock.sleep(0.1)
-        refused = motorbench(*second)
+        refused = command(*second)
         assert refused.returncode == 1
         assert f"the guardian of {pwd.getpwuid(os.geteuid()).pw_name}'s motorbench run hold" in refused.stderr
         assert f"(process {first.process.pid}, which has ended;" in refused.stderr
@@ -222,7 +217,7 @@ def test_the_guardian_of_a_killed_run_has_its_instruments_until_it_has_left(tmp_
         os.kill(guardian, signal.SIGCONT)
         first.guardian_left()
         assert served.world.truth()["energised"] is False
-        done = motorbench(*second, "--json")
+        done = command(*second, "--json")
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["parameters"]["pole_pairs"]["value"] == 4
     finally:
@@ -233,20 +228,17 @@ def test_the_guardian_of_a_killed_run_has_its_instruments_until_it_has_left(tmp_
 
 
 def test_two_runs_at_the_same_moment_one_is_refused(tmp_path: Path) -> None:
-    served = Served(tmp_path)
-    command = [sys.executable, "-m", "bench", "run", "pole-pairs-static", "--station", str(served.station)]
-    command += ["--motor", "lg-400w", "--runs", str(tmp_path / "runs")]
+    served = Served(tmp_path, speedup=QUICK)
+    run = ("run", "pole-pairs-static", "--station", str(served.station))
+    run += ("--motor", "lg-400w", "--runs", str(tmp_path / "runs"))
+    both = [Forked(motorbench, *run) for _ in "ab"]
     try:
-        both = [
-            subprocess.Popen(
-                command, stderr=subprocess.PIPE, text=True, stdout=subprocess.DEVNULL, env=os.environ | quiet()
-            )
-            for _ in "ab"
-        ]
         said = [one.communicate(timeout=120)[1] for one in both]
     finally:
+        for one in both:
+            one.close()
         served.end()
-    assert sorted(one.returncode for one in both) == [0, 1], said
+    assert {one.returncode for one in both} == {0, 1}, said
     refused = next(words for one, words in zip(both, said, strict=True) if one.returncode)
     assert f"(process {next(one.pid for one in both if not one.returncode)}, since" in refused
     assert len(list((tmp_path / "runs").iterdir())) == 1
@@ -360,7 +352,7 @@ def test_a_trip_is_seen_through_whatever_file_names_the_contact(folder: StateFol
 
 
 def test_an_interlock_found_open_at_the_start_needs_its_reset(tmp_path: Path, call: Call) -> None:
-    served = Served(tmp_path)
+    served = Served(tmp_path, speedup=QUICK)
     run = ("run", "pole-pairs-static", "--station", str(served.station), "--motor", "lg-400w")
     copy = tmp_path / "copy.toml"
     copy.write_bytes(served.station.read_bytes())

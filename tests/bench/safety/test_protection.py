@@ -53,7 +53,7 @@ def test_an_over_voltage_switches_off_and_is_named(loaded: Any) -> None:
     def block() -> None:
         with supply.energised(0.1, 10.0):
             # A lower level than the driver's stands for a voltage that runs away.
-            loaded.bench.supply.write(b"VOLT:PROT 0.05,(@1)\n")
+            loaded.bench.instrument("supply").write(b"VOLT:PROT 0.05,(@1)\n")
             loaded.bench.clock.sleep(0.1)
             assert not loaded.world.truth()["output_on"]
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from bench.i18n.errors import InputError
+from bench.journal.codec import data_of
 from bench.safety.guardian.link import Unguarded
 from bench.safety.interrupts import Interrupts
 from bench.safety.watchdog_relays import FedRelay, RelayedGuard, relays_ready
@@ -19,6 +20,8 @@ from drivers.beckhoff.catalogue import RelayDriver, find_relay
 from drivers.delta.options import BeckhoffRelayOptions
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog, WhenSilent
 from procedures.core.bench import Role
+from procedures.core.events import Event
+from tests.journals import event
 
 PATIENCE = 30.0
 TIME = 1.0
@@ -73,8 +76,8 @@ class Recorder:
     def __init__(self) -> None:
         self.events: list[tuple[str, Mapping[str, Any]]] = []
 
-    def event(self, kind: str, **data: Any) -> None:
-        self.events.append((kind, data))
+    def record(self, event: Event) -> None:
+        self.events.append((event.kind, data_of(event)))
 
     @property
     def kinds(self) -> list[str]:
@@ -111,7 +114,7 @@ def until(true: Callable[[], bool]) -> None:
 
 
 def energise(guard: RelayedGuard, role: str = "supply") -> None:
-    guard.hear("energising", {"instrument": role})
+    guard.hear(event("energising", instrument=role))
 
 
 def test_it_picks_up_for_its_roles_only_once_and_drops_out_at_the_end(
@@ -119,7 +122,7 @@ def test_it_picks_up_for_its_roles_only_once_and_drops_out_at_the_end(
 ) -> None:
     made, _ = guard
     energise(made, "dynamometer")
-    made.hear("setting", {"instrument": "supply"})
+    made.hear(event("setting", instrument="supply"))
     assert relay.done == []
     energise(made)
     energise(made)
@@ -176,14 +179,20 @@ def test_a_lost_reply_is_passed_over_and_a_silence_of_its_time_is_not(
 
 @pytest.mark.parametrize(("brakes", "starves"), [((), True), ((Role.SUPPLY,), False)])
 def test_a_way_down_that_hangs_is_not_fed_for_long(
-    entry: RelayEntry, relay: Relay, recorder: Recorder, brakes: Sequence[Role], starves: bool
+    entry: RelayEntry,
+    relay: Relay,
+    recorder: Recorder,
+    brakes: Sequence[Role],
+    starves: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr("bench.safety.watchdog_relays._WAY_DOWN", 0.6)
     made = RelayedGuard(Unguarded(), [FedRelay(entry)], brakes, recorder, Interrupts())
     energise(made)
     made.going_down()
     begun = monotonic()
     last = 0
-    while monotonic() - begun < 3.0:
+    while monotonic() - begun < 1.6:
         threading.Event().wait(0.5)
         before, last = last, len(relay.done)
     assert (before == last) is starves

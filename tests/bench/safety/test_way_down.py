@@ -1,4 +1,4 @@
-"""The way down: every item on its own, in order, measured, and never longer than it must be."""
+"""The shutdown: every item on its own, in order, measured, and never longer than it must be."""
 
 import threading
 from collections.abc import Iterator
@@ -6,10 +6,13 @@ from typing import Any
 
 import pytest
 
+from bench.journal.codec import data_of
+from bench.safety.instrument_threads import InstrumentThreads
 from bench.safety.shutdown import failures, shut_down
 from bench.station.shutdown_sequence import OFF_BY, ROLES_OF, Do, Item, ShutdownSequence, default_items, item
 from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, Reading
 from procedures.core.bench import Role
+from procedures.core.events import Event
 from tests.bench.conftest import Clock
 
 
@@ -17,9 +20,9 @@ class Journal:
     def __init__(self) -> None:
         self.events: list[dict[str, Any]] = []
 
-    def event(self, kind: str, **data: Any) -> None:
-        assert kind == "made_safe"
-        self.events.append(data)
+    def record(self, event: Event) -> None:
+        assert event.kind == "made_safe"
+        self.events.append(data_of(event))
 
 
 class Instrument:
@@ -179,6 +182,50 @@ def test_an_instrument_that_hangs_does_not_hold_up_the_others(
     assert calls.index("inverter.command_zero") < calls.index("inverter.make_safe")
 
 
+def test_what_does_not_answer_is_commanded_last_and_contacts_part_after_it(
+    instruments: dict[Role, Any], calls: list[str]
+) -> None:
+    shut_down(ShutdownSequence(), instruments, Journal(), Clock(), silent={Role.INVERTER, Role.SWITCH_MATRIX})
+    first = calls.index("inverter.command_zero")
+    assert calls[first + 1] == "inverter.make_safe"
+    assert {"supply.output_off", "dynamometer.make_safe", "voltmeter.make_safe"} <= set(calls[:first])
+    assert calls.index("supply.measured") > first
+    assert calls[-1] == "switch_matrix.make_safe"
+    # A brake is not asked whether it has braked before it was told to.
+    calls.clear()
+    brake = (item(Do.BRAKE, Role.DYNAMOMETER), item(Do.SPEED_ZERO, Role.DYNAMOMETER), item(Do.OUTPUT_OFF, Role.SUPPLY))
+    shut_down(ShutdownSequence(brake), instruments, Journal(), Clock(), silent={Role.DYNAMOMETER})
+    assert calls == ["supply.output_off", "dynamometer.stop", "dynamometer.measured"]
+
+
+def test_what_is_not_wanted_any_more_is_left_out(instruments: dict[Role, Any], calls: list[str]) -> None:
+    outcomes = shut_down(
+        ShutdownSequence(), instruments, Journal(), Clock(), wanted=lambda one: one.role is Role.SUPPLY
+    )
+    assert {outcome.item.role for outcome in outcomes} == {Role.SUPPLY}
+    assert {call.partition(".")[0] for call in calls} == {"supply"}
+
+
+def test_two_walks_never_speak_to_one_instrument_at_once(
+    instruments: dict[Role, Any], calls: list[str], release: threading.Event
+) -> None:
+    instruments[Role.INVERTER].hanging = "make_safe"
+    threads = InstrumentThreads()
+    way = ShutdownSequence((item(Do.DISABLE, Role.INVERTER), item(Do.OUTPUT_OFF, Role.SUPPLY)))
+
+    def again() -> list[str]:
+        outcomes = shut_down(way, instruments, Journal(), Clock(), patience=0.01, longest=0.05, threads=threads)
+        return [one.item.role.value for one in outcomes if one.error]
+
+    assert again() == again() == ["inverter"]
+    assert calls.count("inverter.make_safe") == 1
+    assert threads.is_busy("inverter")
+    assert not threads.is_busy("supply")
+    release.set()
+    assert again() == []
+    threads.end()
+
+
 def test_whoever_is_in_a_hurry_waits_for_no_person_and_no_coasting_shaft(
     instruments: dict[Role, Any], release: threading.Event
 ) -> None:
@@ -199,7 +246,7 @@ def test_whoever_is_in_a_hurry_waits_for_no_person_and_no_coasting_shaft(
 
 def test_a_full_disk_does_not_keep_the_next_instrument_on(instruments: dict[Role, Any], calls: list[str]) -> None:
     class Full:
-        def event(self, kind: str, **data: Any) -> None:
+        def record(self, event: Event) -> None:
             raise OSError(28, "No space left on device")
 
     assert len(shut_down(ShutdownSequence(), instruments, Full(), Clock())) == len(USUAL) == len(calls)
@@ -227,7 +274,7 @@ def test_what_measures_nothing_has_no_threshold() -> None:
 
 def test_a_walk_that_is_broken_off_leaves_nobody_speaking_to_an_instrument(instruments: dict[Role, Any]) -> None:
     class Stopped(Journal):
-        def event(self, kind: str, **data: Any) -> None:
+        def record(self, event: Event) -> None:
             raise KeyboardInterrupt
 
     finished: list[str] = []

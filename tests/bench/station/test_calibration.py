@@ -11,19 +11,20 @@ import pytest
 from rich.console import Console
 
 from bench.i18n.errors import InputError
-from bench.journal.journal import read_journal
+from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.motor.motor_file import load_motor
-from bench.run.run import Wishes, run
+from bench.plugins.catalogues import installed
+from bench.run.request import RunRequest
+from bench.run.run import run
 from bench.station.calibration import Calibration
 from bench.station.station_file import Station, load_station
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Accuracy
-from procedures.catalogue import catalogue
 from procedures.core.bench import Role
 from sim_instruments.bench import ROLES
 
-PAGE = Path(__file__).parents[3] / "docs" / "uncertainty.md"
+PAGE = Path(__file__).parents[3] / "docs" / "explanation" / "uncertainty.md"
 NOTE = Path(__file__).parents[3] / "docs" / "examples" / "note"
 ENTRY = """
 [instruments.lcr_meter.calibration]
@@ -134,11 +135,11 @@ def test_the_virtual_bench_claims_no_certificate() -> None:
     assert made.check_calibrations(date(2100, 1, 1), made.entries) == ()
 
 
-def wishes(tmp_path: Path, *, overdue: str = "", resume: RunFolder | None = None) -> Wishes:
+def wishes(tmp_path: Path, *, overdue: str = "", resume: RunFolder | None = None) -> RunRequest:
     file = tmp_path / "station.toml"
     content = (NOTE / "station.toml").read_text(encoding="utf-8") + ENTRY
     file.write_text(content.replace("[station]\n", f"[station]\n{overdue}\n"), encoding="utf-8")
-    return Wishes(
+    return RunRequest(
         ["stator-resistance"],
         load_motor(str(NOTE / "lg-400w.toml")),
         str(file),
@@ -151,9 +152,9 @@ def wishes(tmp_path: Path, *, overdue: str = "", resume: RunFolder | None = None
     )
 
 
-def run_on(day: date, wished: Wishes) -> tuple[dict[str, Any], RunFolder, str]:
+def run_on(day: date, wished: RunRequest) -> tuple[dict[str, Any], RunFolder, str]:
     shown = io.StringIO()
-    done = run(wished, catalogue(), Console(file=shown, width=200), lambda: day)
+    done = run(wished, installed().procedures, Console(file=shown, width=200), lambda: day)
     return json.loads(done.folder.result.read_text(encoding="utf-8")), done.folder, shown.getvalue()
 
 

@@ -4,7 +4,8 @@ from typing import Any
 import pytest
 
 from bench.i18n.errors import InputError
-from bench.journal.journal import Journal, read_journal
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
 from bench.motor.motor_file import load_motor
 from bench.operators.answers import Answers, AnswersPrompt
 from bench.safety.station_instruments import StationInstruments
@@ -53,7 +54,7 @@ def test_what_is_no_file_that_a_person_wrote_is_refused() -> None:
         load_station(Path("/dev/zero"))
     with pytest.raises(InputError, match="is no name of a station file"):
         load_station(Path("a\0b"))
-    with pytest.raises(InputError, match="File name too long"):
+    with pytest.raises(InputError, match="the name is too long"):
         load_station(Path("x" * 300))
 
 

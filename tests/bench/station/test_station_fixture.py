@@ -7,12 +7,12 @@ import pytest
 from bench.i18n.errors import InputError
 from bench.safety.guardian.guarded_instruments import GuardedInstruments
 from bench.safety.limits.bounds import limits_of
-from bench.safety.limits.limiting import limited
+from bench.safety.limits.guard import guarded
 from bench.station.shutdown_sequence import Do
 from bench.station.station_file import Station, make_station
 from drivers.interfaces import SetpointError
 from procedures.core.bench import Role
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 
 MATRIX = {"driver": "keysight-34970a", "address": "TCPIP0::192.0.2.20::inst0::INSTR"}
 ACTUATOR = {"driver": "cia402-rotor-actuator", "address": "can://socketcan/can0?node=7", "maximum_speed": 6.0}
@@ -82,7 +82,7 @@ class Bare:
         self.told.append((speed,))
 
 
-PLATE = {"name": "m", "connection": Connection.WYE, "rated_current": 1.0}
+PLATE = {"name": "m", "connection": WindingConnection.WYE, "rated_current": 1.0}
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_no_test_voltage_beyond_the_motors_and_the_stations(
     plate = Nameplate(**PLATE, insulation_test_voltage=allowed)  # type: ignore[arg-type]
     bare: Any = Bare()
     role = Role.INSULATION_TESTER
-    tester: Any = limited(role, bare, "tester", limits_of(role, plate, by_station))
+    tester: Any = guarded(role, bare, "tester", limits_of(role, plate, by_station))
     with pytest.raises(SetpointError, match=message):
         tester.measure(voltage, 1.0)
     assert bare.told == []
@@ -120,9 +120,9 @@ def test_no_test_voltage_beyond_the_motors_and_the_stations(
 def test_within_the_limits_it_is_passed_on() -> None:
     bare: Any = Bare()
     plate = Nameplate(**PLATE, insulation_test_voltage=500.0, maximum_speed_rpm=30.0)  # type: ignore[arg-type]
-    tester: Any = limited(Role.INSULATION_TESTER, bare, "tester", limits_of(Role.INSULATION_TESTER, plate, {}))
+    tester: Any = guarded(Role.INSULATION_TESTER, bare, "tester", limits_of(Role.INSULATION_TESTER, plate, {}))
     tester.measure(500.0, 1.0)
-    actuator: Any = limited(Role.ROTOR_ACTUATOR, bare, "actuator", limits_of(Role.ROTOR_ACTUATOR, plate, {}))
+    actuator: Any = guarded(Role.ROTOR_ACTUATOR, bare, "actuator", limits_of(Role.ROTOR_ACTUATOR, plate, {}))
     actuator.turn(-3.0)
     assert bare.told == [(500.0, 1.0), (-3.0,)]
     assert actuator.maximum_speed == pytest.approx(3.14159, rel=1e-5)

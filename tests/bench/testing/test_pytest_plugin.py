@@ -18,10 +18,15 @@ ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "docs" / "examples" / "ci-project"
 
 
-def run(*arguments: str, folder: Path = EXAMPLE) -> subprocess.CompletedProcess[str]:
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> subprocess.CompletedProcess[str]:
+    """The example's tests and one of a plan that is wrong, as pytest ended with them."""
+    folder = tmp_path_factory.mktemp("wrong")
+    (folder / "test_it.py").write_text(f"def test_it(eol_plan):\n    eol_plan('{folder}/plan.toml')\n")
+    (folder / "plan.toml").write_text('[plan]\nname = "x"\nmotor = "lg-400w"\n[[procedure]]\nname = "inertie"\n')
     # An installation that is older than the entry point gets the plugin by name.
-    installed = any(point.value == "bench.pytest_plugin" for point in entry_points(group="pytest11"))
-    by_name = [] if installed else ["-p", "bench.pytest_plugin"]
+    installed = any(point.value == "motorbench.pytest_plugin" for point in entry_points(group="pytest11"))
+    by_name = [] if installed else ["-p", "motorbench.pytest_plugin"]
     return subprocess.run(
         [
             sys.executable,
@@ -35,9 +40,11 @@ def run(*arguments: str, folder: Path = EXAMPLE) -> subprocess.CompletedProcess[
             "-p",
             "no:benchmark",
             *by_name,
-            *arguments,
+            f"--rootdir={EXAMPLE}",
+            str(EXAMPLE),
+            str(folder),
         ],
-        cwd=folder,
+        cwd=EXAMPLE,
         env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
         capture_output=True,
         text=True,
@@ -45,10 +52,8 @@ def run(*arguments: str, folder: Path = EXAMPLE) -> subprocess.CompletedProcess[
     )
 
 
-def test_the_example_project() -> None:
-    done = run()
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "9 passed" in done.stdout
+def test_the_example_project(done: subprocess.CompletedProcess[str]) -> None:
+    assert "1 failed, 9 passed" in done.stdout, done.stdout + done.stderr
 
 
 def test_the_entry_point_names_the_plugin() -> None:
@@ -58,17 +63,14 @@ def test_the_entry_point_names_the_plugin() -> None:
 
 def test_who_does_not_use_it_loads_nothing() -> None:
     program = (
-        "import sys, pytest, bench.pytest_plugin\n"
+        "import sys, pytest, motorbench.pytest_plugin\n"
         "print([name for name in ('numpy', 'scipy', 'pyvisa', 'sqlalchemy', 'bench.testing', 'sim_instruments') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
-def test_a_plan_that_is_wrong_says_where(tmp_path: Path) -> None:
-    (tmp_path / "test_it.py").write_text("def test_it(eol_plan):\n    eol_plan('plan.toml')\n")
-    (tmp_path / "plan.toml").write_text('[plan]\nname = "x"\nmotor = "lg-400w"\n[[procedure]]\nname = "inertie"\n')
-    done = run(folder=tmp_path)
+def test_a_plan_that_is_wrong_says_where(done: subprocess.CompletedProcess[str]) -> None:
     assert done.returncode == 1
     assert "did you mean inertia" in done.stdout
 

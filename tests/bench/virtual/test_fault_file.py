@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bench.i18n.errors import InputError, UsageError
-from bench.journal.journal import read_journal
+from bench.journal.journal_file import read_journal
 from bench.virtual.fault_file import given_faults, load_faults
 from bench.virtual.fault_phrase import parse_phrase
 from sim_instruments.faults.on_lines import LineFault

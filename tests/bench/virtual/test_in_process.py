@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import pytest
 from pyvisa import ResourceManager
@@ -10,14 +9,16 @@ from pyvisa import ResourceManager
 from bench.cli.run import load_motor
 from bench.safety.station_instruments import StationInstruments
 from bench.virtual.virtual_station import virtual_station
-from drivers.cia402.inverter import open_cia402_inverter
+from drivers.catalogue import Surroundings
+from drivers.cia402.inverter import Cia402Inverter
 from drivers.cia402.options import Cia402Options
 from drivers.interfaces import CommunicationError, Waveform
 from drivers.lutron.options import LutronTachometerOptions
-from drivers.lutron.tachometer import open_lutron_tachometer
+from drivers.lutron.tachometer import LutronTachometer
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.modbus.line import open_line
 from procedures.core.bench import Role
+from procedures.core.events import Event
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault
 
@@ -25,7 +26,7 @@ from sim_instruments.faults.line_faults import Fault
 class Nothing:
     """Records and stores nothing."""
 
-    def event(self, kind: str, **data: Any) -> None:
+    def record(self, event: Event) -> None:
         """Let it go."""
 
     def store(self, name: str, waveform: Waveform) -> str:
@@ -107,7 +108,7 @@ def test_a_silent_instrument_costs_bench_time_only(make: Callable[..., Bench]) -
         inverter.measure_frequency()
     assert inverter.measure_frequency().value == 0.0
     virtual.faults("tachometer").add(Fault.on("half", "frame"))
-    with pytest.raises(CommunicationError, match="a frame that is none"):
+    with pytest.raises(CommunicationError, match="no frame"):
         instruments.get(Role.TACHOMETER).measure_speed()
     assert instruments.get(Role.TACHOMETER).measure_speed().value == 0.0
 
@@ -153,14 +154,21 @@ def test_addresses_in_process_need_a_bench_in_this_process(make: Callable[..., B
     virtual, _ = make(True)
     clock = virtual.clock
     for opener in (None, virtual):
-        with pytest.raises(CommunicationError, match=r"cannot be opened at in-process://dynamometer.*Nothing in"):
+        with pytest.raises(
+            CommunicationError, match=r"cannot be opened at in-process://dynamometer.*only the virtual bench has these"
+        ):
             open_line("in-process://dynamometer", "dynamometer", in_process=opener)
         with pytest.raises(CommunicationError, match="nothing in this process answers at in-process://tachometer"):
-            open_lutron_tachometer("in-process://tachometer", clock, LutronTachometerOptions(), in_process=opener)
+            LutronTachometer.open(
+                "in-process://tachometer",
+                LutronTachometerOptions(),
+                Surroundings(clock, in_process=opener),
+                "tachometer",
+            )
         with pytest.raises(CommunicationError, match="nothing in this process answers at can://in-process/bench"):
-            open_cia402_inverter(
+            Cia402Inverter.open(
                 "can://in-process/bench?node=5",
-                clock,
                 Cia402Options(maximum_current=1.0, maximum_frequency=10.0),
-                buses=CanBuses(opener),
+                Surroundings(clock, can_buses=CanBuses(opener)),
+                "inverter",
             )

@@ -6,7 +6,8 @@ from typing import Any
 import can
 import pytest
 
-from drivers.cia402.inverter import Cia402Inverter, open_cia402_inverter
+from drivers.catalogue import Surroundings
+from drivers.cia402.inverter import Cia402Inverter
 from drivers.cia402.options import Cia402Options
 from drivers.cia402.power_state import PowerState
 from drivers.interfaces import (
@@ -50,7 +51,7 @@ ADDRESS = f"can://virtual/{CHANNEL}?node={NODE}"
 
 @pytest.fixture
 def inverter(drive: Drive, clock: Any) -> Iterator[Cia402Inverter]:
-    made = open_cia402_inverter(ADDRESS, clock, OPTIONS)
+    made = Cia402Inverter.open(ADDRESS, OPTIONS, Surroundings(clock), "inverter")
     yield made
     made.close()
     made.close()
@@ -216,24 +217,24 @@ def test_command_zero_leaves_no_target(inverter: Cia402Inverter, drive: Drive) -
 def test_another_node_is_refused(drive: Drive, clock: Any) -> None:
     drive.values[0x1000, 0] = 0x00020191
     with pytest.raises(IdentityError, match="device type is 0x00020191, expected profile 402"):
-        open_cia402_inverter(ADDRESS, clock, OPTIONS)
+        Cia402Inverter.open(ADDRESS, OPTIONS, Surroundings(clock), "inverter")
 
 
 def test_another_serial_number_is_refused(drive: Drive, clock: Any) -> None:
     options = Cia402Options(maximum_current=1.0, maximum_frequency=1.0, serial_number="1")
     with pytest.raises(IdentityError, match="serial number 815 answers, expected 1"):
-        open_cia402_inverter(ADDRESS, clock, options)
+        Cia402Inverter.open(ADDRESS, options, Surroundings(clock), "inverter")
 
 
 def test_a_drive_without_a_rating_is_refused(drive: Drive, clock: Any) -> None:
     drive.values[0x6075, 0] = 0
     with pytest.raises(ReportedError, match="rated current"):
-        open_cia402_inverter(ADDRESS, clock, OPTIONS)
+        Cia402Inverter.open(ADDRESS, OPTIONS, Surroundings(clock), "inverter")
 
 
 def test_a_node_that_is_silent(drive: Drive, clock: Any) -> None:
     with pytest.raises(CommunicationError, match=r"read 0x1000:00': no usable reply .*Check node id"):
-        open_cia402_inverter(f"can://virtual/{CHANNEL}?node=9", clock, OPTIONS)
+        Cia402Inverter.open(f"can://virtual/{CHANNEL}?node=9", OPTIONS, Surroundings(clock), "inverter")
 
 
 def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -> None:
@@ -241,7 +242,7 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
     options = Cia402Options(
         maximum_current=30.0, maximum_frequency=100.0, current_scale=2**0.5, current_accuracy=accuracy
     )
-    inverter = open_cia402_inverter(ADDRESS, clock, options)
+    inverter = Cia402Inverter.open(ADDRESS, options, Surroundings(clock), "inverter")
     with inverter.driving_current(20.0):
         assert drive.values[0x6071, 0] == 707
         assert inverter.measure_current().value == pytest.approx(20.0, abs=0.03)
@@ -253,4 +254,4 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
 
 def test_a_bus_that_cannot_be_opened(clock: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at can://nothing/x"):
-        open_cia402_inverter("can://nothing/x?node=1", clock, OPTIONS)
+        Cia402Inverter.open("can://nothing/x?node=1", OPTIONS, Surroundings(clock), "inverter")

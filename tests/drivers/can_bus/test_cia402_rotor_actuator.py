@@ -10,9 +10,10 @@ import pytest
 from canopen.objectdictionary import INTEGER32, UNSIGNED32, ODArray, ODVariable
 from canopen.sdo.exceptions import SdoAbortedError
 
+from drivers.catalogue import Surroundings
 from drivers.cia402.options import Cia402RotorActuatorOptions
 from drivers.cia402.power_state import PowerState
-from drivers.cia402.rotor_actuator import BRAKE, CLUTCH, COUPLING, Cia402RotorActuator, open_cia402_rotor_actuator
+from drivers.cia402.rotor_actuator import BRAKE, CLUTCH, COUPLING, Cia402RotorActuator
 from drivers.interfaces import (
     CommunicationError,
     IdentityError,
@@ -86,7 +87,7 @@ def node() -> Iterator[Actuator]:
 
 @pytest.fixture
 def actuator(node: Actuator, clock: Any) -> Iterator[Cia402RotorActuator]:
-    made = open_cia402_rotor_actuator(ADDRESS, clock, OPTIONS)
+    made = Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock), "rotor_actuator")
     node.writes.clear()
     yield made
     made.close()
@@ -111,7 +112,7 @@ NO_TORQUE_FIRST = [word(0x00), word(0x00), outputs(0)]
 
 
 def test_opening_switches_nothing(node: Actuator, clock: Any) -> None:
-    made = open_cia402_rotor_actuator(ADDRESS, clock, OPTIONS)
+    made = Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock), "rotor_actuator")
     assert made.identity.serial_number == "815"
     assert node.writes == [outputs(BRAKE | CLUTCH | COUPLING)]
     assert node.values[0x60FE, 2] == BRAKE | CLUTCH | COUPLING
@@ -128,7 +129,7 @@ def test_a_drive_without_a_mask_switches_every_output(node: Actuator, clock: Any
         return real(index=index, subindex=subindex, od=od)
 
     node.node._read_callbacks[:] = [read]
-    made = open_cia402_rotor_actuator(ADDRESS, clock, OPTIONS)
+    made = Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock), "rotor_actuator")
     made.lock()
     assert node.writes == [outputs(BRAKE)]
     made.close()
@@ -244,7 +245,7 @@ def test_a_shaft_that_sticks_is_let_go(actuator: Cia402RotorActuator, node: Actu
     with pytest.raises(MeasurementError, match=r"the speed is 0 rad/s, 1 rad/s was commanded"):
         actuator.turn(1.0)
     assert node.writes[-3:] == NO_TORQUE_FIRST
-    with pytest.raises(MeasurementError, match=r"the shaft is -57.3° from where it was to go"):
+    with pytest.raises(MeasurementError, match=r"the shaft is -57.3° from its target"):
         actuator.move_by(1.0)
     assert node.writes[-3:] == LET_GO
     assert node.state is PowerState.SWITCH_ON_DISABLED
@@ -254,7 +255,7 @@ def test_a_shaft_that_sticks_is_let_go(actuator: Cia402RotorActuator, node: Actu
 @pytest.mark.parametrize(
     ("bit", "action", "message"),
     [
-        (BRAKE, lambda it: it.lock(), "the brake stays open 1 s after it was told to move"),
+        (BRAKE, lambda it: it.lock(), "the brake stays open 1 s after the command"),
         (CLUTCH, lambda it: it.turn(1.0), "the clutch stays open"),
         (COUPLING, lambda it: it.couple_dynamometer(), "the coupling to the dynamometer stays open"),
     ],
@@ -292,7 +293,7 @@ def test_after_a_fault_the_clutch_opens_all_the_same(actuator: Cia402RotorActuat
 
 def test_a_guardian_moves_nothing_and_lets_go(node: Actuator, clock: Any) -> None:
     node.values[0x60FE, 1] = node.values[0x60FD, 0] = CLUTCH | BRAKE
-    made = open_cia402_rotor_actuator(ADDRESS, clock, OPTIONS, guarding=True)
+    made = Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock, guarding=True), "rotor_actuator")
     assert node.writes == []
     made.make_safe()
     assert node.mechanism == BRAKE
@@ -311,7 +312,7 @@ def test_lost_frames(actuator: Cia402RotorActuator, node: Actuator) -> None:
 
 def test_increments_by_the_station(node: Actuator, clock: Any) -> None:
     options = Cia402RotorActuatorOptions(maximum_speed=1.0, increments_per_turn=4000, heartbeat_time=0.0)
-    made = open_cia402_rotor_actuator(ADDRESS, clock, options)
+    made = Cia402RotorActuator.open(ADDRESS, options, Surroundings(clock), "rotor_actuator")
     assert made.angle().value == pytest.approx(math.pi / 2.0)
     made.close()
 
@@ -321,7 +322,7 @@ def test_an_encoder_that_nobody_knows_is_refused(clock: Any) -> None:
     try:
         node.values[0x608F, 2] = 7
         with pytest.raises(ReportedError, match="Set increments_per_turn in the station file"):
-            open_cia402_rotor_actuator(ADDRESS, clock, OPTIONS)
+            Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock), "rotor_actuator")
     finally:
         node.network.disconnect()
 
@@ -329,4 +330,4 @@ def test_an_encoder_that_nobody_knows_is_refused(clock: Any) -> None:
 def test_another_node(node: Actuator, clock: Any) -> None:
     node.values[0x1000, 0] = 0x00020191
     with pytest.raises(IdentityError, match="expected profile 402"):
-        open_cia402_rotor_actuator(ADDRESS, clock, OPTIONS)
+        Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock), "rotor_actuator")

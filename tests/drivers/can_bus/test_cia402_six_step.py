@@ -6,9 +6,10 @@ from typing import Any
 import can
 import pytest
 
+from drivers.catalogue import Surroundings
 from drivers.cia402.options import Cia402SixStepOptions
 from drivers.cia402.power_state import PowerState
-from drivers.cia402.six_step import Cia402SixStep, open_cia402_six_step
+from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import Accuracy, CommunicationError, IdentityError, MeasurementError, ReportedError
 
 CHANNEL = "six-step"
@@ -18,7 +19,7 @@ OPTIONS = Cia402SixStepOptions()
 
 @pytest.fixture
 def drive(node: Any, clock: Any) -> Iterator[Cia402SixStep]:
-    made = open_cia402_six_step(ADDRESS, clock, OPTIONS)
+    made = Cia402SixStep.open(ADDRESS, OPTIONS, Surroundings(clock), "drive")
     yield made
     made.close()
     made.close()
@@ -88,7 +89,7 @@ def test_accuracies_that_are_assumed_say_so_and_a_calibration_replaces_them(
     assert drive.measure_frequency().accuracy.resolution == 0.01
     drive.close()
     stated = [Accuracy(gain=share, source="certificate") for share in (1e-3, 2e-3, 3e-3)]
-    other = open_cia402_six_step(ADDRESS, clock, Cia402SixStepOptions(*stated))
+    other = Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(*stated), Surroundings(clock), "drive")
     readings = (other.measure_bus_voltage(), other.measure_bus_current(), other.measure_frequency())
     assert [reading.accuracy for reading in readings] == stated
     other.close()
@@ -189,7 +190,7 @@ def test_sdo_aborts_are_named(drive: Cia402SixStep, node: Any, index: int, code:
 
 def test_another_unit_is_refused(node: Any, clock: Any) -> None:
     with pytest.raises(IdentityError, match="serial number 815 answers, expected 1"):
-        open_cia402_six_step(ADDRESS, clock, Cia402SixStepOptions(serial_number="1"))
+        Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(serial_number="1"), Surroundings(clock), "drive")
 
 
 def test_off_although_a_confirmation_on_the_way_down_is_lost(drive: Cia402SixStep, node: Any, clock: Any) -> None:

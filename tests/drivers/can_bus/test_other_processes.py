@@ -8,9 +8,10 @@ from typing import Any
 import can
 import pytest
 
+from drivers.catalogue import Surroundings
 from drivers.cia402.options import CanInterlockOptions, Cia402SixStepOptions
 from drivers.cia402.power_state import PowerState
-from drivers.cia402.six_step import open_cia402_six_step
+from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import CommunicationError
 from drivers.interlocks.can import CanInterlock
 from drivers.transport.can.buses import CanBuses
@@ -40,7 +41,7 @@ def gateway() -> Iterator[tuple[str, ExitStack]]:
 
 
 def test_a_drive_behind_a_gateway(node: Any, clock: Any, gateway: Any) -> None:
-    drive = open_cia402_six_step(f"{gateway[0]}?node=6", clock, OPTIONS)
+    drive = Cia402SixStep.open(f"{gateway[0]}?node=6", OPTIONS, Surroundings(clock), "drive")
     with drive.running():
         assert node.state is PowerState.OPERATION_ENABLED
     assert node.state is PowerState.SWITCH_ON_DISABLED
@@ -68,7 +69,7 @@ def test_an_interlock_behind_a_gateway(gateway: Any) -> None:
 def test_a_gateway_that_hangs_up(node: Any, clock: Any, gateway: Any, capfd: pytest.CaptureFixture[str]) -> None:
     address, ending = gateway
     buses = CanBuses()
-    drive = open_cia402_six_step(f"{address}?node=6", clock, OPTIONS, buses=buses)
+    drive = Cia402SixStep.open(f"{address}?node=6", OPTIONS, Surroundings(clock, can_buses=buses), "drive")
     ending.close()
     with pytest.raises(CommunicationError, match="no usable reply"):
         drive.hall_state()
@@ -100,7 +101,7 @@ def test_a_frame_that_is_too_old_says_nothing() -> None:
 
 def test_a_bit_rate_that_no_adapter_has(clock: Any, gateway: Any) -> None:
     with pytest.raises(CommunicationError, match="Invalid bitrate, choose one of"):
-        open_cia402_six_step(f"{gateway[0]}?node=6&bitrate=123", clock, OPTIONS)
+        Cia402SixStep.open(f"{gateway[0]}?node=6&bitrate=123", OPTIONS, Surroundings(clock), "drive")
 
 
 class GroupMember:

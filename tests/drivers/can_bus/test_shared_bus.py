@@ -5,10 +5,11 @@ from typing import Any
 import pytest
 from can.interfaces import virtual
 
-from drivers.cia402.inverter import open_cia402_inverter
+from drivers.catalogue import Surroundings
+from drivers.cia402.inverter import Cia402Inverter
 from drivers.cia402.options import Cia402Options, Cia402SixStepOptions
 from drivers.cia402.power_state import PowerState
-from drivers.cia402.six_step import open_cia402_six_step
+from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import CommunicationError
 from drivers.transport.can.buses import CanBuses
 
@@ -32,8 +33,10 @@ def test_inverter_and_drive_on_one_bus_close_in_any_order(
     node: Any, other: Any, clock: Any, shared: bool, first: str
 ) -> None:
     buses = CanBuses()
-    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
-    inverter = open_cia402_inverter(INVERTER, clock, LIMITS, buses=buses if shared else None)
+    drive = Cia402SixStep.open(ADDRESS, OPTIONS, Surroundings(clock, can_buses=buses), "drive")
+    inverter = Cia402Inverter.open(
+        INVERTER, LIMITS, Surroundings(clock, can_buses=buses if shared else CanBuses()), "inverter"
+    )
     with drive.running():
         assert (node.state, other.state) == (PowerState.OPERATION_ENABLED, PowerState.SWITCH_ON_DISABLED)
         assert inverter.measure_frequency().value == 0.0
@@ -41,28 +44,28 @@ def test_inverter_and_drive_on_one_bus_close_in_any_order(
     for instrument in (drive, inverter) if first == "drive" else (inverter, drive):
         instrument.make_safe()
         instrument.close()
-    again = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+    again = Cia402SixStep.open(ADDRESS, OPTIONS, Surroundings(clock, can_buses=buses), "drive")
     assert again.hall_state() == (False, False, False)
     again.close()
 
 
 def test_what_fails_to_open_leaves_the_bus_to_the_other(node: Any, clock: Any) -> None:
     buses = CanBuses()
-    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+    drive = Cia402SixStep.open(ADDRESS, OPTIONS, Surroundings(clock, can_buses=buses), "drive")
     with pytest.raises(CommunicationError, match="no usable reply"):
-        open_cia402_inverter(INVERTER, clock, LIMITS, buses=buses)
+        Cia402Inverter.open(INVERTER, LIMITS, Surroundings(clock, can_buses=buses), "inverter")
     with pytest.raises(CommunicationError, match=r"node 6 .* is in use"):
-        open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
+        Cia402SixStep.open(ADDRESS, OPTIONS, Surroundings(clock, can_buses=buses), "drive")
     with pytest.raises(CommunicationError, match="open with 500000 bit/s already"):
-        open_cia402_inverter(f"{INVERTER}&bitrate=250000", clock, LIMITS, buses=buses)
+        Cia402Inverter.open(f"{INVERTER}&bitrate=250000", LIMITS, Surroundings(clock, can_buses=buses), "inverter")
     assert drive.hall_state() == (False, False, False)
     drive.close()
 
 
 def test_a_bus_opened_anew_serves_both_nodes(node: Any, other: Any, clock: Any) -> None:
     buses = CanBuses()
-    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS, buses=buses)
-    inverter = open_cia402_inverter(INVERTER, clock, LIMITS, buses=buses)
+    drive = Cia402SixStep.open(ADDRESS, OPTIONS, Surroundings(clock, can_buses=buses), "drive")
+    inverter = Cia402Inverter.open(INVERTER, LIMITS, Surroundings(clock, can_buses=buses), "inverter")
     drive._node._connection._bus.disconnect()
     inverter.make_safe()
     drive.make_safe()

@@ -5,8 +5,9 @@ from typing import Any
 import can
 import pytest
 
+from drivers.catalogue import Surroundings
 from drivers.cia402.options import Cia402SixStepOptions
-from drivers.cia402.six_step import open_cia402_six_step
+from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import ReportedError, SetpointError, Watchdog, WhenSilent
 
 CHANNEL = "six-step"
@@ -31,7 +32,7 @@ def heartbeats(bus: can.BusABC, count: int) -> list[bytes]:
 def test_a_consumer_heartbeat_is_armed_fed_and_put_back(clock: Any, make_node: Any, with_option: bool) -> None:
     node = make_node(consumer={1: 0x00100064, 2: 0}, abort_option=1 if with_option else None)
     with can.Bus(interface="virtual", channel=CHANNEL) as bus:
-        drive = open_cia402_six_step(ADDRESS, clock, WATCHED)
+        drive = Cia402SixStep.open(ADDRESS, WATCHED, Surroundings(clock), "drive")
         assert node.entry(1) == 0x00100064  # another's entry
         assert node.entry(2) == 0x7E << 16 | 150
         assert heartbeats(bus, 3) == [b"\x05"] * 3
@@ -49,7 +50,7 @@ def test_a_consumer_heartbeat_is_armed_fed_and_put_back(clock: Any, make_node: A
 
 def test_the_entry_of_a_process_that_died_is_taken_over_and_cleared(clock: Any, make_node: Any) -> None:
     node = make_node(consumer={1: 0, 2: 0x7E << 16 | 500})
-    drive = open_cia402_six_step(ADDRESS, clock, WATCHED)
+    drive = Cia402SixStep.open(ADDRESS, WATCHED, Surroundings(clock), "drive")
     assert (node.entry(1), node.entry(2)) == (0, 0x7E << 16 | 150)
     drive.close()
     assert node.entry(2) == 0
@@ -57,8 +58,11 @@ def test_the_entry_of_a_process_that_died_is_taken_over_and_cleared(clock: Any, 
 
 def test_a_drive_without_a_watch_stays_as_it_is(node: Any, clock: Any) -> None:
     traffic: list[tuple[str, str]] = []
-    drive = open_cia402_six_step(
-        ADDRESS, clock, WATCHED, traffic=lambda direction, text: traffic.append((direction, text))
+    drive = Cia402SixStep.open(
+        ADDRESS,
+        WATCHED,
+        Surroundings(clock, traffic=lambda direction, text: traffic.append((direction, text))),
+        "drive",
     )
     assert drive.watchdog is None
     drive.close()
@@ -68,14 +72,14 @@ def test_a_drive_without_a_watch_stays_as_it_is(node: Any, clock: Any) -> None:
 
 def test_nothing_is_asked_where_no_watch_is_wanted(clock: Any, make_node: Any) -> None:
     node = make_node(consumer={1: 0}, abort_option=1)
-    drive = open_cia402_six_step(ADDRESS, clock, OPTIONS)
+    drive = Cia402SixStep.open(ADDRESS, OPTIONS, Surroundings(clock), "drive")
     drive.close()
     assert node.writes == []
 
 
 def test_a_heartbeat_goes_on_over_a_bus_opened_anew_and_ends_with_the_drive(clock: Any, make_node: Any) -> None:
     node = make_node(consumer={1: 0})
-    drive = open_cia402_six_step(ADDRESS, clock, WATCHED)
+    drive = Cia402SixStep.open(ADDRESS, WATCHED, Surroundings(clock), "drive")
     drive._node._connection.reopen()
     with can.Bus(interface="virtual", channel=CHANNEL) as bus:
         assert heartbeats(bus, 2)
@@ -96,7 +100,7 @@ def test_a_watch_that_cannot_be_armed_is_refused(
 ) -> None:
     node = make_node(consumer={1: 0x00100064}, abort_option=1)
     with pytest.raises(error, match=message):
-        open_cia402_six_step(ADDRESS, clock, Cia402SixStepOptions(**options))
+        Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(**options), Surroundings(clock), "drive")
     assert node.writes == []
 
 
@@ -104,7 +108,7 @@ def test_an_abort_other_than_absence_is_not_passed_over(clock: Any, make_node: A
     node = make_node(consumer={1: 0})
     node.abort[0x1016] = 0x08000022
     with pytest.raises(ReportedError, match=r"read 0x1016:00'.*SDO abort"):
-        open_cia402_six_step(ADDRESS, clock, WATCHED)
+        Cia402SixStep.open(ADDRESS, WATCHED, Surroundings(clock), "drive")
 
 
 @pytest.mark.parametrize(("index", "said"), [(0x1016, "0x1016:01 is 0 after"), (0x6007, "0x6007:00 is 1 after 2 was")])
@@ -114,5 +118,5 @@ def test_a_drive_that_does_not_keep_what_is_written_is_refused_and_left_as_it_wa
     node = make_node(consumer={1: 0}, abort_option=1)
     node.keeps[index] = node.values[index, 1 if index == 0x1016 else 0]
     with pytest.raises(ReportedError, match=said):
-        open_cia402_six_step(ADDRESS, clock, WATCHED)
+        Cia402SixStep.open(ADDRESS, WATCHED, Surroundings(clock), "drive")
     assert (node.entry(1), node.values[0x6007, 0]) == (0, 1)

@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from drivers.delta.dynamometer import DeltaDyn200, open_delta_dyn200
+from drivers.catalogue import Surroundings
+from drivers.delta.dynamometer import DeltaDyn200
 from tests.drivers.modbus.units import OPTIONS, TcpServer, Units
 
 
@@ -23,7 +24,7 @@ def server(units: Units) -> Iterator[TcpServer]:
 
 @pytest.fixture
 def dynamometer(server: TcpServer, clock: Any) -> Iterator[DeltaDyn200]:
-    made = open_delta_dyn200(server.address, clock, OPTIONS)
+    made = DeltaDyn200.open(server.address, OPTIONS, Surroundings(clock), "dynamometer")
     yield made
     made.close()
     made.close()

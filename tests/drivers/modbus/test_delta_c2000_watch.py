@@ -1,11 +1,12 @@
-"""The drive's watch over its master, and a second process that holds the line for the way down only."""
+"""The drive's watch over its master, and a second process that holds the line for the shutdown only."""
 
 import threading
 from typing import Any
 
 import pytest
 
-from drivers.delta.dynamometer import open_delta_dyn200
+from drivers.catalogue import Surroundings
+from drivers.delta.dynamometer import DeltaDyn200
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import ReportedError, SetpointError, Watchdog, WhenSilent
 from tests.drivers.modbus.units import TcpServer, Units
@@ -15,7 +16,7 @@ WATCHED = {"maximum_speed": 300.0, "watchdog_time": 0.5}
 
 def test_the_drive_watches_over_its_master(units: Units, server: TcpServer, clock: Any) -> None:
     units.registers |= {(1, 0x0902): 3, (1, 0x0903): 0, (1, 0x2101): 0}
-    made = open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    made = DeltaDyn200.open(server.address, DeltaDyn200Options(**WATCHED), Surroundings(clock), "dynamometer")
     assert units.writes == [(1, 0x0902, [2]), (1, 0x0903, [5])]
     fed = threading.Event()
     server.garble = lambda reply: fed.set() or reply if server.requests[-1].endswith("03 21 01 00 01") else reply
@@ -31,22 +32,27 @@ def test_the_drive_watches_over_its_master(units: Units, server: TcpServer, cloc
 
 def test_parameters_that_are_so_already_are_not_written(units: Units, server: TcpServer, clock: Any) -> None:
     units.registers |= {(1, 0x0902): 2, (1, 0x0903): 5, (1, 0x2101): 0}
-    made = open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    made = DeltaDyn200.open(server.address, DeltaDyn200Options(**WATCHED), Surroundings(clock), "dynamometer")
     made.close()
     assert units.writes == []
 
 
 def test_a_drive_without_such_a_watch_is_told_of(units: Units, server: TcpServer, clock: Any) -> None:
     with pytest.raises(ReportedError, match=r"0902H.*a drive without it has no watchdog: watchdog_time = 0"):
-        open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+        DeltaDyn200.open(server.address, DeltaDyn200Options(**WATCHED), Surroundings(clock), "dynamometer")
     with pytest.raises(SetpointError, match=r"watchdog_time = 0.1 s is outside 0.5 … 100 s"):
-        open_delta_dyn200(server.address, clock, DeltaDyn200Options(maximum_speed=300.0, watchdog_time=0.1))
+        DeltaDyn200.open(
+            server.address,
+            DeltaDyn200Options(maximum_speed=300.0, watchdog_time=0.1),
+            Surroundings(clock),
+            "dynamometer",
+        )
 
 
 def test_a_guarding_process_asks_nothing_before_it_must_act(units: Units, server: TcpServer, clock: Any) -> None:
     units.registers[1, 0x2100] = 49
     options = DeltaDyn200Options(**WATCHED)
-    made = open_delta_dyn200(server.address, clock, options, guarding=True)
+    made = DeltaDyn200.open(server.address, options, Surroundings(clock, guarding=True), "dynamometer")
     assert server.requests == []
     made.command_zero()
     made.make_safe()
@@ -57,7 +63,7 @@ def test_a_guarding_process_asks_nothing_before_it_must_act(units: Units, server
 
 def test_what_is_armed_is_told(units: Units, server: TcpServer, clock: Any) -> None:
     units.registers |= {(1, 0x0902): 2, (1, 0x0903): 0}
-    made = open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+    made = DeltaDyn200.open(server.address, DeltaDyn200Options(**WATCHED), Surroundings(clock), "dynamometer")
     assert made.watchdog == Watchdog(0.5, WhenSilent.COAST, "09-02, 09-03")
     made.close()
     assert made.watchdog is None
@@ -73,5 +79,5 @@ def test_a_drive_that_does_not_keep_what_is_written_is_refused_and_left_as_it_wa
     with pytest.raises(
         ReportedError, match=r"09-03 communication time-out is 0 after 5 was written.*watchdog_time = 0"
     ):
-        open_delta_dyn200(server.address, clock, DeltaDyn200Options(**WATCHED))
+        DeltaDyn200.open(server.address, DeltaDyn200Options(**WATCHED), Surroundings(clock), "dynamometer")
     assert units.registers[1, 0x0902] == 3

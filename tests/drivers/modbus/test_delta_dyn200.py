@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.catalogue import Surroundings
 from drivers.delta.c2000 import frequency_register
-from drivers.delta.dynamometer import DeltaDyn200, open_delta_dyn200
+from drivers.delta.dynamometer import DeltaDyn200
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import Accuracy, CommunicationError, MeasurementError, ReportedError, SetpointError
 from tests.drivers.modbus.units import OPTIONS, RPM, TcpServer, Units
@@ -135,13 +136,13 @@ def test_an_exception_names_register_and_meaning(dynamometer: DeltaDyn200, units
 def test_a_gateways_unit_that_is_not_there(units: Units, server: TcpServer, clock: Any, code: int) -> None:
     units.refuse[2, 0x08] = code
     with pytest.raises(CommunicationError, match="unit 2 does not answer"):
-        open_delta_dyn200(server.address, clock, OPTIONS)
+        DeltaDyn200.open(server.address, OPTIONS, Surroundings(clock), "dynamometer")
 
 
 def test_decimals_that_cannot_be(units: Units, server: TcpServer, clock: Any) -> None:
     units.registers[2, 0x09] = 9
     with pytest.raises(CommunicationError, match=r"torque decimals = 9 is outside 0 … 6.*DYN-200"):
-        open_delta_dyn200(server.address, clock, OPTIONS)
+        DeltaDyn200.open(server.address, OPTIONS, Surroundings(clock), "dynamometer")
 
 
 @given(st.floats(-1000, 1000), st.integers(1, 6))
@@ -159,7 +160,7 @@ def test_options_replace_accuracy_and_direction(server: TcpServer, units: Units,
         direction_from="command",
         watchdog_time=0.0,
     )
-    dynamometer = open_delta_dyn200(server.address, clock, options)
+    dynamometer = DeltaDyn200.open(server.address, options, Surroundings(clock), "dynamometer")
     with dynamometer.driving_speed(-20.0):
         units.set_32(0x12, 0)
         reading = dynamometer.measure()

@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from drivers.delta.dynamometer import DeltaDyn200, open_delta_dyn200
+from drivers.catalogue import Surroundings
+from drivers.delta.dynamometer import DeltaDyn200
 from drivers.interfaces import CommunicationError, MeasurementError, ReportedError
 from tests.drivers.modbus.units import OPTIONS, RPM, TcpServer, Units
 
@@ -97,7 +98,7 @@ def test_make_safe_waits_no_longer_than_the_drive_takes(dynamometer: DeltaDyn200
 
 def test_a_dynamometer_that_is_gone_is_reported(units: Units, clock: Any) -> None:
     server = TcpServer(units)
-    dynamometer = open_delta_dyn200(server.address, clock, OPTIONS)
+    dynamometer = DeltaDyn200.open(server.address, OPTIONS, Surroundings(clock), "dynamometer")
     server.close()
     with pytest.raises(CommunicationError, match="cannot be opened again"):
         dynamometer.make_safe()

@@ -5,10 +5,8 @@ from procedures.estimation.emf.back_emf import (
     fit_back_emf,
     flux_by_integration,
     line_to_phase,
-    peak_amplitude,
-    peak_to_peak,
-    period_of,
 )
+from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
 from procedures.estimation.fitting.fit import EstimationError
 from tests.studies.simulated import FLUX, SPEED, emf_record
 
@@ -81,7 +79,6 @@ def test_plain_readings_of_the_note() -> None:
     v = waves(fifth=0.0)[0]
     assert peak_to_peak(v) == pytest.approx(6.0, rel=1e-3)
     assert peak_amplitude(v) == pytest.approx(3.0, rel=1e-3)
-    assert period_of(TIME, v) == pytest.approx(1 / 53.0, rel=1e-4)
     assert line_to_phase(np.sqrt(3.0)) == pytest.approx(1.0)
 
 
@@ -101,13 +98,6 @@ def test_records_that_carry_no_estimate_are_refused(time, values, message) -> No
         fit_back_emf(time, values)
     with pytest.raises(EstimationError, match=message):
         flux_by_integration(time, values)
-
-
-def test_period_needs_two_crossings() -> None:
-    with pytest.raises(EstimationError, match="no whole period"):
-        period_of(TIME, np.sin(2 * np.pi * 8.0 * TIME))
-    with pytest.raises(EstimationError, match="constant"):
-        period_of(TIME, np.zeros(2000))
 
 
 def test_harmonics_must_include_the_fundamental() -> None:

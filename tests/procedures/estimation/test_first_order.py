@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.signal import lfilter
+from scipy.linalg import solve_banded
 
 from procedures.estimation.fitting.first_order import (
     gathered_evenly,
@@ -26,9 +26,10 @@ def drive(seed: int, points: int = 400) -> np.ndarray:
 
 
 @given(DECAYS, st.integers(1, 3000), st.integers(0, 99))
-def test_the_recursion_is_that_of_a_filter(decay: float, points: int, seed: int) -> None:
+def test_the_recursion_solves_its_difference_equation(decay: float, points: int, seed: int) -> None:
     gain = drive(seed, points)
-    expected = lfilter([1.0], [1.0, -decay], gain)
+    bands = np.array([np.ones(points), np.full(points, -decay)])
+    expected = solve_banded((1, 0), bands, gain)
     assert recursion(decay, gain) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
     assert recursion(decay, np.column_stack((gain, -gain)))[:, 1] == pytest.approx(-expected, abs=1e-9)
 

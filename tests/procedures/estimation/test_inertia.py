@@ -1,8 +1,16 @@
 import numpy as np
 import pytest
+from GTC import ureal
 
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.mechanics.inertia import Ramp, fit_coast_down, fit_ramps, subtract_tare, two_point
+from procedures.estimation.mechanics.inertia import (
+    Ramp,
+    fit_coast_down,
+    fit_ramps,
+    subtract_tare,
+    torque_from_power,
+    two_point,
+)
 from tests.studies.simulated import COULOMB, INERTIA, MECHANICS, TORQUE, VISCOUS, ramp_speed, ramps
 
 UP, DOWN = np.linspace(0, 0.3, 100), np.linspace(0, 0.5, 120)
@@ -73,16 +81,25 @@ def test_two_points_are_biased_by_viscous_friction_over_different_speeds() -> No
 
 
 def test_tare_is_subtracted_with_its_uncertainty() -> None:
-    random = np.random.default_rng(3)
-    total, tare = fit_ramps(ramps(random)), fit_ramps(ramps(random))
-    half = tare.derived(tare.names, list(0.4 * tare.values), 0.4 * np.eye(len(tare.names)))
-    motor = subtract_tare(total, half)
-    assert motor.value("inertia") == pytest.approx(0.6 * INERTIA, rel=1e-2)
-    assert motor.uncertainty("inertia") == pytest.approx(
-        np.hypot(total.uncertainty("inertia"), half.uncertainty("inertia"))
-    )
-    with pytest.raises(EstimationError, match="interchanged"):
-        subtract_tare(half, total)
+    coupled = {
+        "inertia": ureal(1e-3, 3e-6),
+        "coulomb_friction": ureal(0.05, 1e-3),
+        "viscous_friction": ureal(4e-4, 1e-5),
+    }
+    tare = {"inertia": ureal(4e-4, 4e-6), "coulomb_friction": ureal(0.02, 1e-3), "viscous_friction": ureal(1e-4, 1e-5)}
+    motor = subtract_tare(coupled, tare)
+    assert (motor["inertia"].x, motor["inertia"].u) == pytest.approx((6e-4, 5e-6))
+    plain = subtract_tare({n: q.x for n, q in coupled.items()}, {n: q.x for n, q in tare.items()})
+    assert plain == pytest.approx({"inertia": 6e-4, "coulomb_friction": 0.03, "viscous_friction": 3e-4})
+    with pytest.raises(EstimationError, match=r"0\.0004 kg.m², is not below"):
+        subtract_tare(tare, tare)
+
+
+def test_torque_from_shaft_power_is_that_of_the_mechanical_speed() -> None:
+    speed = np.linspace(0.0, 300.0, 50)
+    assert torque_from_power(0.2 * speed, speed) == pytest.approx(0.2)
+    with pytest.raises(EstimationError, match="stands still"):
+        torque_from_power([1.0, 1.0], [0.0, 0.0])
 
 
 @pytest.mark.parametrize(

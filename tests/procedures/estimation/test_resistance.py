@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from GTC import ureal
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,8 +12,8 @@ from procedures.estimation.winding.resistance import (
     from_lines,
     phase_resistances,
     slope,
-    unbalance,
 )
+from procedures.estimation.winding.unbalance import spread
 
 ohms = st.floats(0.01, 100.0)
 
@@ -56,7 +57,24 @@ def test_a_delta_has_no_star_point() -> None:
 def test_the_notes_example() -> None:
     assert from_lines(32.2e-3, 31.7e-3, 32.1e-3, "wye").y_equivalent == pytest.approx(16.0e-3)
     assert from_lines(32.2e-3, 31.7e-3, 32.1e-3, "delta") == pytest.approx((48.0e-3, 16.0e-3))
-    assert unbalance([32.2, 31.7, 32.1]) == pytest.approx(0.3 / 32.0)
+    assert spread([32.2, 31.7, 32.1]) == pytest.approx(0.5 / 32.0)
+
+
+@pytest.mark.parametrize("connection", ["wye", "delta"])
+def test_value_and_budget_are_one_formula(connection) -> None:
+    values = (32.2e-3, 31.7e-3, 32.1e-3)
+    lines = [ureal(value, 1e-4) for value in values]
+    temperature = ureal(31.0, 0.5)
+    cold = from_lines(*lines, connection).at_temperature(temperature, 25.0)
+    plain = from_lines(*values, connection).at_temperature(31.0, 25.0)
+    assert (cold.winding.x, cold.y_equivalent.x) == pytest.approx(tuple(plain))
+    # The mean of three independent readings, and the temperature's share of it.
+    alpha = 0.00393 / (1.0 + 0.00393 * 11.0)
+    relative = np.hypot(1e-4 / np.sqrt(3.0) / 32.0e-3, alpha * 0.5)
+    assert cold.winding.u / cold.winding.x == pytest.approx(relative, rel=1e-3)
+    each = phase_resistances(*lines, connection)
+    assert [phase.x for phase in each] == pytest.approx(phase_resistances(*values, connection))
+    assert all(phase.u > 0.0 for phase in each)
 
 
 def test_readings_of_no_winding_are_refused() -> None:
@@ -78,16 +96,27 @@ def test_slope_of_voltage_over_current_leaves_the_thermal_voltage_out() -> None:
     fit = slope(0.032 * current + 1e-4 + random.normal(0, 1e-5, current.size), current)
     assert abs(fit.value("resistance") - 0.032) < 3 * fit.uncertainty("resistance")
     assert abs(fit.value("offset") - 1e-4) < 3 * fit.uncertainty("offset")
-    assert fit.uncertainty("resistance") == pytest.approx(1e-5 / np.sqrt(np.sum(current**2)), rel=0.3)
+    # The zero of the current's meter is fitted as well, so only differences of the amounts count.
+    amount = np.abs(current)
+    assert fit.uncertainty("resistance") == pytest.approx(
+        1e-5 / np.sqrt(np.sum((amount - amount.mean()) ** 2)), rel=0.3
+    )
+
+
+def test_the_zero_of_the_current_s_meter_is_left_out() -> None:
+    shown = np.array([-2.0, -1.0, -0.5, 0.5, 1.0, 2.0])
+    # It reads amounts, 3 mA too much of each.
+    fit = slope(0.032 * (shown - 3e-3 * np.sign(shown)) + 1e-4, shown)
+    assert fit.values == pytest.approx([0.032, 1e-4, 0.032 * 3e-3])
 
 
 def test_slope_asks_for_both_polarities_and_right_leads() -> None:
     with pytest.raises(EstimationError, match="both polarities"):
-        slope([1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
+        slope([1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 3.0, 4.0])
     with pytest.raises(EstimationError, match="several currents"):
-        slope([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], both_polarities=False)
+        slope([1.0, 1.0, -1.0, -1.0], [1.0, 1.0, -1.0, -1.0])
     with pytest.raises(EstimationError, match="wrong way round"):
-        slope([1.0, 0.0, -1.0], [-1.0, 0.0, 1.0])
+        slope([2.0, 1.0, -1.0, -2.0], [-2.0, -1.0, 1.0, 2.0])
 
 
 @given(st.floats(-1e-3, 1e-3), st.floats(1e-6, 1e-4), st.integers(0, 2**32 - 1))

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from GTC import ureal
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,10 +25,18 @@ def test_nema_s_own_example():
 def test_a_common_gain_does_not_matter_and_no_value_is_farther(values, gain):
     found = largest_deviation(values)
     mean = sum(values) / 3.0
-    assert all(abs(value / mean - 1.0) <= abs(found.share) + 1e-12 for value in values)
+    assert all(abs(value / mean - 1.0) <= found.share + 1e-12 for value in values)
     assert largest_deviation([gain * value for value in values]).share == pytest.approx(found.share, abs=1e-9)
     # A single one of three cannot be more than twice the mean above it, nor more than all of it below.
-    assert -1.0 < found.share < 2.0
+    assert 0.0 <= found.share < 2.0
+
+
+def test_an_uncertain_deviation_keeps_what_is_common_out_of_its_budget():
+    gain = ureal(1.0, 0.02)
+    found = largest_deviation([gain * ureal(value, 1e-3) for value in (0.50, 0.52, 0.57)])
+    assert (found.place, found.share.x) == (2, pytest.approx(0.57 / 0.53 - 1.0))
+    assert found.share.u < 0.003
+    assert largest_deviation([0.45, 0.52, 0.53]).share == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize("values", [(0.0, 0.0, 0.0), (-1.0, 0.0, 0.5), (math.nan, 1.0, 1.0)])

@@ -87,23 +87,23 @@ def test_a_third_wire_is_told_and_interchanged_ones_are_not():
     assert joined.outcome is Outcome.WRONG
     assert {m.kind for m in joined.possible} == {Kind.JOINED}
     right = judge(mistakes(ALIGN_Q), [resistance_of((1.0, 1.0, 1.0), 2.0)])
-    assert right.outcome is Outcome.PROVED
+    assert right.outcome is Outcome.VERIFIED
     assert {m.kind for m in right.possible} == {Kind.EXCHANGED}
 
 
 def test_a_coarse_reading_proves_nothing_and_accuses_nobody():
     wide = Observation(Interval(1.4, 2.1), resistance_of((1.0, 1.0, 1.0), 1.5).predicted)
     found = judge(mistakes(ALIGN_D), [wide])
-    assert found.outcome is Outcome.UNPROVED
+    assert found.outcome is Outcome.UNVERIFIED
     assert {m.kind for m in found.possible} & CONTINUITY
-    assert judge(mistakes(ALIGN_D), [Observation(ANY, lambda _: ANY)]).outcome is Outcome.UNPROVED
+    assert judge(mistakes(ALIGN_D), [Observation(ANY, lambda _: ANY)]).outcome is Outcome.UNVERIFIED
     assert judge(mistakes(ALIGN_D), [resistance_of((1.0, 1.0, 1.0), 9.0)]).outcome is Outcome.UNEXPLAINED
 
 
 @given(st.tuples(*[st.floats(0.95, 1.05)] * 3), st.floats(0.94, 1.06), st.sampled_from([ALIGN_D, ALIGN_Q, (P, M, N)]))
 def test_no_false_alarm_with_unbalance_and_warm_windings(phases, warm, poles):
     found = judge(mistakes(poles), [resistance_of((1.0, 1.0, 1.0), warm * loop_resistance(phases, poles), 0.12)])
-    assert found.outcome is Outcome.PROVED
+    assert found.outcome is Outcome.VERIFIED
 
 
 def test_what_leads_sense():

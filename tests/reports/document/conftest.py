@@ -13,19 +13,19 @@ from bench.i18n.language import translator
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text
 from procedures.core.budget import Uncertainties
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice, Parameter, ProcedureResult
 from reports.document.compose import compose
-from reports.document.model import Figure
+from reports.document.model import PlotFigure
 from reports.document.record import (
-    Calibration,
+    CalibrationRecord,
     InstrumentRecord,
     JournalEnd,
     ProcedureRecord,
-    Readings,
+    ProcedureStepRecord,
+    ReadingsRecord,
     RunRecord,
-    StepRecord,
 )
 from reports.document.render import render
 from reports.document.speech import Speech
@@ -83,8 +83,10 @@ def traces() -> Sequence[Samples]:
 def make_run(**changes: Any) -> RunRecord:
     found = result()
     steps = [
-        StepRecord("3.3.1-d/1", text("Align the rotor to d: A to plus, B and C to minus"), True, "finished", 1.0, 50.0),
-        StepRecord(
+        ProcedureStepRecord(
+            "3.3.1-d/1", text("Align the rotor to d: A to plus, B and C to minus"), True, "finished", 1.0, 50.0
+        ),
+        ProcedureStepRecord(
             "3.3.1-d/4",
             text("Switch on and record the current's step response"),
             False,
@@ -92,8 +94,8 @@ def make_run(**changes: Any) -> RunRecord:
             50.0,
             66.5,
             readings=(
-                Readings("supply", text("voltage"), "V", (0.079,) * 5, was_set=True),
-                Readings("oscilloscope", text("current"), "A", tuple(float(k) for k in range(9))),
+                ReadingsRecord("supply", text("voltage"), "V", (0.079,) * 5, was_set=True),
+                ReadingsRecord("oscilloscope", text("current"), "A", tuple(float(k) for k in range(9))),
             ),
             traces=(traces,),
         ),
@@ -104,7 +106,7 @@ def make_run(**changes: Any) -> RunRecord:
         "3.1.2.1",
         {"turns": 1},
         [
-            StepRecord(
+            ProcedureStepRecord(
                 "3.1.2.1/3",
                 text("Mark every stable position over one full turn"),
                 True,
@@ -131,7 +133,7 @@ def make_run(**changes: Any) -> RunRecord:
         "cause": "pole-pairs-static: no stable position was marked",
         "started": "2026-11-21 00:00:00 UTC",
         "ended": "2026-11-21 00:02:00 UTC",
-        "nameplate": Nameplate("LG-400W", Connection.WYE, 29.0, 80.0, 3000.0, 24.0, serial_number="0042"),
+        "nameplate": Nameplate("LG-400W", WindingConnection.WYE, 29.0, 80.0, 3000.0, 24.0, serial_number="0042"),
         "motor_file": "lg-400w",
         "motor_sha256": "ab" * 32,
         "station": "bench 1",
@@ -146,7 +148,7 @@ def make_run(**changes: Any) -> RunRecord:
                 "keysight-e36300",
                 "TCPIP0::x",
                 "Keysight E36313A",
-                Calibration("2025-01-01", "2026-01-01", "C-17", True),
+                CalibrationRecord("2025-01-01", "2026-01-01", "C-17", True),
                 True,
             ),
             InstrumentRecord("lcr_meter", "manual", "", "", None, False),
@@ -182,7 +184,7 @@ def rendered() -> Callable[..., dict[str, Any]]:
         spoken = languages or ("en",)
         document = compose(make_run(**changes))
         if spoken not in drawn:
-            figures = [block.plot for s in document.sections for block in s.blocks if isinstance(block, Figure)]
+            figures = [block.plot for s in document.sections for block in s.blocks if isinstance(block, PlotFigure)]
             drawn[spoken] = {plot.name: svg(plot, speech(*spoken).say) for plot in figures}
         return render(document, speech(*spoken), drawn[spoken])
 

@@ -9,19 +9,19 @@ from drivers.interfaces.text import text
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice
 from reports.document.compose import compose
-from reports.document.model import Document, Facts, Figure, Notices, Paragraph, Section, Signatures, Table
+from reports.document.model import Document, Facts, Notices, Paragraph, PlotFigure, ReportSection, Signatures, Table
 from reports.document.record import JournalEnd, RunRecord, SignOff
 from tests.reports.document.conftest import result, total
 
 Run = Callable[..., RunRecord]
 
 
-def section(document: Document, anchor: str) -> Section:
+def section(document: Document, anchor: str) -> ReportSection:
     (found,) = (s for s in document.sections if s.anchor == anchor)
     return found
 
 
-def tables(found: Section) -> Iterator[Table]:
+def tables(found: ReportSection) -> Iterator[Table]:
     yield from (block for block in found.blocks if isinstance(block, Table))
 
 
@@ -124,7 +124,7 @@ def test_settings_estimators_plots_and_errata(run: Run) -> None:
     found = section(compose(run()), "dq-inductance-time-constant")
     (settings,) = (block for block in found.blocks if isinstance(block, Facts))
     assert str(settings.items[0][1]) == "repeats = 4, curve_shares = [0.5, 1], polarity = against"
-    (figure,) = (block for block in found.blocks if isinstance(block, Figure))
+    (figure,) = (block for block in found.blocks if isinstance(block, PlotFigure))
     # The q axis has no record among the steps: its fit is drawn, its voltage is not.
     assert [len(row) for row in figure.plot.rows] == [1, 2, 2]
     (notices,) = (block for block in found.blocks if isinstance(block, Notices))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from procedures.core.nameplate import Connection, Nameplate
+from procedures.core.nameplate import Nameplate, WindingConnection
 from reports.document.page import page
 
 Rendered = Callable[..., dict[str, Any]]
@@ -44,7 +44,7 @@ class Page(HTMLParser):
 
 def hostile(name: str) -> dict[str, Any]:
     return {
-        "nameplate": Nameplate(name, Connection.WYE, 29.0, serial_number=name, wire_colours={"A": name}),
+        "nameplate": Nameplate(name, WindingConnection.WYE, 29.0, serial_number=name, wire_colours={"A": name}),
         "operator": name,
         "station": name,
         "cause": name,

@@ -17,7 +17,8 @@ PROBED = {
 }
 CHECKS = [
     {**BRIDGE, "outcome": "wrong", "reason": "", "possible": [{"kind": "joined", "terminals": ["C"]}]},
-    {**BRIDGE, "outcome": "proved", "reason": "", "possible": [{"kind": "exchanged", "terminals": ["A", "B"]}]},
+    {**BRIDGE, "outcome": "verified", "reason": "", "possible": [{"kind": "exchanged", "terminals": ["A", "B"]}]},
+    # As records of earlier versions have it.
     {**PROBED, "outcome": "not proved", "reason": "weak", "possible": []},
 ]
 
@@ -30,14 +31,14 @@ def test_each_check_is_a_row():
         [
             "A → LCR meter, high; B → LCR meter, low",
             "LCR meter",
-            "wiring wrong: C (black) is connected, and should be open",
+            "connection wrong: C (black) is connected, and should be open",
         ],
-        ["A → LCR meter, high; B → LCR meter, low", "LCR meter", "wiring proved"],
+        ["A → LCR meter, high; B → LCR meter, low", "LCR meter", "connection verified"],
         [
             "all terminals open; channel 1: tip on terminal A, "
             "reference on the artificial star point (three equal resistors, 20 kΩ)",
             "Oscilloscope",
-            "wiring not proved: the signal is too weak beside the instrument's resolution",
+            "connection not verified: the signal is too small for the instrument's resolution",
         ],
     ]
     chinese = translator("zh")

@@ -11,7 +11,7 @@ from reports.exports.subject import Datasheet, Subject
 BLY172S_FLUX = 0.03279636 / (2.0 * math.pi)
 
 
-def value(quantity: q.Quantity, subject: Subject) -> float:
+def value(quantity: q.ExportQuantity, subject: Subject) -> float:
     return q.figure(quantity, subject.parameters, Datasheet()).value
 
 

@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from reports.exports.catalogue import TARGETS
+from bench.plugins.catalogues import installed
 from reports.exports.subject import Subject
 from reports.exports.target import sheet_for
 from tests.reports.exports.conftest import TRUTH
@@ -22,7 +22,7 @@ TORQUE = 1.5 * P * (FLUX + (LD - LQ) * CURRENT.real) * CURRENT.imag
 
 def executed(name: str, subject: Subject) -> ModuleType:
     """The written file as a module."""
-    target = TARGETS[name]
+    target = installed().exports[name]
     module = ModuleType(f"exported_{target.name}")
     exec(compile(target.write(sheet_for(target, subject)), "exported.py", "exec"), module.__dict__)  # noqa: S102
     return module

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from bench.plugins.catalogues import installed
 from drivers.interfaces.text import text
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice, Parameter, ProcedureResult
-from reports.exports.catalogue import TARGETS
-from reports.exports.checks import ExportRefusedError, Limits
+from reports.exports.checks import ExportRefusedError, UncertaintyBounds
 from reports.exports.subject import Datasheet, Subject, doubtful, pole_pairs_doubt
 from reports.exports.target import sheet_for
 from reports.tables.figures import percent
@@ -17,9 +17,9 @@ Make = Callable[..., Subject]
 Replaced = Callable[..., dict[str, Parameter]]
 
 
-def reasons(subject: Subject, target: str = "vesc", limits: Limits | None = None) -> list[str]:
+def reasons(subject: Subject, target: str = "vesc", limits: UncertaintyBounds | None = None) -> list[str]:
     with pytest.raises(ExportRefusedError) as refused:
-        sheet_for(TARGETS[target], subject, limits)
+        sheet_for(installed().exports[target], subject, limits)
     return [str(reason) for reason in refused.value.reasons]
 
 
@@ -34,7 +34,7 @@ def test_what_is_missing_is_named_with_what_gives_it(make_subject: Make) -> None
 
 def test_an_interval_that_contains_zero(make_subject: Make, replaced: Replaced) -> None:
     wide = replaced("flux_linkage", standard_uncertainty=5e-3, coverage_interval=(-1.3e-3, 18.3e-3))
-    (reason,) = reasons(make_subject(parameters=wide), limits=Limits(1.0))
+    (reason,) = reasons(make_subject(parameters=wide), limits=UncertaintyBounds(1.0))
     assert "-0.0013 … 0.0183 V·s/rad contains zero" in reason
 
 
@@ -60,8 +60,8 @@ def test_bounds_on_relative_uncertainty(
     if refused:
         (reason,) = reasons(subject)
         assert reason.startswith(f"{name} is known to {percent(relative)} % only")
-    assert sheet_for(TARGETS["vesc"], subject, Limits(0.2)).lines
-    assert not refused or reasons(subject, limits=Limits(0.01))
+    assert sheet_for(installed().exports["vesc"], subject, UncertaintyBounds(0.2)).lines
+    assert not refused or reasons(subject, limits=UncertaintyBounds(0.01))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -0.016, 0.0])
@@ -112,12 +112,12 @@ def test_what_only_the_plate_knows(make_subject: Make) -> None:
 def test_what_is_optional_is_left_out_with_the_reason(make_subject: Make) -> None:
     subject = make_subject()
     without = replace(subject, parameters={k: v for k, v in subject.parameters.items() if "friction" not in k})
-    sheet = sheet_for(TARGETS["c-header"], without)
+    sheet = sheet_for(installed().exports["c-header"], without)
     assert [str(reason) for reason in sheet.left_out] == [
         "coulomb_friction is needed and the run has none",
         "viscous_friction is needed and the run has none",
     ]
-    assert "left out: viscous_friction" in TARGETS["c-header"].write(sheet)
+    assert "left out: viscous_friction" in installed().exports["c-header"].write(sheet)
 
 
 @pytest.mark.parametrize("target", ["json", "csv"])
@@ -133,6 +133,6 @@ def test_doubts_of_the_run_stand_in_the_file(make_subject: Make) -> None:
     ]
     kept = doubtful(notices)
     assert [notice.identifier for notice in kept] == ["consistency-inductance", "disagreement"]
-    content = TARGETS["ti"].write(sheet_for(TARGETS["ti"], make_subject(warnings=kept)))
+    content = installed().exports["ti"].write(sheet_for(installed().exports["ti"], make_subject(warnings=kept)))
     assert "WARNING consistency-inductance: halved A" in content
     assert content.isascii()

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from reports.exports.catalogue import TARGETS
+from bench.plugins.catalogues import installed
 from reports.exports.subject import Datasheet, Subject
 from reports.exports.target import sheet_for
 from tests.reports.exports.back_to_si import BACK
@@ -39,14 +39,14 @@ shared = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], m
 
 
 def test_every_target_has_a_reader() -> None:
-    assert set(READERS) == set(BACK) == set(TARGETS)
+    assert set(READERS) == set(BACK) == set(installed().exports)
 
 
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize("name", installed().exports)
 @shared
 @given(motor=motors)
 def test_file_to_si(name: str, motor: dict[str, float], make_subject: Callable[..., Subject]) -> None:
-    content = TARGETS[name].write(sheet_for(TARGETS[name], make_subject(motor)))
+    content = installed().exports[name].write(sheet_for(installed().exports[name], make_subject(motor)))
     found = BACK[name](READERS[name](content))
     wanted = {**motor, "mean_inductance": 0.5 * (motor["d_axis_inductance"] + motor["q_axis_inductance"])}
     assert {"pole_pairs", "stator_resistance", "flux_linkage"} <= set(found)
@@ -68,13 +68,13 @@ nasty = st.text(max_size=40) | st.sampled_from(
 )
 
 
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize("name", installed().exports)
 @shared
 @given(motor=nasty, serial=nasty)
 def test_no_name_breaks_out_of_a_comment(
     name: str, motor: str, serial: str, make_subject: Callable[..., Subject]
 ) -> None:
-    target = TARGETS[name]
+    target = installed().exports[name]
     plain = target.write(sheet_for(target, make_subject()))
     content = target.write(sheet_for(target, make_subject(motor=motor, serial_number=serial)))
     assert READERS[name](content) == READERS[name](plain)
@@ -82,16 +82,16 @@ def test_no_name_breaks_out_of_a_comment(
 
 
 def test_the_plate_goes_along(make_subject: Callable[..., Subject]) -> None:
-    target = TARGETS["mathworks"]
+    target = installed().exports["mathworks"]
     read = READERS["mathworks"](target.write(sheet_for(target, make_subject())))
     assert (read["I_rated"], read["N_max"]) == (29.0, 4000.0)
     without = make_subject(datasheet=Datasheet(29.0, 80.0, 3000.0, None))
     assert sheet_for(target, without).line("pmsm.N_max").figure.value == 3000.0
 
 
-@pytest.mark.parametrize("name", [n for n in TARGETS if n not in ("json", "csv")])
+@pytest.mark.parametrize("name", [n for n in installed().exports if n not in ("json", "csv")])
 def test_every_figure_has_its_unit_and_convention_beside_it(name: str, make_subject: Callable[..., Subject]) -> None:
-    target = TARGETS[name]
+    target = installed().exports[name]
     sheet = sheet_for(target, make_subject())
     written = target.write(sheet).splitlines()
     for line in sheet.lines:

@@ -5,16 +5,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from bench.plugins.catalogues import installed
 from procedures.core.result import Parameter
 from reports.exports import quantities as q
-from reports.exports.catalogue import TARGETS
 from reports.exports.subject import Datasheet, Subject
 from reports.exports.target import sheet_for
 
 shared = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=30)
 
 
-def figure(quantity: q.Quantity, subject: Subject) -> q.Figure:
+def figure(quantity: q.ExportQuantity, subject: Subject) -> q.ExportFigure:
     return q.figure(quantity, subject.parameters, Datasheet())
 
 
@@ -50,7 +50,7 @@ def test_figures_without_saliency_have_no_difference(
 ) -> None:
     parameters = replaced("inertia")
     parameters["q_axis_inductance"] = parameters["d_axis_inductance"]
-    sheet = sheet_for(TARGETS["vesc"], make_subject(parameters=parameters))
+    sheet = sheet_for(installed().exports["vesc"], make_subject(parameters=parameters))
     line = sheet.line("foc_motor_ld_lq_diff")
     assert line.figure.value == 0.0
     assert line.figure.standard_uncertainty == pytest.approx(0.0, abs=1e-12)
@@ -60,7 +60,7 @@ def test_the_json_file_holds_the_correlation(make_subject: Callable[..., Subject
     import json
 
     subject = make_subject(relative=1e-4, gain=0.01)
-    made = json.loads(TARGETS["json"].write(sheet_for(TARGETS["json"], subject)))
+    made = json.loads(installed().exports["json"].write(sheet_for(installed().exports["json"], subject)))
     coefficient = made["correlations"]["d_axis_inductance"]["q_axis_inductance"]
     assert coefficient == pytest.approx(1.0 / (1.0 + 3.0 * 1e-4), rel=1e-6)
     assert list(made["correlations"]) == ["d_axis_inductance"]

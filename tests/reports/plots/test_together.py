@@ -6,12 +6,12 @@ import pytest
 from drivers.interfaces.text import Text
 from reports.plots import together
 from reports.plots.draw import svg
-from reports.plots.model import Axes, Curve, Manner, Plot
+from reports.plots.model import Axes, Manner, Plot, PlotCurve
 
 
 def plot(name: str, columns: int) -> Plot:
     x = np.linspace(0.0, 1.0, 20)
-    axes = Axes(Text("Time"), "s", Text("Current"), "A", (Curve(Text("fit"), x, x**2, Manner.FIT),))
+    axes = Axes(Text("Time"), "s", Text("Current"), "A", (PlotCurve(Text("fit"), x, x**2, Manner.FIT),))
     return Plot(name, Text(name), ((axes,) * columns,))
 
 

@@ -192,7 +192,7 @@ def test_drives_that_stay_on(virtual_bench: VirtualBench, role: str, reports: st
     world = virtual_bench.world
     add(virtual_bench, fault="stuck_output", role=role, reports=reports)
     if role == "dynamometer":
-        drive = virtual_bench.dynamometer.units[1]
+        drive = virtual_bench.instrument("dynamometer").units[1]
         drive.write(0x2001, [1000])
         drive.write(0x2000, [0b10010])
         virtual_bench.clock.sleep(2.0)
@@ -203,7 +203,7 @@ def test_drives_that_stay_on(virtual_bench: VirtualBench, role: str, reports: st
         assert (shown[0] & 0b11, shown[2]) == ((0b11, pytest.approx(1000, abs=2)) if reports == "on" else (0, 0))
     else:
         world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
-        face = virtual_bench.inverter
+        face = virtual_bench.instrument("inverter")
         face.write(0x6060, 3)
         face.write(0x2000, 3000)
         face.write(0x60FF, 1000)

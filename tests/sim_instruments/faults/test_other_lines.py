@@ -197,7 +197,7 @@ def test_a_node_that_is_off_its_bus_and_returns(direct: VirtualBench, master: Ma
 def test_a_drive_off_its_bus_goes_on_as_before(direct: VirtualBench, master: Master) -> None:
     world = direct.world
     world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
-    face = direct.inverter
+    face = direct.instrument("inverter")
     for index, value in ((0x6060, 3), (0x2000, 3000), (0x60FF, 4000), (0x6040, 6), (0x6040, 7), (0x6040, 15)):
         face.write(index, value)
     direct.clock.sleep(5.0)

@@ -110,13 +110,6 @@ def test_misuse_is_named() -> None:
         clock.leave()
 
 
-def test_participating_joins_for_a_block() -> None:
-    clock = VirtualClock()
-    with clock.participating():
-        assert clock.participants == 2
-    assert clock.participants == 1
-
-
 def test_time_stops_where_it_was_told_to_on_its_way() -> None:
     clock = VirtualClock()
     seen: list[tuple[str, float]] = []

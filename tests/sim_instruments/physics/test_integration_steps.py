@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import RK45, solve_ivp
 
 from sim_instruments.physics.explicit_step import DormandPrince, ExplicitStep
 from sim_instruments.physics.implicit_step import Rosenbrock
@@ -74,3 +74,16 @@ def test_only_the_implicit_method_steps_over_what_is_quick() -> None:
     assert isinstance(explicit, ExplicitStep)
     assert explicit.hurried
     assert not one(DormandPrince(), stiff, [1.0, 0.0, 0.0], 0.0, 5e-6)[0].hurried  # type: ignore[attr-defined]
+
+
+def test_the_explicit_step_is_scipys() -> None:
+    state, length = [0.4, -0.2, 0.1], 0.2
+    step, _ = one(DormandPrince(), pendulum, state, 0.3, length)
+    scipys = RK45(
+        lambda passed, y: pendulum(passed, list(y), 1)[0], 0.3, state, 0.3 + length, first_step=length, rtol=1.0
+    )
+    scipys.step()
+    assert step.after == pytest.approx(scipys.y, rel=1e-13)
+    for share in (0.1, 0.5, 0.8):
+        expected = scipys.dense_output()(0.3 + share * length)
+        assert [step.course(n)(share) for n in range(3)] == pytest.approx(expected, rel=1e-12)

@@ -14,6 +14,9 @@ from sim_instruments.six_step.drive import SixStepDrive
 # (leg on the positive rail, leg on the negative rail) of T1T2, T2T3, … T6T1
 SEQUENCE = ((0, 2), (1, 2), (1, 0), (2, 0), (2, 1), (0, 1))
 OPEN, UPPER, LOWER = 0, 1, -1
+# The phase that comes before each one, and the one after it.
+BEFORE, AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
+PHASES = np.array([0.0, 2 * math.pi / 3, 4 * math.pi / 3])
 
 
 class Reference:
@@ -25,14 +28,18 @@ class Reference:
         self.start_angle = (math.pi / 6 if self.delta else 0.0) - drive.advance_angle
         a, b = drive.self_inductance, drive.mutual_inductance
         self.inverse = np.linalg.inv(np.array([[a, b, b], [b, a, b], [b, b, a]]))
-        self.harmonics = [(1, 1.0, 0.0)] + [(h.order, h.amplitude, h.phase) for h in drive.emf_harmonics]
+        self.star = self.inverse.sum(axis=1) / self.inverse.sum()
+        harmonics = [(1, 1.0, 0.0)] + [(h.order, h.amplitude, h.phase) for h in drive.emf_harmonics]
+        self.orders, self.amplitudes, self.shifts = np.array(harmonics).T
 
     def emf_per_speed(self, angle: float) -> np.ndarray:
-        phi = angle + self.start_angle - np.array([0.0, 2 * math.pi / 3, 4 * math.pi / 3])
-        return self.drive.emf_constant * sum(k * np.cos(n * phi + s) for n, k, s in self.harmonics)
+        phi = angle + self.start_angle - PHASES
+        return self.drive.emf_constant * (
+            self.amplitudes @ np.cos(np.outer(self.orders, phi) + self.shifts[:, np.newaxis])
+        )
 
     def lines(self, i: np.ndarray) -> np.ndarray:
-        return i - np.roll(i, 1) if self.delta else i
+        return i - i[BEFORE] if self.delta else i
 
     def leg_voltages(self, i: np.ndarray, state: int, mode: int, emf: np.ndarray) -> tuple[np.ndarray, float, int]:
         d = self.drive
@@ -51,11 +58,11 @@ class Reference:
         return v, bus, off
 
     def slopes(self, i: np.ndarray, v: np.ndarray, emf: np.ndarray) -> np.ndarray:
-        across = v - np.roll(v, -1) if self.delta else v
+        across = v - v[AFTER] if self.delta else v
         free = self.inverse @ (across - self.drive.resistance * i - emf)
         if self.delta:
             return free
-        return free - self.inverse @ np.ones(3) * free.sum() / self.inverse.sum()
+        return free - self.star * free.sum()
 
     def rhs(self, t: float, y: np.ndarray, state: int, mode: int) -> np.ndarray:
         i, angle = y[:3], y[3]

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive
-from sim_instruments.six_step.emf import trapezoid
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import steady_state
 from tests.sim_instruments.six_step.reference import Reference
+from tests.sim_instruments.six_step.trapezoid import trapezoid
 
 LIVELY = (EmfHarmonic(3, 0.15, 0.3), EmfHarmonic(5, 0.2, 1.0))
 U, L, O = "UPPER_DIODE", "LOWER_DIODE", "OPEN"  # noqa: E741

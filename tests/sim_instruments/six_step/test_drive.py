@@ -10,10 +10,11 @@ import pytest
 from sim_instruments.physics.windings import Windings
 from sim_instruments.six_step.circuit import Observables
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
-from sim_instruments.six_step.emf import emf_phasors, mean_line_emf, trapezoid
+from sim_instruments.six_step.emf import emf_phasors, mean_line_emf
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import steady_state
+from tests.sim_instruments.six_step.trapezoid import trapezoid
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Files that people and programs write: motors, stations, answers, faults, captures, journals, results."""
 
+import hashlib
 import json
 from collections.abc import Iterator
 from contextlib import suppress
@@ -13,7 +14,9 @@ from bench.captures.capture import Capture
 from bench.eol.plan import load_plan
 from bench.i18n.errors import InputError
 from bench.i18n.language import translator
-from bench.journal.journal import Journal, read_journal
+from bench.journal.codec import RecordedEvent, UnknownEvent, encode
+from bench.journal.journal import Journal
+from bench.journal.journal_file import read_journal
 from bench.journal.overview import overview
 from bench.journal.run_folder import RunFolder, existing_run_folder
 from bench.journal.run_result import result_of
@@ -23,6 +26,7 @@ from bench.journal.waveforms import StoredWaveform, file_image
 from bench.motor.motor_file import load_motor
 from bench.motor.shipped_motors import shipped_motors
 from bench.operators.answers import AnswersOperator, AnswersPrompt, load_answers
+from bench.plugins.catalogues import installed
 from bench.run.plan import make_plan
 from bench.run.resume import begun, check_identities, check_unchanged
 from bench.station.station_file import load_station
@@ -31,10 +35,10 @@ from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Translate, text
 from drivers.transport.can.addresses import parse_address
-from procedures.catalogue import catalogue
 from procedures.core.actions import EnterReading, MarkRestPositions
 from procedures.core.bench import ProcedureError
 from reports.tables.summary import summary
+from tests.journals import event
 from tests.studies.fuzz.target import Target, as_file, each
 
 ERRORS = (InputError,)
@@ -59,7 +63,7 @@ def answers_file(data: bytes) -> None:
         [
             lambda: operator.perform(EnterReading("winding_temperature", text("temperature"), "°C", -50.0, 200.0)),
             lambda: operator.perform(MarkRestPositions(1)),
-            lambda: prompt.ask("speed", "rpm", 0.0, 1e5, ""),
+            lambda: prompt.ask(text("speed"), "rpm", 0.0, 1e5, None),
             answers.unused,
         ],
         (ProcedureError, InstrumentError, InputError),
@@ -79,7 +83,7 @@ def fault_file(data: bytes) -> None:
 def typed(data: bytes) -> None:
     """What is typed at the command line and taken apart by our own hands."""
     words = data.decode("utf-8", "replace")
-    known = catalogue()
+    known = installed().procedures
     each(
         [
             lambda: make_plan(["stator-resistance"], [words], known),
@@ -95,7 +99,7 @@ def typed(data: bytes) -> None:
 
 
 def eol_plan(data: bytes) -> None:
-    plan = load_plan(as_file(data, "plan.toml"), list(catalogue()))
+    plan = load_plan(as_file(data, "plan.toml"))
     each([lambda: plan.limits({"stator_resistance": 0.016}), lambda: plan.check_serial("SN-0001")], ERRORS)
 
 
@@ -160,16 +164,16 @@ def journal_bytes(data: bytes) -> None:
 def journal_events(data: bytes) -> None:
     """A journal whose chain is right, whatever its events hold: each line of the input is one, `[kind, data]`."""
     path = as_file(b"", "journal.jsonl")
-    journal = Journal(path, lambda: 0.0, durable=frozenset())
+    lines: list[bytes] = []
     for line in data.splitlines()[:50]:
         try:
             kind, given = json.loads(line)
-            journal.event(
-                str(kind), **{str(key): value for key, value in dict(given).items() if key not in ("self", "kind")}
-            )
+            event = UnknownEvent(str(kind), {str(key): value for key, value in dict(given).items()})
+            previous = hashlib.sha256(lines[-1]).hexdigest() if lines else ""
+            lines.append(encode(RecordedEvent(len(lines) + 1, "", 0.0, event), previous))
         except (ValueError, TypeError, RecursionError):
             continue
-    journal.close()
+    path.write_bytes(b"".join(line + b"\n" for line in lines))
     folder = RunFolder(path.parent)
     folder.result.unlink(missing_ok=True)
     _read(folder)
@@ -178,9 +182,9 @@ def journal_events(data: bytes) -> None:
 @cache
 def _small_run() -> bytes:
     path = as_file(b"", "small.jsonl")
-    journal = Journal(path, lambda: 0.0, durable=frozenset())
+    journal = Journal(path, lambda: 0.0, durable=False)
     for kind, data in _EVENTS:
-        journal.event(kind, **data)
+        journal.record(event(kind, **data))
     journal.close()
     return path.read_bytes()
 

@@ -155,7 +155,7 @@ def supply(data: bytes) -> None:
             driver.measure_current,
             lambda: driver.configure(1.0, 1.0),
             on,
-            driver.clear_protection,
+            driver._clear_protection,
             driver.make_safe,
         ],
         ERRORS,

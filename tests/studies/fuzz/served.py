@@ -83,10 +83,22 @@ def targets() -> tuple[Target, ...]:
 def _targets() -> Iterator[Target]:
     bench = _bench()
     for name, face, seeds in (
-        ("supply", bench.supply, (b"VOLT 1,(@1);:CURR 2,(@1);OUTP ON,(@1);MEAS:VOLT? (@1)\n", b"*SRE 32;*OPC?\n")),
-        ("bridge", bench.lcr_meter, (b"FREQ 1E3;:FUNC:IMP LSRS;:TRIG:SOUR BUS;*TRG;:FETC?\n", b"APER LONG,2\n")),
-        ("oscilloscope", bench.oscilloscope, (b":CHAN1:SCAL 1;:TIM:RANG 1E-3;:WAV:PRE?\n", b":DIG;:WAV:DATA?\n")),
-        ("voltmeter", bench.voltmeter, (b"CONF:VOLT:DC 1,1E-6;:READ?\n", b"SENS:VOLT:DC:NPLC 10\n")),
+        (
+            "supply",
+            bench.instrument("supply"),
+            (b"VOLT 1,(@1);:CURR 2,(@1);OUTP ON,(@1);MEAS:VOLT? (@1)\n", b"*SRE 32;*OPC?\n"),
+        ),
+        (
+            "bridge",
+            bench.instrument("lcr_meter"),
+            (b"FREQ 1E3;:FUNC:IMP LSRS;:TRIG:SOUR BUS;*TRG;:FETC?\n", b"APER LONG,2\n"),
+        ),
+        (
+            "oscilloscope",
+            bench.instrument("oscilloscope"),
+            (b":CHAN1:SCAL 1;:TIM:RANG 1E-3;:WAV:PRE?\n", b":DIG;:WAV:DATA?\n"),
+        ),
+        ("voltmeter", bench.instrument("voltmeter"), (b"CONF:VOLT:DC 1,1E-6;:READ?\n", b"SENS:VOLT:DC:NPLC 10\n")),
     ):
         run = _scpi_of(face)
         yield Target(f"served-{name}", f"SCPI messages to the virtual {name}", run, (), (*seeds, b"SYST:ERR?\n"))

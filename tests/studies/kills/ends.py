@@ -45,6 +45,22 @@ def plans(draw: random.Random) -> Iterator[Plan]:
         )
         yield Plan("SIGSTOP, SIGCONT", *_work(draw), freeze, borne=True)
         yield Plan("SIGSTOP, SIGCONT: guardian", *_work(draw), freeze_guardian, borne=True, promised=3.0)
+        yield Plan(
+            "SIGSTOP, SIGCONT: guardian, interlocks of 0.6 s",
+            *_work(draw),
+            freeze_guardian,
+            borne=True,
+            promised=3.0,
+            interlock_timeout=0.6,
+        )
+        yield Plan(
+            "errors handled in an inner block",
+            "borne",
+            ("nested", draw.choice(("0", "2", "15"))),
+            nothing,
+            borne=True,
+            alone=True,
+        )
         yield Plan("clock jumps", "readings", ("clock-jumps", str(draw.randrange(1 << 16))), nothing, borne=True)
         transport = draw.choice(tuple(TRANSPORTS))
         busy = ("clock-jumps", str(draw.randrange(1 << 16)))

@@ -30,7 +30,8 @@ class Plan:
     """One held trial: what the run does (`busy`), what is done to it (`act`), and over which transport.
 
     `act` returns when (s, monotonic) it disturbed. `borne` says that the run may go on, and is then told to stop; `dies` that
-    run and guardian are killed, `guardian_dies` that the guardian is. `cut_off` names what nobody can reach any more and only its own
+    run and guardian are killed, `guardian_dies` that the guardian is, `alone` that the guardian must have nothing to do with it
+    before the run is told to stop. `cut_off` names what nobody can reach any more and only its own
     watchdog switches off. A disturbance that `heals` is over once all is off.
     """
 
@@ -45,6 +46,8 @@ class Plan:
     cut_off: tuple[str, ...] = ()
     resumed: bool = False
     heals: bool = False
+    alone: bool = False
+    interlock_timeout: float | None = None
     promised: float = PROMISED
 
 
@@ -55,7 +58,7 @@ def hold(bench: Bench, plan: Plan, draw: random.Random, kept: Path | None = None
         trial = Trial(plan.kind, plan.case, promised=plan.promised, refused=tuple(refused))
         folder = bench.place(f"{plan.kind} {plan.case}")
         bench.everything_off()
-        station, proxy = bench.station(folder, plan.transport)
+        station, proxy = bench.station(folder, plan.transport, plan.interlock_timeout)
         victim = Victim(bench, folder, station, *plan.busy)
         try:
             victim.energise()
@@ -108,11 +111,13 @@ def _disturb(bench: Bench, plan: Plan, draw: random.Random, trial: Trial, victim
     if plan.all_die:
         return
     off = victim.off_within(_BORNE if plan.borne else _LONGEST, plan.cut_off)
-    if off is None and plan.borne and victim.is_ending:
+    if off is None and plan.borne and not plan.alone and victim.is_ending:
         # It has met the disturbance and not borne it.
         off = victim.off_within(_LONGEST, plan.cut_off)
     elif off is None and plan.borne:
         trial.borne = True
+        if plan.alone and victim.helped:
+            trial.faults.append(f"the guardian has switched off what nobody wanted off: {victim.helped}")
         queues, at = victim.queues(), monotonic()
         victim.process.send_signal(signal.SIGTERM)
         off = victim.off_within(_LONGEST, plan.cut_off)
@@ -121,7 +126,9 @@ def _disturb(bench: Bench, plan: Plan, draw: random.Random, trial: Trial, victim
         trial.off_after = float("inf")
         victim.stacks(trial)
         return
-    trial.off_after, trial.starved = off - at, queues.longest()
+    if proxy is not None and proxy.counted_from < off:
+        at = max(at, proxy.counted_from)
+    trial.off_after, trial.starved, trial.looked_late = off - at, queues.longest(), victim.looked_late
     if proxy is not None and trial.energised and trial.off_after < _BORNE:
         # A run that calls no more leaves no call without an answer: what lasts longer counts from the disturbance.
         trial.unanswered = proxy.longest_wait(off)

@@ -186,9 +186,9 @@ def _end(bench: Bench, trial: Trial, process: "subprocess.Popen[bytes]", runs: P
 def _guardians(runs: Path) -> list[int]:
     """Return the guardian's process, where one is there already and has not left."""
     events = [event for folder in runs.glob("*/") for event in read_guardian(folder)]
-    if not events or events[-1]["kind"] == "left":
+    if not events or events[-1].kind == "left":
         return []
-    return [int(event["data"]["pid"]) for event in events if event["kind"] == "started"][-1:]
+    return [int(event.data["pid"]) for event in events if event.kind == "started"][-1:]
 
 
 def _examine(trial: Trial, runs: Path, said: str) -> None:

@@ -15,7 +15,7 @@ from socket import create_server
 from time import monotonic
 from typing import Any
 
-from bench.journal.journal import read_journal
+from bench.journal.journal_file import read_journal
 from bench.operators.operator_channel import FILE
 from tests.bench.panel.conftest import CHROMIUM, FLAGS
 from tests.studies.held import quiet

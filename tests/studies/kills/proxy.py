@@ -49,6 +49,8 @@ class Proxy:
         #: The longest time (s) that the run waited for a reply that came.
         self._waited = 0.0
         #: Since when (s, monotonic) it awaits one that has not come, None where it got all.
+        #: Later than the first disturbance (s, monotonic) where that one was borne.
+        self.counted_from = 0.0
         self._unanswered: float | None = None
         self._pairs: list[_Pair] = []
         threading.Thread(target=self._accept, daemon=True).start()

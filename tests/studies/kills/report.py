@@ -28,12 +28,12 @@ def summary(found: Sequence[Trial]) -> str:
     on = [trial for trial in found if trial.energised]
     alone = [trial for trial in on if trial.without_computer]
     late = [trial for trial in on if trial.late]
-    starved = [trial for trial in late if trial.off - trial.starved <= trial.promised]
+    by_load = [trial for trial in late if trial.by_load]
     resumed = [trial for trial in found if trial.resumed]
     lines = [
         f"{len(found)} trials, {len(on)} of them with something energised.",
-        f"Off later than promised: {len(late)}, in {len(starved)} of these cases by no more than a thread of run, guardian or bench "
-        "waited for a processor meanwhile, which of a run that computes says nothing.",
+        f"Off later than promised: {len(late)}, in {len(by_load)} of these cases by no more than a thread of run, guardian or bench "
+        "waited for a processor meanwhile, which of a run that computes says nothing, or the study itself did not look.",
         f"All of the computer's processes died: {len(alone)}; what has no watchdog of its own was on until the resume: "
         f"{sum('output_on' in trial.without_computer for trial in alone)}.",
         f"Events told and not in the journal: {sum(trial.missing for trial in found)}.",

@@ -10,16 +10,17 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime, timedelta, tzinfo
-from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any
 
 from bench.cli.output import console_on
 from bench.journal.run_folder import existing_run_folder
 from bench.motor.motor_file import load_motor
-from bench.run.run import Wishes, run
+from bench.run.request import RunRequest
+from bench.run.run import run
+from procedures.core.steps import step
 from tests.studies.held_run import Hold
 
 #: What the study asks a run's stacks with.
@@ -32,6 +33,9 @@ _JUMP = 7200.0
 class Busy(Hold):
     """What `Hold` holds, with more to do meanwhile; every reading is told as soon as it is there."""
 
+    #: How long (bench time, s) nothing is told after an error that was handled.
+    quiet = 0.0
+
     def finish(self) -> None:
         """End at once."""
 
@@ -39,7 +43,11 @@ class Busy(Hold):
         if self.then[0] == "finish":
             # A run that goes on: what was left on is off already, and there is nothing more to do.
             return
-        self.hold()
+        if self.then[0] == "nested":
+            self.quiet = float(self.then[1])
+            self.hold_nested()
+        else:
+            self.hold()
 
     def readings(self, *_: str) -> None:
         while True:
@@ -50,6 +58,22 @@ class Busy(Hold):
             self.bench.dynamometer.set_speed(25.0 + number % 10)
             self.bench.inverter.set_current(0.8 + 0.1 * (number % 4))
             self._read()
+
+    @step("9.9/2", "Hold, with errors in an inner block that are handled")
+    def hold_nested(self) -> None:
+        bench, told = self.bench, False
+        with bench.dynamometer.driving_speed(30.0), bench.supply.energised(5.0, 1.0):
+            while True:
+                with suppress(_HandledError), bench.inverter.driving_current(1.0):
+                    if not told:
+                        told = bool(os.write(1, b"energised\n"))
+                        sys.stdin.readline()
+                    self._read()
+                    raise _HandledError
+                # An outer block that goes on without a sign for longer than the guardian gives to an end.
+                bench.clock.sleep(self.quiet)
+                bench.supply.measure_voltage()
+                os.write(1, READING)
 
     def compute(self) -> None:
         total = 0
@@ -111,6 +135,10 @@ class _Target:
     pass
 
 
+class _HandledError(Exception):
+    """An error that the procedure knows what to do with."""
+
+
 class _Wall:
     """The wall's clock of this process, which is put forward and back; the monotonic one goes on, as a computer's does."""
 
@@ -140,14 +168,11 @@ class _Wall:
             pause.wait(draw.uniform(0.01, 0.3))
 
 
-def hold_busily(station: str, runs: Path, then: tuple[str, ...], resume: str, streams: Sequence[DupFd]) -> None:
-    """Run in a process that was forked for it; `streams` are its standard input, output and error."""
-    for number, stream in enumerate(streams):
-        os.dup2(stream.detach(), number)
-    sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
+def hold_busily(station: str, runs: Path, then: tuple[str, ...], resume: str) -> None:
+    """Run in a process that was forked for it."""
     faulthandler.register(STACKS, file=2, all_threads=True)
     Hold.runs, Hold.then = runs, then
-    wishes = Wishes(
+    wishes = RunRequest(
         procedures=["hold"],
         motor=load_motor("lg-400w"),
         station=station,

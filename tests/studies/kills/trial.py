@@ -40,7 +40,14 @@ class Trial:
     faults: list[str] = field(default_factory=list)
     #: For how long (s) a thread of run, guardian or bench was runnable and got no processor until all was off.
     starved: float = 0.0
+    #: The longest time (s) between two looks of the study at the bench until all was off.
+    looked_late: float = 0.0
     kept: str = ""
+
+    @property
+    def by_load(self) -> bool:
+        """Whether it was late by no more than a process waited for a processor or the study did not look."""
+        return self.late and self.off - max(self.starved, self.looked_late) <= self.promised
 
     @property
     def off(self) -> float:

@@ -12,10 +12,11 @@ from pathlib import Path
 from time import monotonic
 from typing import IO, Any
 
-from bench.files.toml_text import toml_text
+from tomli_w import dumps as toml_text
+
 from bench.i18n.errors import InputError
 from bench.journal.guardian_record import read_guardian
-from bench.journal.journal import read_journal
+from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Verdict
 from bench.journal.verify import verify
@@ -66,11 +67,15 @@ class Bench:
         folder.mkdir()
         return folder
 
-    def station(self, folder: Path, transport: str = "") -> tuple[Path, Proxy | None]:
+    def station(
+        self, folder: Path, transport: str = "", interlock_timeout: float | None = None
+    ) -> tuple[Path, Proxy | None]:
         """Write a station file; the instrument at a `transport` is reached through the proxy that is returned too."""
         path = folder / "station.toml"
         station = json.loads(json.dumps(self.served.told["station"]))
         proxy = None
+        for contact in station["interlocks"].values() if interlock_timeout else ():
+            contact["timeout"] = interlock_timeout
         if transport:
             role = TRANSPORTS[transport]
             address = as_text(self.served.told["addresses"][role][transport])
@@ -121,6 +126,8 @@ class Victim:
         self.station = station
         self.lines: list[str] = []
         self.errors: list[str] = []
+        #: The longest time (s) between two looks at the bench while it was waited for everything to be off.
+        self.looked_late = 0.0
         self.process = Forked(hold_busily, str(station), folder / "runs", then, resume)
         self._readers = [
             threading.Thread(target=self._read, args=(stream, into), daemon=True)
@@ -162,7 +169,12 @@ class Victim:
     @property
     def guardian_pid(self) -> int:
         assert self.run is not None
-        return [int(event["data"]["pid"]) for event in read_guardian(self.run) if event["kind"] == "started"][-1]
+        return [int(event.data["pid"]) for event in read_guardian(self.run) if event.kind == "started"][-1]
+
+    @property
+    def helped(self) -> list[str]:
+        """Why the guardian has acted."""
+        return [event.data["cause"] for event in read_guardian(self.run) if event.kind == "took"] if self.run else []
 
     @property
     def is_ending(self) -> bool:
@@ -174,12 +186,16 @@ class Victim:
 
     def off_within(self, seconds: float, cut_off: Collection[str] = ()) -> float | None:
         """Return when (s, monotonic) the bench itself says that all but what is `cut_off` is off, None where it is not in time."""
-        begun = monotonic()
+        begun = looked = monotonic()
         while self.bench.energised(cut_off):
-            if monotonic() - begun > seconds:
+            now = monotonic()
+            self.looked_late, looked = max(self.looked_late, now - looked), now
+            if now - begun > seconds:
                 return None
             threading.Event().wait(_LOOK)
-        return monotonic()
+        now = monotonic()
+        self.looked_late = max(self.looked_late, now - looked)
+        return now
 
     def ended(self, trial: Trial) -> dict[str, Any]:
         """Wait for the run's end; return its status and cause, empty where it was killed. A hang is put down with its stacks."""
@@ -215,7 +231,7 @@ class Victim:
         if self.run is None or killed:
             return
         begun = monotonic()
-        while (events := read_guardian(self.run)) and events[-1]["kind"] != "left":
+        while (events := read_guardian(self.run)) and events[-1].kind != "left":
             if not is_guardian(self.guardian_pid):
                 # A run that ends does not wait for a frozen one.
                 return
@@ -236,6 +252,9 @@ class Victim:
         events = read_journal(self.run / "journal.jsonl").events
         kept = sum(event.kind == "reading" for event in events)
         trial.missing = max(0, self.told_readings - kept)
+        guardian = read_guardian(self.run)
+        if any(event.kind == "interlock_opened" for event in [*events, *guardian]):
+            trial.faults.append("an interlock has tripped that nobody has opened")
         finished = bool(events) and events[-1].kind == "run_finished"
         judge_verification(trial, self.run, finished=finished)
         if ended and not finished:
@@ -250,7 +269,7 @@ class Victim:
 
 def judge_verification(trial: Trial, folder: Path, *, finished: bool, resumed: bool = False) -> None:
     """Hold what `results verify` says against what happened: an end is proven by a journal and a guardian that ended both."""
-    closed = [event["kind"] for event in read_guardian(folder)[-1:]] in ([], ["left"])
+    closed = [event.kind for event in read_guardian(folder)[-1:]] in ([], ["left"])
     expected = {Verdict.UNTOUCHED} if finished and closed else {Verdict.UNFINISHED}
     if resumed:
         # The first session's guardian may have died, which the second one does not mend.

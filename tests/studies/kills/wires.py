@@ -28,6 +28,7 @@ ODD = (
     "1,2",
     "\xff",
 )
+MUTE = (Disturbance("mute", "to"), Disturbance("mute", "from"), Disturbance("mute", "both"))
 _INVERTER = ("inverter_enabled",)
 _ON = {"supply": "output_on", "dynamometer": "dynamometer_enabled", "inverter": "inverter_enabled"}
 
@@ -41,6 +42,31 @@ class Struck:
     def __call__(self, _: Victim, proxy: Proxy | None, _draw: random.Random) -> float:
         assert proxy is not None
         return proxy.disturb(self.disturbance)
+
+
+@dataclass(frozen=True)
+class Again:
+    """A disturbance that heals after some tenths of a second, and comes again some tenths later."""
+
+    disturbance: Disturbance
+
+    def __call__(self, victim: Victim, proxy: Proxy | None, draw: random.Random) -> float:
+        assert proxy is not None
+        at = proxy.disturb(self.disturbance)
+        pauses = draw.uniform(0.0, 0.8), draw.uniform(0.0, 0.8)
+
+        def again() -> None:
+            threading.Event().wait(pauses[0])
+            proxy.disturb(Disturbance("none"))
+            threading.Event().wait(pauses[1])
+            borne = not victim.is_ending
+            struck = proxy.disturb(self.disturbance)
+            if borne:
+                # What was borne has begun nothing: the second one has.
+                proxy.counted_from = struck
+
+        threading.Thread(target=again, daemon=True).start()
+        return at
 
 
 @dataclass(frozen=True)
@@ -58,7 +84,7 @@ class Injected:
 def plans(draw: random.Random) -> Iterator[Plan]:
     """Give every case once in a drawn order, and again."""
     while True:
-        found = [*_proxied(draw), *_replies(draw), *_modbus(draw), *_can(draw)]
+        found = [*_proxied(draw), *_repeated(draw), *_nested(draw), *_replies(draw), *_modbus(draw), *_can(draw)]
         draw.shuffle(found)
         yield from found
 
@@ -78,6 +104,46 @@ def _proxied(draw: random.Random) -> Iterator[Plan]:
     for channel in ("sync", "async"):
         for kind in ("mute", "reset", "half-close"):
             yield _wire(draw, "hislip", Disturbance(kind, channel=channel))
+
+
+def _repeated(draw: random.Random) -> Iterator[Plan]:
+    for transport in TRANSPORTS:
+        for disturbance in (Disturbance("reset", again=True), Disturbance("mute")):
+            yield Plan(
+                f"wire: {disturbance.kind}, heals, and again",
+                transport,
+                draw.choice((READINGS, COMMANDS)),
+                Again(disturbance),
+                transport,
+                borne=True,
+                heals=True,
+            )
+
+
+def _nested(draw: random.Random) -> Iterator[Plan]:
+    """Instruments that are mute to the run alone, while inner blocks end by errors that are handled."""
+    for transport in TRANSPORTS:
+        for mute in MUTE:
+            words = f"{transport} mute {mute.direction}"
+            yield Plan("errors handled in an inner block", words, ("nested", "1"), Struck(mute), transport, heals=True)
+    for delay in (4.0, 6.0, 8.0):
+        # Blocks whose ends are slow one after the other.
+        fault = {"fault": "late", "role": "supply", "pattern": "", "times": "always", "delay": delay}
+        words = f"supply {delay / 20.0:g} s late, inverter mute"
+        yield Plan("slow and mute", words, _any(draw), SlowAndMute(fault), "can", heals=True)
+
+
+@dataclass(frozen=True)
+class SlowAndMute:
+    """A fault of the served bench, and an instrument that is mute to the run some tenths of a second later."""
+
+    fault: Mapping[str, Any]
+
+    def __call__(self, victim: Victim, proxy: Proxy | None, draw: random.Random) -> float:
+        assert proxy is not None
+        victim.bench.served.world.inject(self.fault)
+        threading.Event().wait(draw.uniform(0.0, 0.4))
+        return proxy.disturb(draw.choice(MUTE))
 
 
 def _wire(draw: random.Random, transport: str, disturbance: Disturbance, *, borne: bool = True) -> Plan:

@@ -8,7 +8,7 @@ import sys
 import uuid
 from datetime import UTC, datetime
 
-from bench.eol.limits import Guard, Limits
+from bench.eol.limits import GuardBand, Limits
 from bench.eol.line.judging import MotorJudge
 from bench.eol.record import CheckRecord, MotorRecord
 from bench.eol.store.database import open_database
@@ -39,7 +39,7 @@ def figures() -> list[Parameter]:
 
 def record(number: int) -> MotorRecord:
     started = datetime.now(UTC)
-    judge = MotorJudge((), LIMITS, Guard.STRICT, 1.0)
+    judge = MotorJudge((), LIMITS, GuardBand.STRICT, 1.0)
     measured = tuple(judge.measured(figure) for figure in figures())
     verdict = judge.verdict(measured, aborted=False, planned=0)
     if verdict is not Verdict.PASS:

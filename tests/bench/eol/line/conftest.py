@@ -1,4 +1,4 @@
-"""A small plan, and an ear that keeps what it hears."""
+"""A small plan, and a listener that keeps what it hears."""
 
 import io
 from collections.abc import Callable, Iterator
@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.line.admission import Refused
-from bench.eol.line.batch import BatchWishes, Counts, run_batch
-from bench.eol.line.batch_log import Begun
-from bench.eol.line.process import Nursery
+from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.batch import Counts, run_batch
+from bench.eol.line.batch_listener import BatchListener
+from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.preparation import BatchRequest
+from bench.eol.line.worker_process import ForkServer
 from bench.eol.record import MotorRecord
 from bench.eol.store.waiting import Waiting
 from drivers.interfaces.text import Text
@@ -55,26 +57,26 @@ shared = ["lcr_meter"]
 MOTOR = Path(__file__).parents[4] / "docs" / "examples" / "eol" / "motor.toml"
 
 
-class Ear:
+class RecordingListener(BatchListener):
     """Keeps what it hears; `when_begun` is called as a motor begins."""
 
     def __init__(self) -> None:
         self.records: list[MotorRecord] = []
-        self.refusals: list[Refused] = []
+        self.refusals: list[RefusedSerial] = []
         self.troubles: list[str] = []
         self.waitings: list[Waiting] = []
         self.when_waits: Callable[[Waiting], None] = lambda _: None
-        self.when_begun: Callable[[Begun], None] = lambda _: None
+        self.when_begun: Callable[[BatchMotor], None] = lambda _: None
         self.when_done: Callable[[MotorRecord], None] = lambda _: None
 
-    def begun(self, motor: Begun, socket: str) -> None:
+    def begun(self, motor: BatchMotor, socket: str) -> None:
         self.when_begun(motor)
 
     def done(self, record: MotorRecord) -> None:
         self.records.append(record)
         self.when_done(record)
 
-    def refused(self, refused: Refused) -> None:
+    def refused(self, refused: RefusedSerial) -> None:
         self.refusals.append(refused)
 
     def waits(self, waiting: Waiting) -> None:
@@ -88,14 +90,14 @@ class Ear:
 class Bench:
     """Runs batches of the small plan in a folder of its own."""
 
-    def __init__(self, folder: Path, nursery: Nursery) -> None:
+    def __init__(self, folder: Path, fork_server: ForkServer) -> None:
         self.folder = folder
-        self.nursery = nursery
+        self.fork_server = fork_server
         (folder / "motor.toml").write_bytes(MOTOR.read_bytes())
         (folder / "plan.toml").write_text(PLAN, encoding="utf-8")
         (folder / "line.toml").write_text(LINE, encoding="utf-8")
-        self.ear = Ear()
-        self.wishes = BatchWishes(
+        self.listener = RecordingListener()
+        self.request = BatchRequest(
             plan=folder / "plan.toml",
             station=str(folder / "line.toml"),
             runs=folder / "runs",
@@ -106,31 +108,31 @@ class Bench:
 
     def workers(self) -> set[int]:
         """Return the processes of the workers that are there."""
-        told = Path(f"/proc/{self.nursery.pid}/task/{self.nursery.pid}/children").read_text(encoding="ascii")
-        return {int(word) for word in told.split()}
+        content = Path(f"/proc/{self.fork_server.pid}/task/{self.fork_server.pid}/children").read_text(encoding="ascii")
+        return {int(word) for word in content.split()}
 
     def run(self, typed: str = "", **changed: object) -> tuple[Counts, str]:
-        return run_batch(replace(self.wishes, **changed), self.ear, io.StringIO(typed), self.nursery)  # type: ignore[arg-type]
+        return run_batch(replace(self.request, **changed), self.listener, io.StringIO(typed), self.fork_server)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="session")
-def nursery() -> Iterator[Nursery]:
+def fork_server() -> Iterator[ForkServer]:
     """One for all batches: what a worker needs is loaded once."""
-    with closing(Nursery()) as nursery:
-        yield nursery
+    with closing(ForkServer()) as fork_server:
+        yield fork_server
 
 
 @pytest.fixture
-def bench(tmp_path: Path, nursery: Nursery) -> Bench:
-    return Bench(tmp_path, nursery)
+def bench(tmp_path: Path, fork_server: ForkServer) -> Bench:
+    return Bench(tmp_path, fork_server)
 
 
 @pytest.fixture
-def make_bench(tmp_path: Path, nursery: Nursery) -> Callable[[str], Bench]:
+def make_bench(tmp_path: Path, fork_server: ForkServer) -> Callable[[str], Bench]:
     def make(name: str) -> Bench:
         folder = tmp_path / name
         folder.mkdir()
-        return Bench(folder, nursery)
+        return Bench(folder, fork_server)
 
     return make
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.admission import Admission, Refused
-from bench.eol.line.batch import prepare
-from bench.eol.line.batch_log import FILE, Begun, Ledger
+from bench.eol.line.admission import Admission, RefusedSerial
+from bench.eol.line.batch_log import FILE, BatchLog, BatchMotor
 from bench.eol.line.line_file import load_line
 from bench.eol.line.messages import Task
-from bench.eol.line.record_writer import Keeper, own_records
-from bench.eol.line.serials import FromFile, MadeUp
-from bench.eol.line.unit_names import new_folder, run_folders
+from bench.eol.line.motor_record import new_folder, run_folders
+from bench.eol.line.preparation import prepare
+from bench.eol.line.record_writer import RecordWriter, own_records
+from bench.eol.line.serial_numbers import generated_serials, serials_of_file
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
@@ -25,7 +25,7 @@ from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, UsageError
 from procedures.core.bench import Role
 
-ABOUT = {"name": "b", "plan": "1", "motor": "2", "line": "3", "seed": 0}
+IDENTITY = {"name": "b", "plan": "1", "motor": "2", "line": "3", "seed": 0}
 REAL = """
 [station]
 name = "two benches"
@@ -58,7 +58,7 @@ def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("percent = 60.0", "low = 2.0\nhigh = 1.0", "low = 2 is above high = 1"),
         ('parameter = "pole_pairs"', 'parameter = "pole_pears"', "no procedure of the plan gives it"),
@@ -69,17 +69,19 @@ def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
         ('name = "pole-pairs-back-emf"', 'name = "pole-pairs-back-emf"\nafter = ["inertia"]', "not listed before it"),
     ],
 )
-def test_a_plan_that_is_not_right_is_refused_before_anything_begins(bench: Any, old: str, new: str, said: str) -> None:
+def test_a_plan_that_is_not_right_is_refused_before_anything_begins(
+    bench: Any, old: str, new: str, message: str
+) -> None:
     with pytest.raises(InputError, match=r"plan\.toml") as refused:
         prepare(changed(bench, (old, new)), "virtual", 1)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_a_missing_instrument_is_named(bench: Any) -> None:
     station = bench.folder / "station.toml"
     station.write_text(REAL, encoding="utf-8")
     with pytest.raises(InputError, match=r"pole-pairs-back-emf needs \[instruments.dynamometer\]"):
-        prepare(bench.wishes.plan, str(station), None)
+        prepare(bench.request.plan, str(station), None)
 
 
 def test_a_line_shares_what_stands_outside_its_sockets(tmp_path: Path) -> None:
@@ -96,7 +98,7 @@ def test_a_line_shares_what_stands_outside_its_sockets(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("[sockets.left.instruments.supply]", "[instruments.supply]", "either the socket's own or shared"),
         ("[sockets.right.instruments.supply]", "[sockets.right.instruments.suply]", "instruments.suply"),
@@ -104,10 +106,10 @@ def test_a_line_shares_what_stands_outside_its_sockets(tmp_path: Path) -> None:
         ("timeout = 5.0", "shared = ['lcr_meter']", "line.shared goes with"),
     ],
 )
-def test_a_line_that_is_not_right_is_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_a_line_that_is_not_right_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
     station = tmp_path / "station.toml"
     station.write_text(REAL.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         load_line(str(station), None)
 
 
@@ -120,10 +122,12 @@ def test_a_shared_supply_is_refused_for_its_guardian(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def records(tmp_path: Path) -> Iterator[Keeper]:
-    keeper = Keeper(open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite"))
-    yield keeper
-    keeper.close()
+def records(tmp_path: Path) -> Iterator[RecordWriter]:
+    writer = RecordWriter(
+        open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite")
+    )
+    yield writer
+    writer.close()
 
 
 def a_record(number: int, serial: str, batch: str = "b") -> MotorRecord:
@@ -133,7 +137,9 @@ def a_record(number: int, serial: str, batch: str = "b") -> MotorRecord:
     )
 
 
-def admitted(folder: Path, lines: str, keeper: Keeper, *, again: bool = False, known: int = 0) -> list[Begun | Refused]:
+def admitted(
+    folder: Path, lines: str, writer: RecordWriter, *, again: bool = False, known: int = 0
+) -> list[BatchMotor | RefusedSerial]:
     file = folder / "serials.txt"
     file.write_text(lines, encoding="utf-8")
 
@@ -141,63 +147,63 @@ def admitted(folder: Path, lines: str, keeper: Keeper, *, again: bool = False, k
         if not serial.isprintable():
             raise InputError(f"serial number {serial!r}: allowed are up to 64 printable characters")
 
-    found = []
-    with closing(FromFile(file)) as serials:
-        admission = Admission(serials, [], check, keeper.earlier, batch="b", known=known, again=again)
-        while not admission.ended and (given := admission.take()) is not None:
-            found.append(given)
-    return found
+    admitted = []
+    with closing(serials_of_file(file)) as serials:
+        admission = Admission(serials, [], check, writer.earlier_test, batch="b", known=known, again=again)
+        while not admission.ended and (motor := admission.take()) is not None:
+            admitted.append(motor)
+    return admitted
 
 
-def test_motors_of_earlier_batches_are_refused_unless_again(tmp_path: Path, records: Keeper) -> None:
+def test_motors_of_earlier_batches_are_refused_unless_again(tmp_path: Path, records: RecordWriter) -> None:
     records.save(a_record(7, "A1", batch="last week"))
     first, second = admitted(tmp_path, "A1\nA2\n", records)
-    assert isinstance(first, Refused)
+    assert isinstance(first, RefusedSerial)
     assert "fail as motor 7 of batch last week" in str(first.why)
-    assert second == Begun(1, "A2")
-    assert admitted(tmp_path, "A1\n", records, again=True) == [Begun(1, "A1")]
+    assert second == BatchMotor(1, "A2")
+    assert admitted(tmp_path, "A1\n", records, again=True) == [BatchMotor(1, "A1")]
 
 
-def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: Keeper) -> None:
+def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: RecordWriter) -> None:
     records.save(a_record(1, "A1"))
-    assert admitted(tmp_path, "A1\nA2\n", records, known=1) == [Begun(2, "A2")]
+    assert admitted(tmp_path, "A1\nA2\n", records, known=1) == [BatchMotor(2, "A2")]
 
 
-def test_a_scanner_that_sends_rubbish_does_not_stop_the_line(tmp_path: Path, records: Keeper) -> None:
-    found = admitted(tmp_path, "\ufeffA1\r\n\r\nA\x1b2\n A3 \n", records)
-    assert [type(each) for each in found] == [Begun, Refused, Begun]
-    assert found[2] == Begun(2, "A3")
+def test_a_scanner_that_sends_rubbish_does_not_stop_the_line(tmp_path: Path, records: RecordWriter) -> None:
+    result = admitted(tmp_path, "\ufeffA1\r\n\r\nA\x1b2\n A3 \n", records)
+    assert [type(each) for each in result] == [BatchMotor, RefusedSerial, BatchMotor]
+    assert result[2] == BatchMotor(2, "A3")
 
 
-def test_made_up_serial_numbers_go_on_where_the_batch_is() -> None:
-    serials = MadeUp("V{number:03d}", 3, 4)
+def test_generated_serial_numbers_go_on_where_the_batch_is() -> None:
+    serials = generated_serials("V{number:03d}", 3, 4)
     assert [serials.take(), serials.take(), serials.take()] == ["V003", "V004", None]
     assert serials.ended
 
 
-def test_a_ledger_tells_what_was_cut_off_and_holds_to_its_plan(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path, ABOUT)
-    ledger.begin(Begun(1, "A1"), "1")
-    ledger.begin(Begun(2, "ü\ud800"), "2")
-    uid = ledger.uid
-    ledger.close()
+def test_a_batch_log_tells_what_was_cut_off_and_holds_to_its_plan(tmp_path: Path) -> None:
+    log = BatchLog(tmp_path, IDENTITY)
+    log.begin(BatchMotor(1, "A1"), "1")
+    log.begin(BatchMotor(2, "ü\ud800"), "2")
+    uid = log.uid
+    log.close()
     with (tmp_path / FILE).open("ab") as file:
         file.write(b'{"number": 3, "serial_')
-    again = Ledger(tmp_path, ABOUT)
+    again = BatchLog(tmp_path, IDENTITY)
     assert (again.uid, again.last, again.resumed) == (uid, 2, True)
-    again.begin(Begun(3, "A3"), "1")
+    again.begin(BatchMotor(3, "A3"), "1")
     again.close()
-    last = Ledger(tmp_path, ABOUT)
+    last = BatchLog(tmp_path, IDENTITY)
     assert [motor.number for motor in last.begun()] == [1, 2, 3]
     last.close()
     with pytest.raises(InputError, match="the plan is not the one"):
-        Ledger(tmp_path, {**ABOUT, "plan": "other"})
+        BatchLog(tmp_path, {**IDENTITY, "plan": "other"})
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="the batch's folder cannot be made"):
-        Ledger(tmp_path / "file" / "b", ABOUT)
+        BatchLog(tmp_path / "file" / "b", IDENTITY)
 
 
 def test_a_motor_begun_anew_keeps_what_was_cut_off(tmp_path: Path) -> None:
@@ -223,15 +229,15 @@ def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> N
 def test_a_full_disk_ends_the_batch_and_no_motor_is_called_done(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     full = StoreError("database or disk is full")
 
-    def save(_self: Keeper, _record: MotorRecord) -> None:
+    def save(_self: RecordWriter, _record: MotorRecord) -> None:
         raise full
 
-    monkeypatch.setattr("bench.eol.line.coordinator._TRIES", 0.0)
-    monkeypatch.setattr(Keeper, "save", save)
+    monkeypatch.setattr("bench.eol.line.record_writer._RETRY_TIME", 0.0)
+    monkeypatch.setattr(RecordWriter, "save", save)
     with pytest.raises(StoreError, match="begin the batch again"):
         bench.run(motors=2)
-    assert bench.ear.records == []
-    assert any("is not kept yet" in words for words in bench.ear.troubles)
+    assert bench.listener.records == []
+    assert any("is not kept yet" in words for words in bench.listener.troubles)
     monkeypatch.undo()
     bench.run(motors=2)
     with own_records(str(bench.folder / "records.sqlite")) as kept:

@@ -30,7 +30,7 @@ def test_the_same_seed_gives_the_same_records_however_the_sockets_are_scheduled(
     assert (counts.motors, stopped) == (4, "")
     # The second time every record is kept with a delay, so that the sockets ask in another order.
     pause = threading.Event()
-    other.ear.when_done = lambda record: pause.wait(0.4 if record.number % 2 else 0.0) and None
+    other.listener.when_done = lambda record: pause.wait(0.4 if record.number % 2 else 0.0) and None
     other.run()
     first, second = kept(one), kept(other)
     assert [timeless(record) for record in first] == [timeless(record) for record in second]
@@ -50,7 +50,7 @@ def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) ->
             killed.append(max(bench.workers()))
             os.kill(killed[0], signal.SIGKILL)
 
-    bench.ear.when_begun = kill
+    bench.listener.when_begun = kill
     counts, stopped = bench.run(motors=3)
     records = kept(bench)
     assert stopped == ""
@@ -60,47 +60,47 @@ def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) ->
     lost = next(record for record in records if record.verdict is Verdict.ERROR)
     assert "was ended by SIGKILL" in lost.cause
     assert all(record.verdict is Verdict.PASS for record in records if record is not lost)
-    assert any("SIGKILL" in words for words in bench.ear.troubles)
+    assert any("SIGKILL" in words for words in bench.listener.troubles)
 
 
 def test_workers_that_are_there_outlive_what_they_come_from_and_new_ones_come_all_the_same(bench: Any) -> None:
     counts, _ = bench.run(motors=1, sockets=1)
-    first = bench.nursery.pid
+    first = bench.fork_server.pid
     status = Path(f"/proc/{first}/status").read_text(encoding="ascii")
     assert "Threads:\t1\n" in status, "a fork would cut the other threads off"
 
-    bench.ear.when_begun = lambda _: os.kill(first, signal.SIGKILL)
+    bench.listener.when_begun = lambda _: os.kill(first, signal.SIGKILL)
     counts, stopped = bench.run(motors=2, batch="during", sockets=1, again=True)
-    assert (counts.verdicts[Verdict.PASS.value], stopped, bench.ear.troubles) == (2, "", [])
+    assert (counts.verdicts[Verdict.PASS.value], stopped, bench.listener.troubles) == (2, "", [])
 
-    bench.ear.when_begun = lambda _: None
+    bench.listener.when_begun = lambda _: None
     counts, stopped = bench.run(motors=2, batch="after", again=True)
-    assert (counts.verdicts[Verdict.PASS.value], stopped, bench.ear.troubles) == (2, "", [])
-    assert bench.nursery.pid != first
+    assert (counts.verdicts[Verdict.PASS.value], stopped, bench.listener.troubles) == (2, "", [])
+    assert bench.fork_server.pid != first
 
 
 def test_a_batch_that_was_stopped_goes_on_where_it_was(bench: Any) -> None:
     def stop(record: Any) -> None:
-        if len(bench.ear.records) == 1:
+        if len(bench.listener.records) == 1:
             os.kill(os.getpid(), signal.SIGINT)
 
-    bench.ear.when_done = stop
+    bench.listener.when_done = stop
     counts, stopped = bench.run()
     assert stopped == "Ctrl-C"
     assert counts.motors < 4
     done = {record.number for record in kept(bench) if record.verdict is not Verdict.ABORTED}
-    bench.ear.when_done = lambda _: None
-    bench.ear.records.clear()
+    bench.listener.when_done = lambda _: None
+    bench.listener.records.clear()
     bench.run()
     assert sorted(record.number for record in kept(bench)) == [1, 2, 3, 4]
-    assert not done & {record.number for record in bench.ear.records}, "measured again"
+    assert not done & {record.number for record in bench.listener.records}, "measured again"
 
 
 def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any) -> None:
     counts, _ = bench.run("A1\nA 2\nA\x073\nA1\nA4\n", motors=None)
     assert sorted(record.serial_number for record in kept(bench)) == ["A1", "A4"]
     assert counts.refused == 3
-    why = [str(refusal.why) for refusal in bench.ear.refusals]
+    why = [str(refusal.why) for refusal in bench.listener.refusals]
     assert any("pattern" in words for words in why)
     assert any("printable" in words for words in why)
     assert any("A1" in words for words in why)

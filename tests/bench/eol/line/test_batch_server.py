@@ -49,16 +49,16 @@ def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_
         if motor.number == 3:
             wire.cut()
 
-    bench.ear.when_begun = cut
+    bench.listener.when_begun = cut
     counts, stopped = bench.run(records=address)
     assert (counts.motors, stopped) == (4, ""), "a line goes on without its server"
     assert counts.waits.for_server >= 2
     assert [str(trouble.why) for trouble in counts.waits.troubles]
-    assert any(waiting.troubles and waiting.next_try for waiting in bench.ear.waitings), "told while it goes on"
+    assert any(waiting.troubles and waiting.next_try for waiting in bench.listener.waitings), "told while it goes on"
     assert set(numbers(server, "small")) <= {1, 2}
     assert numbers(str(bench.folder / "runs" / "records.sqlite"), "small") == [1, 2, 3, 4]
 
-    bench.ear.when_begun = lambda _: None
+    bench.listener.when_begun = lambda _: None
     counts, stopped = bench.run(records=server, batch="next", motors=1, again=True)
     assert (counts.waits.anything, stopped) == (False, "")
     assert numbers(server, "small") == [1, 2, 3, 4]

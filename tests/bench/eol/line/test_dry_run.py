@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.accounting import AccountedClock
-from bench.eol.line.batch import BatchWishes
 from bench.eol.line.dry_run import dry_run
-from bench.eol.line.process import Nursery
+from bench.eol.line.preparation import BatchRequest
+from bench.eol.line.procedure_times import TimedClock
+from bench.eol.line.worker_process import ForkServer
 from tests.bench.conftest import Clock
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
@@ -18,7 +18,7 @@ EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
 def test_a_wait_is_needed_for_as_long_as_the_current_still_changes() -> None:
     bare = Clock()
     # A current that rises with 10 ms: within a ten-thousandth of its end after 9.2 time constants.
-    clock = AccountedClock(bare, lambda: (1.0 - math.exp(-bare.time / 0.01), 0.0), lambda: False)
+    clock = TimedClock(bare, lambda: (1.0 - math.exp(-bare.time / 0.01), 0.0), lambda: False)
     clock.sleep(1.0)
     assert bare.time == pytest.approx(1.0)
     assert clock.needless == pytest.approx(1.0 - 0.092, abs=0.03)
@@ -26,23 +26,23 @@ def test_a_wait_is_needed_for_as_long_as_the_current_still_changes() -> None:
 
 def test_a_turning_shaft_that_still_gains_speed_is_waited_for() -> None:
     bare = Clock()
-    clock = AccountedClock(bare, lambda: (0.0, 50.0 * bare.time), lambda: False)
+    clock = TimedClock(bare, lambda: (0.0, 50.0 * bare.time), lambda: False)
     clock.sleep(2.0)
     assert clock.needless == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_record_and_the_time_between_readings_are_needed() -> None:
     bare = Clock()
-    recording = AccountedClock(bare, lambda: (0.0, 0.0), lambda: True)
+    recording = TimedClock(bare, lambda: (0.0, 0.0), lambda: True)
     recording.sleep(1.0)
-    sampling = AccountedClock(bare, lambda: (0.0, 0.0), lambda: False)
+    sampling = TimedClock(bare, lambda: (0.0, 0.0), lambda: False)
     sampling.sleep(0.004)
     assert (recording.needless, sampling.needless) == (0.0, 0.0)
 
 
-def test_the_example_plan_can_be_decided_and_wastes_less_than_a_tenth(nursery: Nursery) -> None:
-    wishes = BatchWishes(EXAMPLE / "plan.toml", str(EXAMPLE / "line.toml"), Path(), motors=2, sockets=2)
-    done = dry_run(wishes, nursery)
+def test_the_example_plan_can_be_decided_and_wastes_less_than_a_tenth(fork_server: ForkServer) -> None:
+    request = BatchRequest(EXAMPLE / "plan.toml", str(EXAMPLE / "line.toml"), Path(), motors=2, sockets=2)
+    done = dry_run(request, fork_server)
     assert done.good, done.troubles or done.limits
     assert 0.0 <= done.overhead <= 0.1
     assert {each.procedure for each in done.procedures} >= {"stator-resistance-dc", "inertia"}
@@ -55,7 +55,7 @@ def test_limits_that_cannot_be_decided_are_named(bench: Any) -> None:
     plan = bench.folder / "plan.toml"
     content = plan.read_text(encoding="utf-8").replace("percent = 60.0", "percent = 0.1")
     plan.write_text(content.replace("minimum_ratio = 0.0", "minimum_ratio = 2.0"), encoding="utf-8")
-    done = dry_run(BatchWishes(plan, "virtual", Path(), motors=1), bench.nursery)
+    done = dry_run(BatchRequest(plan, "virtual", Path(), motors=1), bench.fork_server)
     (resistance,) = [limit for limit in done.limits if limit.parameter == "stator_resistance"]
     assert not done.good
     assert resistance.fault

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tomli_w import dumps as toml_text
 
-from bench.eol.line import coordinator
+from bench.eol.line import worker_slots
 from bench.eol.line.batch import Counts
-from bench.eol.line.batch_log import Begun
+from bench.eol.line.batch_log import BatchMotor
 from bench.eol.verdict import Verdict
-from bench.files.toml_text import toml_text
 from bench.journal.guardian_record import read_guardian
 from bench.motor.motor_file import load_motor
 from bench.safety.ownership.claims import claims_of
@@ -68,7 +68,7 @@ def when_energised(bench: Any, act: Callable[[int], None]) -> threading.Event:
     """Have something done to the first motor's worker as soon as it has energised something."""
     done = threading.Event()
 
-    def begun(motor: Begun) -> None:
+    def begun(motor: BatchMotor) -> None:
         if motor.number > 1:
             return
         journal = folder_of(bench, motor.serial_number) / "journal.jsonl"
@@ -85,13 +85,13 @@ def when_energised(bench: Any, act: Callable[[int], None]) -> threading.Event:
 
         threading.Thread(target=watch, daemon=True).start()
 
-    bench.ear.when_begun = begun
+    bench.listener.when_begun = begun
     return done
 
 
 def guardian_events(bench: Any) -> list[dict[str, Any]]:
-    told = (folder_of(bench, "R1") / "guardian.jsonl").read_text(encoding="utf-8")
-    return [json.loads(line) for line in told.splitlines()]
+    content = (folder_of(bench, "R1") / "guardian.jsonl").read_text(encoding="utf-8")
+    return [json.loads(line) for line in content.splitlines()]
 
 
 def kill(worker: int) -> None:
@@ -116,13 +116,13 @@ def all_have_let_go() -> None:
 
 
 @pytest.mark.parametrize(
-    ("act", "told"),
+    ("act", "cause"),
     [(kill, "was ended by SIGKILL"), (freeze, "gave no sign of life for 2 s and was ended by SIGKILL")],
 )
 def test_a_motor_is_done_with_only_after_its_guardian_is(
-    bench: Any, monkeypatch: pytest.MonkeyPatch, act: Callable[[int], None], told: str
+    bench: Any, monkeypatch: pytest.MonkeyPatch, act: Callable[[int], None], cause: str
 ) -> None:
-    monkeypatch.setattr(coordinator, "_SILENT", 2.0)
+    monkeypatch.setattr(worker_slots, "_SILENCE_LIMIT", 2.0)
     acted = when_energised(bench, act)
     with served_line(bench) as run:
         counts, stopped, truth = run()
@@ -130,9 +130,9 @@ def test_a_motor_is_done_with_only_after_its_guardian_is(
     assert acted.is_set()
     assert stopped == ""
     assert counts.motors == 2
-    lost, measured = bench.ear.records
+    lost, measured = bench.listener.records
     assert lost.verdict is Verdict.ERROR
-    assert f"{told}, in stator-resistance-dc at step E9/2" in lost.cause
+    assert f"{cause}, in stator-resistance-dc at step S1/2" in lost.cause
     assert measured.verdict is Verdict.PASS
     events = guardian_events(bench)
     assert [event["kind"] for event in events if event["kind"] in ("took", "walked", "left")] == [
@@ -144,11 +144,11 @@ def test_a_motor_is_done_with_only_after_its_guardian_is(
     assert measured.started >= lost.ended
 
 
-def test_a_batch_ends_at_the_second_wish_although_worker_and_guardian_are_frozen(
+def test_a_batch_ends_at_the_second_request_although_worker_and_guardian_are_frozen(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(coordinator, "_SILENT", 60.0)
-    monkeypatch.setattr(coordinator, "_HURRY", 1.0)
+    monkeypatch.setattr(worker_slots, "_SILENCE_LIMIT", 60.0)
+    monkeypatch.setattr(worker_slots, "_STOP_LIMIT", 1.0)
     frozen: list[int] = []
 
     def freeze_both(worker: int) -> None:
@@ -170,17 +170,19 @@ def test_a_batch_ends_at_the_second_wish_although_worker_and_guardian_are_frozen
         thaw(frozen)
     assert len(frozen) == 1, "the worker has one child, its guardian"
     assert stopped == "Ctrl-C"
-    (lost,) = bench.ear.records
+    (lost,) = bench.listener.records
     assert lost.verdict is Verdict.ABORTED
-    assert "had not ended 1 s after the second wish to stop and was ended by SIGKILL" in lost.cause
-    assert any("its guardian has not left for 1 s; see to it that everything" in words for words in bench.ear.troubles)
+    assert "had not ended 1 s after the second request to stop and was ended by SIGKILL" in lost.cause
+    assert any(
+        "its guardian has not left for 1 s; see to it that everything" in words for words in bench.listener.troubles
+    )
 
 
 def test_a_batch_has_the_instruments_of_all_its_sockets(bench: Any) -> None:
     claims: list[Any] = []
     seen: list[str] = []
 
-    def begun(_: Begun) -> None:
+    def begun(_: BatchMotor) -> None:
         with owning(state_folder(), "another") as other:
             with pytest.raises(HeldError) as refused:
                 other.claim(claims)
@@ -188,7 +190,7 @@ def test_a_batch_has_the_instruments_of_all_its_sockets(bench: Any) -> None:
 
     with served_line(bench) as run:
         claims += claims_of(load_station(bench.folder / "station.toml"))
-        bench.ear.when_begun = begun
+        bench.listener.when_begun = begun
         with owning(state_folder(), "motorbench run") as first:
             first.claim(claims[:1])
             with pytest.raises(HeldError, match=r"in use by .* with motorbench run \("):
@@ -225,8 +227,8 @@ def test_the_workers_of_a_batch_that_was_killed_have_its_instruments(bench: Any,
         while not (journal.is_file() and b'"kind":"energised"' in journal.read_bytes()):
             assert batch.poll() is None
             pause.wait(0.05)
-        (started,) = [event for event in read_guardian(folder_of(bench, "R1")) if event["kind"] == "started"]
-        guardian = int(started["data"]["pid"])
+        (started,) = [event for event in read_guardian(folder_of(bench, "R1")) if event.kind == "started"]
+        guardian = int(started.data["pid"])
         os.kill(guardian, signal.SIGSTOP)
         try:
             batch.kill()

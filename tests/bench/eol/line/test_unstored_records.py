@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import create_engine, text
+from sqlalchemy import NullPool, create_engine, text
 
 from bench.cli.main import main
 from bench.eol.line.record_writer import own_records
@@ -57,11 +57,11 @@ def test_a_database_that_is_locked_for_longer_than_a_writer_waits_costs_no_recor
         if waiting.unstored and holders:
             release(holders.pop())
 
-    bench.ear.when_begun = begun
-    bench.ear.when_waits = waits
+    bench.listener.when_begun = begun
+    bench.listener.when_waits = waits
     counts, stopped = bench.run(records=records)
     assert (counts.motors, stopped, counts.waits.anything) == (4, "", False)
-    assert any("database is locked" in str(t.why) for waiting in bench.ear.waitings for t in waiting.troubles)
+    assert any("database is locked" in str(t.why) for waiting in bench.listener.waitings for t in waiting.troubles)
     assert numbers(own) == [1, 2, 3, 4]
     if to == "server":
         there = open_database(records)
@@ -80,19 +80,19 @@ def test_a_batch_that_ends_with_records_in_no_database_says_so_and_the_next_one_
         nonlocal holder
         holder = holder or lock(own)
 
-    bench.ear.when_begun = begun
+    bench.listener.when_begun = begun
     counts, stopped = bench.run()
     assert holder is not None
     assert (counts.motors, stopped, counts.waits.unstored) == (4, "", 4)
-    said = "\n".join(map(str, counts.waits.sentences()))
-    assert "records that are in no database yet, kept in files: 4" in said
-    assert "the station's own database takes nothing: database is locked" in said
+    message = "\n".join(map(str, counts.waits.sentences()))
+    assert "records that are in no database yet, kept in files: 4" in message
+    assert "the station's own database takes nothing: database is locked" in message
     release(holder)
     assert numbers(own) == []
-    bench.ear.records.clear()
-    bench.ear.when_begun = lambda _: None
+    bench.listener.records.clear()
+    bench.listener.when_begun = lambda _: None
     counts, stopped = bench.run(motors=5)
-    assert [record.number for record in bench.ear.records] == [5], "no motor is measured again"
+    assert [record.number for record in bench.listener.records] == [5], "no motor is measured again"
     assert (stopped, counts.waits.anything) == ("", False)
     assert numbers(own) == [1, 2, 3, 4, 5]
 
@@ -112,21 +112,21 @@ def test_the_command_tells_what_waits(bench: Any, capsys: pytest.CaptureFixture[
             ]
         )
     out, err = capsys.readouterr()
-    told = json.loads(out)
-    assert (told["waiting_for_server"], told["in_no_database"], told["refused_records"]) == (1, 0, [])
-    assert "the server takes nothing" in told["waits_because"][0]
+    content = json.loads(out)
+    assert (content["waiting_for_server"], content["in_no_database"], content["refused_records"]) == (1, 0, [])
+    assert "the server takes nothing" in content["waits_because"][0]
     assert "motorbench: records that wait for the server: 1\n" in err
     assert "motorbench: what waits is brought on with the next batch of these runs\n" in err
 
 
 def test_records_that_cannot_be_read_do_not_stop_a_line(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = create_engine("sqlite://")
+    broken = create_engine("sqlite://", poolclass=NullPool)
 
     def unreadable(_records: Records, _serial: str) -> None:
         with broken.connect() as connection:
             connection.execute(text("SELECT * FROM malformed"))
 
-    monkeypatch.setattr(Records, "last_passage", unreadable)
+    monkeypatch.setattr(Records, "last_test", unreadable)
     counts, stopped = bench.run(motors=2)
     assert (counts.motors, stopped) == (2, "")
-    assert any("cannot be looked up, so it is measured: the station's records" in t for t in bench.ear.troubles)
+    assert any("cannot be looked up, so it is measured: the station's records" in t for t in bench.listener.troubles)

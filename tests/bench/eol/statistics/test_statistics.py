@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 
 from bench.eol.limits import Limits
-from bench.eol.statistics.capability import capability, of_moments, spread_within
+from bench.eol.statistics.capability import Capability, of_moments, spread_within
 from bench.eol.statistics.control_chart import Signal, individuals_chart
 from bench.eol.statistics.drift import drift
 from bench.eol.statistics.gauge import gauge_study
@@ -82,31 +83,37 @@ def test_a_missing_figure_is_refused() -> None:
 
 
 def test_capability_by_hand() -> None:
-    found = of_moments(50, 16.0, 2.0, Limits(8.0, 20.0))
+    result = of_moments(50, 16.0, 2.0, Limits(8.0, 20.0))
     # NIST/SEMATECH e-Handbook 7.1.6: limits 8 and 20, mean 16, standard deviation 2.
-    assert found.cp == pytest.approx(1.0)
-    assert found.cpk == pytest.approx(0.6667, abs=1e-4)
-    low, high = found.cp_interval
+    assert result.cp == pytest.approx(1.0)
+    assert result.cpk == pytest.approx(0.6667, abs=1e-4)
+    low, high = result.cp_interval
     assert (low, high) == pytest.approx((0.8025, 1.1971), abs=5e-4)
+
+
+def of_values(values: ArrayLike, limits: Limits) -> Capability:
+    data = np.asarray(values, dtype=np.float64)
+    spread = float(data.std(ddof=1)) if data.size > 1 else math.nan
+    return of_moments(data.size, float(data.mean()) if data.size else math.nan, spread, limits)
 
 
 def test_the_intervals_hold_the_true_capability() -> None:
     random = np.random.default_rng(2)
     limits, cp, cpk = Limits(-4.0, 4.0), 4.0 / 3.0, 3.5 / 3.0
-    found = [capability(random.normal(0.5, 1.0, 40), limits) for _ in range(400)]
-    assert 0.92 <= np.mean([c.cp_interval[0] <= cp <= c.cp_interval[1] for c in found]) <= 0.98
-    assert 0.91 <= np.mean([c.cpk_interval[0] <= cpk <= c.cpk_interval[1] for c in found]) <= 0.98
+    result = [of_values(random.normal(0.5, 1.0, 40), limits) for _ in range(400)]
+    assert 0.92 <= np.mean([c.cp_interval[0] <= cp <= c.cp_interval[1] for c in result]) <= 0.98
+    assert 0.91 <= np.mean([c.cpk_interval[0] <= cpk <= c.cpk_interval[1] for c in result]) <= 0.98
 
 
 def test_an_open_side_has_a_cpk_and_no_cp() -> None:
-    found = of_moments(10, 5.0, 1.0, Limits(low=2.0))
-    assert math.isnan(found.cp)
-    assert found.cpk == pytest.approx(1.0)
+    result = of_moments(10, 5.0, 1.0, Limits(low=2.0))
+    assert math.isnan(result.cp)
+    assert result.cpk == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("values", [[], [1.0], [2.0, 2.0, 2.0]])
 def test_too_little_to_say(values: list[float]) -> None:
-    assert math.isnan(capability(values, Limits(0.0, 1.0)).cpk)
+    assert math.isnan(of_values(values, Limits(0.0, 1.0)).cpk)
 
 
 QUIET = [0.1, -0.1, 0.2, -0.2, 0.15, -0.05, -0.15, 0.05, 0.1, -0.1]
@@ -159,9 +166,9 @@ def test_the_handbooks_chart() -> None:
 
 def test_the_handbooks_share() -> None:
     # NIST/SEMATECH e-Handbook 7.2.4.1: 4 of 20, 90 %.
-    found = proportion(4, 20, 0.90)
-    assert found.share == pytest.approx(0.2)
-    assert found.interval == pytest.approx((0.071354, 0.401029), abs=2e-6)
+    result = proportion(4, 20, 0.90)
+    assert result.share == pytest.approx(0.2)
+    assert result.interval == pytest.approx((0.071354, 0.401029), abs=2e-6)
 
 
 def test_shares_at_the_ends() -> None:
@@ -176,8 +183,8 @@ def test_shares_at_the_ends() -> None:
 
 @given(st.integers(0, 400), st.integers(1, 400))
 def test_the_interval_holds_the_share(hits: int, more: int) -> None:
-    found = proportion(hits, hits + more)
-    assert found.interval[0] <= found.share <= found.interval[1]
+    result = proportion(hits, hits + more)
+    assert result.interval[0] <= result.share <= result.interval[1]
 
 
 def test_neighbours_tell_the_spread_that_a_drift_does_not_hide() -> None:
@@ -192,9 +199,9 @@ def test_neighbours_tell_the_spread_that_a_drift_does_not_hide() -> None:
 
 def test_the_freedom_of_a_mean_moving_range() -> None:
     random = np.random.default_rng(7)
-    found = np.array([spread_within([random.normal(0.0, 1.0, 100).tolist()])[0] for _ in range(2000)])
+    result = np.array([spread_within([random.normal(0.0, 1.0, 100).tolist()])[0] for _ in range(2000)])
     # A standard deviation with ν degrees of freedom scatters by 1/√(2ν) of itself.
-    assert 1.0 / (2.0 * found.std() ** 2) == pytest.approx(spread_within([[0.0, 1.0] * 50])[1], rel=0.08)
+    assert 1.0 / (2.0 * result.std() ** 2) == pytest.approx(spread_within([[0.0, 1.0] * 50])[1], rel=0.08)
 
 
 def test_a_drift_and_its_interval() -> None:
@@ -202,17 +209,17 @@ def test_a_drift_and_its_interval() -> None:
     held, seen = [], 0
     for seed in range(300):
         noise = np.random.default_rng(seed).normal(0.0, 0.1, 20)
-        found = drift(86400.0 * days, 5.0 + 0.05 * days + noise)
-        held.append(found.slope_interval[0] <= 0.05 <= found.slope_interval[1])
+        result = drift(86400.0 * days, 5.0 + 0.05 * days + noise)
+        held.append(result.slope_interval[0] <= 0.05 <= result.slope_interval[1])
         seen += drift(86400.0 * days, 5.0 + noise).significant
     assert 0.92 <= np.mean(held) <= 0.98
     assert seen <= 30
-    assert found.significant
-    assert found.change == pytest.approx(19.0 * found.slope)
+    assert result.significant
+    assert result.change == pytest.approx(19.0 * result.slope)
 
 
 @pytest.mark.parametrize("times", [[], [1.0, 2.0], [3.0, 3.0, 3.0]])
 def test_too_few_to_tell_a_drift(times: list[float]) -> None:
-    found = drift(times, [1.0] * len(times))
-    assert math.isnan(found.slope)
-    assert not found.significant
+    result = drift(times, [1.0] * len(times))
+    assert math.isnan(result.slope)
+    assert not result.significant

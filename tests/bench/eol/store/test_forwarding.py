@@ -4,7 +4,7 @@ import sqlite3
 import threading
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ class Station:
 
     folder: Path
     server: str
-    told: list[Waiting] = field(default_factory=list)
+    reported: list[Waiting] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.path = self.folder / "own.sqlite"
@@ -40,7 +40,7 @@ class Station:
         self.spool = Spool(self.folder / "unstored", str(self.path))
         self.records = ForwardingRecords(self.own, lambda: open_database(self.server), self.spool)
         self.forwarder = Forwarder(self.records, first=0.02, longest=0.1)
-        self.forwarder.listen(self.told.append)
+        self.forwarder.listen(self.reported.append)
 
     def save(self, each: MotorRecord) -> None:
         self.records.save(each)
@@ -63,7 +63,7 @@ class Station:
     def kept(self) -> list[int]:
         """The numbers of the server's records."""
         there = open_database(self.server)
-        numbers = [found.number for found in Records(there).read()]
+        numbers = [result.number for result in Records(there).read()]
         there.dispose()
         return numbers
 
@@ -77,18 +77,17 @@ class Station:
 @pytest.fixture
 def station(tmp_path: Path, server: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Station]:
     monkeypatch.setattr("bench.eol.store.database._PATIENCE", 0.2)
-    made = Station(tmp_path, server)
-    yield made
-    made.close()
+    created = Station(tmp_path, server)
+    yield created
+    created.close()
 
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    holder = sqlite3.connect(path, isolation_level=None)
-    holder.execute("BEGIN IMMEDIATE")
-    yield
-    holder.rollback()
-    holder.close()
+    with closing(sqlite3.connect(path, isolation_level=None)) as holder:
+        holder.execute("BEGIN IMMEDIATE")
+        yield
+        holder.rollback()
 
 
 @contextmanager
@@ -105,21 +104,19 @@ def pragma(engine: Engine, on: str, off: str) -> Iterator[None]:
 
 
 def pages(path: Path) -> int:
-    with sqlite3.connect(path) as connection:
-        count = int(connection.execute("PRAGMA page_count").fetchone()[0])
-    connection.close()
-    return count
+    with closing(sqlite3.connect(path)) as connection:
+        return int(connection.execute("PRAGMA page_count").fetchone()[0])
 
 
 def three_while_it_fails(station: Station, why: str) -> None:
     for number in (1, 2, 3):
         station.save(record(number))
     state = station.wait(lambda state: state.unstored == 3 and state.troubles and state.next_try)
-    said = station.sentences(state)
-    assert "records that are in no database yet, kept in files: 3" in said
-    assert "the station's own database takes nothing" in said
-    assert why in said
-    assert "the next try is at" in said
+    message = station.sentences(state)
+    assert "records that are in no database yet, kept in files: 3" in message
+    assert "the station's own database takes nothing" in message
+    assert why in message
+    assert "the next try is at" in message
 
 
 @pytest.mark.parametrize("fault", ["locked", "read-only", "full"])
@@ -148,16 +145,15 @@ def test_records_that_the_own_database_does_not_take_are_kept_and_arrive_later(s
     station.all_clear()
     expected = {"full": [0, 1, 2, 9]}.get(fault, [0, 1, 2, 3])
     assert sorted(station.kept()) == expected
-    assert sorted(found.number for found in Records(station.own).read()) == expected
+    assert sorted(result.number for result in Records(station.own).read()) == expected
     assert station.spool.names() == []
 
 
 def test_a_corrupt_own_database_costs_no_record_and_a_new_one_takes_them(station: Station, tmp_path: Path) -> None:
     station.save(record(0))
     station.all_clear()
-    with sqlite3.connect(station.path) as connection:
+    with closing(sqlite3.connect(station.path)) as connection:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    connection.close()
     station.own.dispose()
     content = bytearray(station.path.read_bytes())
     content[4096:] = b"\xa5" * (len(content) - 4096)
@@ -179,13 +175,13 @@ def test_a_server_that_is_away_is_told_with_count_reason_and_next_try(station: S
     for number in (1, 2):
         station.save(record(number))
     state = station.wait(lambda state: state.for_server == 2 and state.next_try)
-    said = station.sentences(state)
-    assert "records that wait for the server: 2" in said
-    assert "the server takes nothing: postgresql+psycopg://nobody@127.0.0.1:9/none" in said
-    assert station.told, "who listens hears it"
+    message = station.sentences(state)
+    assert "records that wait for the server: 2" in message
+    assert "the server takes nothing: postgresql+psycopg://nobody@127.0.0.1:9/none" in message
+    assert station.reported, "the listener hears it"
     station.server = there
     station.all_clear()
-    assert not station.told[-1].anything
+    assert not station.reported[-1].anything
     assert sorted(station.kept()) == [1, 2]
 
 
@@ -196,12 +192,11 @@ def test_a_record_that_the_server_refuses_for_its_content_is_named_and_holds_up_
     state = station.wait(lambda state: len(state.refused) == 2 and state.for_server == 2)
     assert station.kept() == [3]
     assert not state.troubles, "it is the records' fault and not the server's"
-    said = station.sentences(state)
-    assert "the record of motor 1 (P-0001) of batch B1 is refused: the server: " in said
-    assert "too long" in said
+    message = station.sentences(state)
+    assert "the record of motor 1 (P-0001) of batch B1 is refused: the server: " in message
+    assert "too long" in message
     station.save(record(4))
-    station.wait(lambda state: state.for_server == 2 and not state.troubles)
-    assert station.kept() == [3, 4]
+    station.wait(lambda state: station.kept() == [3, 4] and state.for_server == 2 and not state.troubles)
 
 
 def test_a_record_that_the_own_database_refuses_stays_in_its_file_and_holds_up_no_other(station: Station) -> None:

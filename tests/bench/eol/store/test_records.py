@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import Engine, text
 
-from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
 from bench.eol.store.forwarding import ForwardingRecords
@@ -24,12 +24,12 @@ from tests.bench.eol.motor_records import motor_record
 
 
 def record(number: int = 1, **changes: object) -> MotorRecord:
-    made = motor_record(
+    created = motor_record(
         number,
         identifier=str(uuid.uuid4()),
         measured=(
-            Measured("flux_linkage", math.nan, "V·s/rad", math.nan, math.nan, -math.inf, math.inf, Verdict.ERROR),
-            Measured("stator_resistance", 0.016, "Ω", 1e-5, 2e-5, 0.014, 0.018, Verdict.PASS),
+            MeasuredFigure("flux_linkage", math.nan, "V·s/rad", math.nan, math.nan, -math.inf, math.inf, Verdict.ERROR),
+            MeasuredFigure("stator_resistance", 0.016, "Ω", 1e-5, 2e-5, 0.014, 0.018, Verdict.PASS),
         ),
         checks=(
             CheckRecord("stator-resistance", 1, Verdict.ERROR, 2.5, "no reply"),
@@ -40,7 +40,7 @@ def record(number: int = 1, **changes: object) -> MotorRecord:
         journal_sha256="f" * 64,
         waveforms={"waveforms/0001-oscilloscope.h5": "a" * 64},
     )
-    return replace(made, **changes)
+    return replace(created, **changes)
 
 
 def same(first: MotorRecord, second: MotorRecord) -> bool:
@@ -50,8 +50,8 @@ def same(first: MotorRecord, second: MotorRecord) -> bool:
 def test_a_record_comes_back_as_it_was(records: Records) -> None:
     kept = record()
     assert records.save(kept)
-    (found,) = records.read()
-    assert same(found, kept)
+    (outcome,) = records.read()
+    assert same(outcome, kept)
     assert records.serial_numbers("B1") == {"P-0001"}
     assert records.batches() == ["B1"]
 
@@ -91,15 +91,15 @@ def test_sqlite_commits_reach_the_disk(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("reference", "said"),
+    ("reference", "message"),
     [
         ("mysql://x@y/z", "SQLite .* or PostgreSQL"),
         ("postgresql://nobody:secret@127.0.0.1:1/none", "127.0.0.1"),
         ("/proc/none/records.sqlite", "unable to open"),
     ],
 )
-def test_what_cannot_be_opened_says_why_and_keeps_the_password_to_itself(reference: str, said: str) -> None:
-    with pytest.raises(InputError, match=said) as refused:
+def test_what_cannot_be_opened_says_why_and_keeps_the_password_to_itself(reference: str, message: str) -> None:
+    with pytest.raises(InputError, match=message) as refused:
         open_database(reference)
     assert "secret" not in str(refused.value)
 
@@ -130,7 +130,7 @@ def test_a_server_that_is_away_costs_no_record_and_none_comes_twice(tmp_path: Pa
     Records(lost).save(kept[0])
     assert station.forward() == 3
     assert (station.waiting(), station.fault) == (0, "")
-    assert sorted(found.serial_number for found in Records(lost).read()) == ["P-0001", "P-0002", "P-0003"]
+    assert sorted(outcome.serial_number for outcome in Records(lost).read()) == ["P-0001", "P-0002", "P-0003"]
     assert station.forward() == 0
     lost.dispose()
     station.close()
@@ -164,11 +164,11 @@ def test_a_killed_writer_loses_nothing_it_acknowledged(reference: str) -> None:
     process.wait()
     process.stdout.close()
     engine = open_database(reference)
-    found = list(Records(engine).read())
+    outcome = list(Records(engine).read())
     engine.dispose()
-    assert [r.number for r in found] == list(range(1, len(found) + 1))
-    assert len(found) in (last, last + 1)
-    assert all(len(r.measured) == 2 and len(r.checks) == 2 for r in found)
+    assert [r.number for r in outcome] == list(range(1, len(outcome) + 1))
+    assert len(outcome) in (last, last + 1)
+    assert all(len(r.measured) == 2 and len(r.checks) == 2 for r in outcome)
 
 
 @pytest.fixture
@@ -190,12 +190,12 @@ def test_figures_are_read_wherever_they_are(tmp_path: Path) -> None:
         assert Records(engine).save(each)
         assert not Records(engine).save(each)
         assert in_place(engine) == placed
-    assert [repr(found) for found in Records(engine).read()] == [repr(each) for each in kept]
+    assert [repr(outcome) for outcome in Records(engine).read()] == [repr(each) for each in kept]
     assert repr(Records(engine).find(kept[5].identifier)) == repr(kept[5])
     with settled(engine) as connection:
         assert parameters(connection) == ["flux_linkage", "stator_resistance"]
     assert in_place(engine) == 12
-    assert [repr(found) for found in Records(engine).read()] == [repr(each) for each in kept]
+    assert [repr(outcome) for outcome in Records(engine).read()] == [repr(each) for each in kept]
     engine.dispose()
 
 
@@ -209,9 +209,9 @@ def test_readers_that_settle_while_records_come_in_lose_none_and_see_all(tmp_pat
         while not writing.done():
             with settled(other):
                 pass
-            assert all(len(found.measured) == 2 for found in Records(other).read())
+            assert all(len(outcome.measured) == 2 for outcome in Records(other).read())
         assert all(writing.result())
-    assert [repr(found) for found in Records(other).read()] == [repr(each) for each in kept]
+    assert [repr(outcome) for outcome in Records(other).read()] == [repr(each) for each in kept]
     engine.dispose()
     other.dispose()
 
@@ -234,14 +234,14 @@ def test_a_full_disk_keeps_what_was_acknowledged_and_takes_the_rest_later(tmp_pa
     with pytest.raises(StoreError, match="full"):
         save_all()
     assert acknowledged
-    assert [repr(found) for found in Records(engine).read()] == [repr(each) for each in acknowledged]
+    assert [repr(outcome) for outcome in Records(engine).read()] == [repr(each) for each in acknowledged]
     engine.dispose()
     again = open_database(str(tmp_path / "records.sqlite"))
     for each in kept[len(acknowledged) :]:
         assert Records(again).save(each)
     settle(again)
     assert in_place(again) == 80
-    assert [repr(found) for found in Records(again).read()] == [repr(each) for each in kept]
+    assert [repr(outcome) for outcome in Records(again).read()] == [repr(each) for each in kept]
     again.dispose()
 
 
@@ -253,7 +253,7 @@ def test_statistics_of_a_file_that_cannot_be_written_say_so(tmp_path: Path) -> N
         connection.execute(text("PRAGMA query_only = ON"))
     with pytest.raises(InputError, match="latest motors' figures cannot be put into their table: attempt to write"):
         settle(engine)
-    assert [repr(found) for found in Records(engine).read()] == [repr(kept)]
+    assert [repr(outcome) for outcome in Records(engine).read()] == [repr(kept)]
     engine.dispose()
 
 

@@ -43,6 +43,6 @@ def test_a_commit_that_is_cut_off_loses_no_record_and_keeps_none_twice(
 
     assert station.forward() == 1
     assert (station.waiting(), station.fault) == (0, "")
-    assert sorted(found.serial_number for found in Records(there).read()) == ["P-0001", "P-0002", "P-0003"]
+    assert sorted(result.serial_number for result in Records(there).read()) == ["P-0001", "P-0002", "P-0003"]
     there.dispose()
     station.close()

@@ -11,7 +11,7 @@ from alembic.config import Config
 from sqlalchemy import Engine, create_engine, inspect
 
 from bench.eol.limits import Limits
-from bench.eol.line_statistics import Wanted, line_statistics, measured_parameters
+from bench.eol.line_statistics import StatisticsRequest, line_statistics, measured_parameters
 from bench.eol.store.database import database_url, open_database
 from bench.eol.store.insertion import settled
 from bench.eol.store.selection import choose
@@ -36,14 +36,14 @@ def test_moments_and_histogram_are_those_of_the_figures(engine: Engine, put: Put
     for value in values:
         put(r=value, other=1.0)
     with settled(engine) as connection:
-        found = distribution(connection, "r", choose(connection, ()))
+        result = distribution(connection, "r", choose(connection, ()))
         neighbours = rows_of_neighbours(connection, "r", choose(connection, ()))
-    assert found is not None
-    assert (found.count, found.unit, found.limits) == (64, "Ω", Limits(9.0, 11.0))
-    assert found.mean == pytest.approx(np.mean(values), rel=1e-13)
-    assert found.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-12)
-    assert (found.least, found.most) == (-50.0, 80.0)
-    edges, counts = found.histogram.edges, found.histogram.counts
+    assert result is not None
+    assert (result.count, result.unit, result.limits) == (64, "Ω", Limits(9.0, 11.0))
+    assert result.mean == pytest.approx(np.mean(values), rel=1e-13)
+    assert result.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-12)
+    assert (result.least, result.most) == (-50.0, 80.0)
+    edges, counts = result.histogram.edges, result.histogram.counts
     assert sum(counts) == 64
     inside = [n for n, edge in enumerate(edges[:-1]) if 9.0 - 1e-9 <= edge < 11.0 - 1e-9]
     assert sum(counts[n] for n in inside) == sum(9.0 <= value <= 11.0 for value in values)
@@ -55,10 +55,10 @@ def test_a_small_spread_about_a_large_mean_is_not_lost(engine: Engine, put: Put)
     for value in values:
         put(limits=(-math.inf, math.inf), r=value)
     with settled(engine) as connection:
-        found = distribution(connection, "r", choose(connection, ()))
-    assert found is not None
-    assert found.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-6)
-    assert sum(found.histogram.counts) == 50
+        result = distribution(connection, "r", choose(connection, ()))
+    assert result is not None
+    assert result.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-6)
+    assert sum(result.histogram.counts) == 50
 
 
 def test_a_figure_that_is_none_counts_nowhere(engine: Engine, put: Put) -> None:
@@ -66,10 +66,10 @@ def test_a_figure_that_is_none_counts_nowhere(engine: Engine, put: Put) -> None:
     put(r=math.nan, error=True)
     with settled(engine) as connection:
         selection = choose(connection, ())
-        found = distribution(connection, "r", selection)
-        assert found is not None
-        assert (found.count, sum(found.histogram.counts)) == (1, 1)
-        assert math.isnan(found.standard_deviation)
+        result = distribution(connection, "r", selection)
+        assert result is not None
+        assert (result.count, sum(result.histogram.counts)) == (1, 1)
+        assert math.isnan(result.standard_deviation)
         assert latest(connection, "r", selection, 5) == [("P-0001", 10.0)]
         assert failures_by_parameter(connection, selection) == [Failures("r", 0, 1)]
 
@@ -80,10 +80,10 @@ def test_only_the_batches_that_are_asked_for(engine: Engine, put: Put) -> None:
     with settled(engine) as connection:
         for batches, values in ((("A",), [9.5, 9.7]), (("B", "C"), [9.6, 9.8, 9.9, 10.0]), (("C",), [9.9, 10.0])):
             selection = choose(connection, batches)
-            found = distribution(connection, "r", selection)
-            assert found is not None
-            assert selection.count == found.count == len(values)
-            assert found.mean == pytest.approx(np.mean(values))
+            result = distribution(connection, "r", selection)
+            assert result is not None
+            assert selection.count == result.count == len(values)
+            assert result.mean == pytest.approx(np.mean(values))
             assert [value for _, value in latest(connection, "r", selection, 9)] == values
             assert [v for row in rows_of_neighbours(connection, "r", selection) for v in row] == values
         assert failures_by_parameter(connection, choose(connection, ("A",))) == [Failures("s", 1, 0)]
@@ -99,10 +99,10 @@ def test_golden_motors_count_in_nothing(engine: Engine, put: Put) -> None:
     put(r=10.2)
     with settled(engine) as connection:
         selection = choose(connection, (), golden=("GOLD",))
-        found = distribution(connection, "r", selection)
-        assert found is not None
+        result = distribution(connection, "r", selection)
+        assert result is not None
         assert (selection.count, selection.first_pass, selection.verdicts[Verdict.FAIL]) == (2, 2, 0)
-        assert (found.count, found.least) == (2, 10.0)
+        assert (result.count, result.least) == (2, 10.0)
         assert failures_by_parameter(connection, selection) == []
 
 
@@ -112,9 +112,9 @@ def test_types_are_not_mixed(engine: Engine, put: Put) -> None:
     with settled(engine) as connection:
         with pytest.raises(InputError, match=r"several types: big, small; .*--model"):
             choose(connection, ())
-        found = distribution(connection, "r", choose(connection, (), "small"))
-        assert found is not None
-        assert (found.count, found.mean) == (1, 1.0)
+        result = distribution(connection, "r", choose(connection, (), "small"))
+        assert result is not None
+        assert (result.count, result.mean) == (1, 1.0)
         with pytest.raises(InputError, match="there are: big, small"):
             choose(connection, (), "huge")
         with pytest.raises(InputError, match="no batch 'Z'; there are: A"):
@@ -125,9 +125,9 @@ def test_limits_that_changed_are_noticed(engine: Engine, put: Put) -> None:
     put(limits=(8.0, 12.0), r=10.0)
     put(limits=(9.0, 11.0), r=10.0)
     with settled(engine) as connection:
-        found = distribution(connection, "r", choose(connection, ()))
-    assert found is not None
-    assert (found.limits, found.changed) == (Limits(9.0, 11.0), True)
+        result = distribution(connection, "r", choose(connection, ()))
+    assert result is not None
+    assert (result.limits, result.changed) == (Limits(9.0, 11.0), True)
 
 
 def test_nothing_there(engine: Engine) -> None:
@@ -156,14 +156,14 @@ def test_a_parameter_of_every_nth_motor_is_found(engine: Engine, put: Put, monke
         put(r=10.0, **({"rare": 9.0 + 0.1 * n} if n in (4, 8, 12) else {}))
     with settled(engine) as connection:
         selection = choose(connection, ())
-        found = distribution(connection, "rare", selection)
-        assert found is not None
-        assert (found.count, found.least) == (3, pytest.approx(9.4))
+        result = distribution(connection, "rare", selection)
+        assert result is not None
+        assert (result.count, result.least) == (3, pytest.approx(9.4))
         assert [serial for serial, _ in latest(connection, "rare", selection, 2)] == ["P-0009", "P-0013"]
 
 
 def test_a_parameter_that_was_kept_just_now_is_found(engine: Engine, put: Put) -> None:
     put(r=10.0)
-    assert measured_parameters(engine, Wanted()) == ["r"]
+    assert measured_parameters(engine, StatisticsRequest()) == ["r"]
     put(r=10.0, l=10.0)
-    assert line_statistics(engine, Wanted()).parameters.keys() == {"r", "l"}
+    assert line_statistics(engine, StatisticsRequest()).parameters.keys() == {"r", "l"}

@@ -91,8 +91,8 @@ def serve(tmp_path: Path) -> Iterator[Callable[..., Server]]:
         return server
 
     yield make
-    said = [server.stop() for server in started]
-    assert not [words for words in said if "Traceback" in words]
+    printed = [server.stop() for server in started]
+    assert not [words for words in printed if "Traceback" in words]
 
 
 @pytest.hookimpl(wrapper=True)
@@ -108,7 +108,7 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
 def browser() -> Iterator[Browser]:
     """Keep a browser for these tests only: its driver's event loop runs in this thread as long as it is there."""
     if CHROMIUM is None:
-        pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
+        pytest.skip("no Chromium on this machine (Debian: apt-get install chromium-headless-shell)")
     expect.set_options(timeout=20_000)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)

@@ -13,16 +13,22 @@ Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
 
 
+def choose(page: Page, motor: str, *procedures: str) -> None:
+    """Choose a motor and these procedures alone, each by the beginning of its title."""
+    page.get_by_label("Motor type").click()
+    page.get_by_text(f"{motor} (virtual)").click()
+    page.get_by_role("button", name="None").click()
+    expect(page.get_by_role("checkbox", checked=True)).to_have_count(0)
+    for title in procedures:
+        page.get_by_role("checkbox", name=re.compile(f"^{title}")).click()
+
+
 def begin(page: Page, server: Server, *procedures: str, motor: str = "lg-400w") -> str:
     """Order a run at the start page and return its name."""
     page.goto(server.url)
-    page.get_by_label("Motor type").click()
-    page.get_by_text(f"{motor} (virtual)").click()
     page.get_by_label("Operator's name").fill("J. Doe")
     page.get_by_label("Serial number").fill("SN-0815")
-    page.get_by_role("button", name="None").click()
-    for title in procedures:
-        page.get_by_role("checkbox", name=re.compile(f"^{title}")).click()
+    choose(page, motor, *procedures)
     page.get_by_role("button", name="Start", exact=True).click()
     page.wait_for_url("**/runs/**")
     return page.url.rpartition("/")[2]

@@ -9,7 +9,8 @@ from playwright.sync_api import Page, expect
 from bench.cli.main import main
 from bench.panel.access import add_person
 from tests.bench.panel.browser.conftest import Panel
-from tests.bench.panel.conftest import Server
+from tests.bench.panel.browser.test_browser import choose
+from tests.bench.panel.conftest import QUICK, Server
 
 Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
@@ -80,10 +81,7 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
 def test_a_choice_is_rehearsed_before_it_is_run(panel: Panel, new_page: NewPage) -> None:
     page, before = new_page(), set(panel.runs.glob("*/journal.jsonl"))
     page.goto(panel.url)
-    page.get_by_label("Motor type").click()
-    page.get_by_text("lg-400w (virtual)").click()
-    page.get_by_role("button", name="None").click()
-    page.get_by_role("checkbox", name=re.compile("^Stator resistance ·")).click()
+    choose(page, "lg-400w", "Stator resistance ·")
     page.get_by_role("button", name="Rehearse").click()
     expect(page.get_by_text(re.compile(r"about \d+\.\d min, \d+ s of it by hand"))).to_be_visible()
     assert set(panel.runs.glob("*/journal.jsonl")) == before
@@ -120,7 +118,7 @@ def test_a_nameplate_that_is_not_right_is_refused_in_the_readers_language(panel:
 
 def test_a_network_asks_for_a_login_and_a_viewer_only_watches(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     people = tmp_path / "people.toml"
-    add_person(people, "bo", "viewer", "battery staple")
+    add_person(people, "bo", "viewer", "battery staple", QUICK)
     server, page = serve("--virtual", "--people", str(people)), new_page()
     page.goto(f"{server.url}/history")
     page.wait_for_url("**/login")

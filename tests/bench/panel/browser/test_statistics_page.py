@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from bench.cli.main import main
-from bench.eol.record import CheckRecord, Measured, MotorRecord
+from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
@@ -40,7 +40,7 @@ def record(number: int, batch: str, serial: str, model: str, values: dict[str, f
         # Every tenth motor needed a second attempt.
         first_pass=verdict is Verdict.PASS and number % 10 != 0,
         bench_time=1.0,
-        measured=tuple(Measured(n, v, UNITS[n], 1e-3, 2e-3, *LIMITS[n], verdicts[n]) for n, v in values.items()),
+        measured=tuple(MeasuredFigure(n, v, UNITS[n], 1e-3, 2e-3, *LIMITS[n], verdicts[n]) for n, v in values.items()),
         checks=(CheckRecord("stator-resistance", 1, verdict, 1.0),),
     )
 
@@ -65,12 +65,12 @@ def motors(count: int, seed: int) -> list[tuple[str, dict[str, float]]]:
     ]
 
 
-def told(capsys: pytest.CaptureFixture[str], records: str, *arguments: str) -> dict[str, Any]:
+def reported(capsys: pytest.CaptureFixture[str], records: str, *arguments: str) -> dict[str, Any]:
     """Return what the command says of the same records."""
     with pytest.raises(SystemExit):
         main(["eol", "stats", *arguments, "--records", records, "--json"])
-    made: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return made
+    created: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return created
 
 
 def part(page: Page, name: str) -> Any:
@@ -91,15 +91,15 @@ def choose(page: Page, label: str, option: str) -> None:
     field.press("Enter")
 
 
-def shows_index(page: Page, name: str, found: dict[str, Any]) -> None:
-    low, high = found["interval"]
+def shows_index(page: Page, name: str, result: dict[str, Any]) -> None:
+    low, high = result["interval"]
     row = part(page, "capability").get_by_role("row").filter(has=page.get_by_text(name, exact=True))
-    expect(row).to_contain_text(f"{found['value']:.2f} [{low:.2f}, {high:.2f}]")
+    expect(row).to_contain_text(f"{result['value']:.2f} [{low:.2f}, {high:.2f}]")
 
 
-def shows_yields(page: Page, found: dict[str, Any]) -> None:
+def shows_yields(page: Page, result: dict[str, Any]) -> None:
     for name in ("first_pass", "final"):
-        share = found["yield"][name]
+        share = result["yield"][name]
         low, high = share["interval"]
         shown = page.locator(f"[data-yield={name}]")
         expect(shown).to_contain_text(f"{100.0 * share['share']:.2f} %")
@@ -114,11 +114,11 @@ def test_it_shows_what_the_command_says(panel: Panel, new_page: NewPage, capsys:
     page.get_by_role("link", name="Statistics").click()
 
     # The latest batch, and the parameter that failed most.
-    latest = told(capsys, records, "B")
+    latest = reported(capsys, records, "B")
     shows_yields(page, latest)
-    found = latest["parameters"]["stator_resistance"]
+    result = latest["parameters"]["stator_resistance"]
     for name in ("cp", "cpk", "pp", "ppk"):
-        shows_index(page, name.capitalize(), found[name])
+        shows_index(page, name.capitalize(), result[name])
     expect(part(page, "failures")).to_contain_text("Stator resistance")
     expect(part(page, "chart")).to_contain_text("rule 1, a point beyond 3 sigma")
     expect(part(page, "chart")).to_contain_text("P-FAR")
@@ -126,7 +126,7 @@ def test_it_shows_what_the_command_says(panel: Panel, new_page: NewPage, capsys:
         expect(page.get_by_role("img", name=chart).locator("canvas")).to_be_visible()
 
     choose(page, "Batch", "All batches")
-    whole = told(capsys, records)
+    whole = reported(capsys, records)
     shows_yields(page, whole)
     shows_index(page, "Cpk", whole["parameters"]["stator_resistance"]["cpk"])
     choose(page, "Parameter", "Cogging torque, peak to peak")
@@ -145,14 +145,14 @@ def test_golden_motors_and_a_second_type(panel: Panel, new_page: NewPage, capsys
     records = keep(panel.records, ("A", "LG-400W", [*motors(30, 1), *drifting]), ("B", "other", motors(10, 2)))
     page = new_page()
     page.goto(f"{panel.url}/statistics")
-    shows_yields(page, told(capsys, records, "--model", "other"))
+    shows_yields(page, reported(capsys, records, "--model", "other"))
     choose(page, "Motor type", "LG-400W")
     choose(page, "Parameter", "Stator resistance")
     field = page.get_by_label("Golden motors (serial numbers)")
     field.fill("GOLD, NOBODY")
     field.press("Enter")
-    found = told(capsys, records, "A", "--golden", "GOLD")
-    shows_yields(page, found)
+    result = reported(capsys, records, "A", "--golden", "GOLD")
+    shows_yields(page, result)
     golden = part(page, "golden")
     expect(golden.get_by_role("row").filter(has_text="GOLD")).to_contain_text("the station drifts")
     expect(golden).to_contain_text("There are no figures of: NOBODY")

@@ -19,8 +19,8 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 def hold(served: Served, tmp_path: Path) -> Iterator[Callable[..., Run]]:
     started = []
 
-    def start(*then: str) -> Run:
-        started.append(Run(served, tmp_path, *then))
+    def start(*then: str, station: Path | None = None) -> Run:
+        started.append(Run(served, tmp_path, *then, station=station))
         return started[-1]
 
     yield start

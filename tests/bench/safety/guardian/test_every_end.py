@@ -18,8 +18,24 @@ SOON = 5.0
 HEARTBEAT = 0.6
 
 
+#: What the shutdown sequence does to these instruments by default, but with less patience for a shaft that goes on turning.
+IMPATIENT = "".join(
+    f'[[way_down]]\ndo = "{do}"\nrole = "{role}"\n'
+    for do, role in (
+        ("command_zero", "inverter"),
+        ("command_zero", "dynamometer"),
+        ("disable", "inverter"),
+        ("disable", "dynamometer"),
+        ("output_off", "supply"),
+        ("voltage_decayed", "supply"),
+        ("current_zero", "supply"),
+        ("speed_zero", "dynamometer"),
+    )
+)
+
+
 def kinds(events: list[dict[str, Any]]) -> list[str]:
-    return [event["kind"] for event in events]
+    return [event.kind for event in events]
 
 
 def test_killed(hold: Callable[..., Any], served: Any) -> None:
@@ -27,9 +43,9 @@ def test_killed(hold: Callable[..., Any], served: Any) -> None:
     run.signal(signal.SIGKILL)
     assert served.seconds_until_off() < SOON
     events = run.guardian_left()
-    took = next(event["data"] for event in events if event["kind"] == "took")
+    took = next(event.data for event in events if event.kind == "took")
     assert took["cause"] == "the run's process has died"
-    done = [(e["data"]["instrument"], e["data"]["item"]) for e in events if e["data"].get("outcome") == "safe"]
+    done = [(e.data["instrument"], e.data["item"]) for e in events if e.data.get("outcome") == "safe"]
     assert done == [
         ("inverter", "command_zero"),
         ("dynamometer", "command_zero"),
@@ -50,7 +66,7 @@ def test_frozen_and_woken_again(hold: Callable[..., Any], served: Any) -> None:
     run.signal(signal.SIGCONT)
     told = run.ended()
     assert told["status"] == "aborted"
-    assert "the guardian, which took the way down: no heartbeat for 0.6 s" in told["cause"]
+    assert "the guardian, which carried out the shutdown: no heartbeat for 0.6 s" in told["cause"]
     assert kinds(run.guardian_left())[-1] == "left"
     assert served.world.truth()["energised"] is False
 
@@ -101,14 +117,18 @@ def test_a_full_disk(hold: Callable[..., Any], served: Any) -> None:
     assert "the journal cannot be written" in told["cause"]
     events = run.guardian_left()
     # What the run switched off it could not write down: its guardian may do it again before it is told why.
-    assert "the run's journal cannot be written" in [e["data"]["cause"] for e in events if e["kind"] == "took"]
+    assert "the run's journal cannot be written" in [e.data["cause"] for e in events if e.kind == "took"]
     assert ("supply", "output_off", "safe") in [
-        (e["data"].get("instrument"), e["data"].get("item"), e["data"].get("outcome")) for e in events
+        (e.data.get("instrument"), e.data.get("item"), e.data.get("outcome")) for e in events
     ]
 
 
-def test_an_instrument_that_is_lost(hold: Callable[..., Any], served: Any) -> None:
-    run = hold("lose", "inverter")
+def test_an_instrument_that_is_lost(
+    hold: Callable[..., Any], served: Any, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    station = tmp_path_factory.mktemp("impatient") / "station.toml"
+    station.write_text(f"{served.station.read_text(encoding='utf-8')}\n{IMPATIENT}within = 10.0\n", encoding="utf-8")
+    run = hold("lose", "inverter", station=station)
     served.silence("inverter")
     try:
         told = run.ended()
@@ -143,7 +163,7 @@ def test_the_guardian_answers_an_interlock_where_the_run_does_not(hold: Callable
     run = hold("deadlock")
     served.contact("door", closed=False)
     assert served.seconds_until_off() < SOON
-    causes = [event["data"]["cause"] for event in run.guardian if event["kind"] == "took"]
+    causes = [event.data["cause"] for event in run.guardian if event.kind == "took"]
     assert causes == ["the interlock door, which is open"]
     run.signal(signal.SIGKILL)
     run.guardian_left()

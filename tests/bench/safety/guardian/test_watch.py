@@ -3,7 +3,7 @@
 import os
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import pytest
 
 from bench.cli.results import results
 from bench.i18n.errors import InputError
+from bench.journal.codec import data_of
 from bench.journal.guardian_record import FILE, GuardianRecord, read_guardian
 from bench.journal.journal import Journal as RunJournal
 from bench.safety.guardian.guarded_instruments import is_shared, needs_guardian
@@ -21,41 +22,63 @@ from bench.safety.shutdown_items import Measured
 from bench.station.shutdown_sequence import Do, Item, item
 from bench.station.station_file import load_station
 from procedures.core.bench import Recorder, Role
+from procedures.core.events import Event
+from tests.journals import event
 
+ZERO, DISABLE = item(Do.COMMAND_ZERO, Role.INVERTER), item(Do.DISABLE, Role.INVERTER)
 OFF, DECAYED = item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.VOLTAGE_DECAYED, Role.SUPPLY)
 
 
-class Hands:
+class Instruments:
     """Counts what is done."""
 
-    items = (OFF, DECAYED)
-
-    def __init__(self) -> None:
+    def __init__(self, *items: Item) -> None:
+        self.items = items or (OFF, DECAYED)
         self.done: list[Do] = []
+        #: What was commanded to which role, and when (s, monotonic).
+        self.commanded: list[tuple[Role, float]] = []
+        self.busy: set[Role] = set()
+        #: What a measurement finds wrong, nothing where all is off.
+        self.still = ""
 
-    def walk(
-        self, items: tuple[Item, ...], recorder: Recorder, *, hurry: bool = False, helping: bool = False
+    def is_busy(self, role: Role) -> bool:
+        return role in self.busy
+
+    def shut_down(
+        self,
+        items: Sequence[Item],
+        recorder: Recorder,
+        *,
+        longest: float,
+        hurry: bool = False,
+        wanted: Callable[[Item], bool] | None = None,
     ) -> list[Outcome]:
-        self.done += [one.do for one in items]
-        return [Outcome(one, found=Measured(0.1, "V") if one.measures else None) for one in items]
+        outcomes = []
+        for one in items:
+            if wanted is None or wanted(one):
+                self.done.append(one.do)
+                self.commanded.append((one.role, time.monotonic()))
+                found = Measured(0.1, "V") if one.measures else None
+                outcomes.append(Outcome(one, self.still if one.measures else "", found))
+        return outcomes
 
 
 class Journal:
     def __init__(self) -> None:
         self.events: list[tuple[str, dict[str, Any]]] = []
 
-    def event(self, kind: str, **data: Any) -> None:
-        self.events.append((kind, data))
+    def record(self, event: Event) -> None:
+        self.events.append((event.kind, data_of(event)))
 
 
 class Watched:
     """A watch on a thread, and the run's end of its pipe."""
 
-    def __init__(self, heartbeat: float = 30.0, stalled: float = 30.0) -> None:
-        self.hands, self.journal = Hands(), Journal()
+    def __init__(self, *items: Item, heartbeat: float = 30.0, stalled: float = 30.0) -> None:
+        self.instruments, self.journal = Instruments(*items), Journal()
         self.said: list[dict[str, Any]] = []
         self.incoming, self.outgoing = os.pipe()
-        self.watch = Watch(self.hands, self.journal, self.incoming, self.said.append, heartbeat, stalled)
+        self.watch = Watch(self.instruments, self.journal, self.incoming, self.said.append, heartbeat, stalled)
         self.thread = threading.Thread(target=self.watch.run)
         self.thread.start()
 
@@ -88,9 +111,9 @@ def watched() -> Iterator[type[Watched]]:
     made: list[Watched] = []
 
     class Kept(Watched):
-        def __init__(self, **limits: float) -> None:
+        def __init__(self, *items: Item, **limits: float) -> None:
             made.append(self)
-            super().__init__(**limits)
+            super().__init__(*items, **limits)
 
     yield Kept
     for one in made:
@@ -103,14 +126,14 @@ def test_a_run_that_is_done_needs_nothing(watched: type[Watched]) -> None:
     assert one.await_said("echo") == 1
     one.tell(done=True, journal=True)
     assert one.ended() == []
-    assert one.hands.done == []
+    assert one.instruments.done == []
 
 
 def test_a_run_that_died(watched: type[Watched]) -> None:
     one = watched()
     os.close(one.outgoing)
     assert one.ended() == ["the run's process has died"]
-    assert one.hands.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
+    assert one.instruments.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
     measured = next(data for kind, data in one.journal.events if kind == "measured")
     assert (measured["value"], measured["unit"], measured["outcome"]) == (0.1, "V", "safe")
 
@@ -118,7 +141,7 @@ def test_a_run_that_died(watched: type[Watched]) -> None:
 def test_a_silent_run_is_kept_off_until_it_says_that_it_is_awake(watched: type[Watched]) -> None:
     one = watched(heartbeat=0.2)
     assert one.await_said("took") == "no heartbeat for 0.2 s"
-    while one.hands.done.count(Do.OUTPUT_OFF) < 3:
+    while one.instruments.done.count(Do.OUTPUT_OFF) < 3:
         one.thread.join(0.01)
     one.tell(beat=7, age=0.0)
     while len([message for message in list(one.said) if "took" in message]) < 2:
@@ -140,10 +163,9 @@ def test_a_run_that_does_not_get_on(watched: type[Watched]) -> None:
 
 def test_a_block_that_is_not_off_in_time_is_helped_and_the_run_goes_on(watched: type[Watched]) -> None:
     one = watched()
-    one.tell(ending=True)
-    one.tell(ended=True)
-    one.tell(ending=True)
-    while not one.hands.done:
+    one.tell(on=["supply"])
+    one.tell(ending="supply")
+    while not one.instruments.done:
         one.thread.join(0.01)
     one.tell(beat=3, age=0.0)
     assert one.await_said("echo") == 3
@@ -157,7 +179,7 @@ def test_a_lost_journal_has_its_outcomes_here(watched: type[Watched]) -> None:
     one = watched()
     one.tell(done=True, journal=False)
     assert one.ended() == ["the run's journal cannot be written"]
-    assert one.hands.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
+    assert one.instruments.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
 
 
 @pytest.mark.parametrize("answers", [True, False])
@@ -170,7 +192,7 @@ def test_an_alarm_is_the_runs_own_business_unless_it_does_nothing(watched: type[
         one.tell(done=True, journal=True)
         assert one.ended() == []
     else:
-        one.tell(ended=True)
+        one.tell(ended="supply")
         assert one.await_said("took") == "the door, which is open"
         os.close(one.outgoing)
         one.ended()
@@ -184,7 +206,7 @@ def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
     one.tell(stop="Ctrl-C")
     # Neither signs of life nor the end of a single block are the shutdown.
     one.tell(beat=1, age=0.0)
-    one.tell(ended=True)
+    one.tell(ended="supply")
     if begins:
         one.tell(down=True)
         one.tell(done=True, journal=True)
@@ -198,10 +220,10 @@ def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
 
 def test_a_source_that_does_not_answer_is_switched_off_at_once_and_the_run_goes_on(watched: type[Watched]) -> None:
     one = watched()
-    one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s")
-    while not one.hands.done:
+    one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s", role="supply")
+    while not one.instruments.done:
         one.thread.join(0.01)
-    assert one.hands.done == [Do.OUTPUT_OFF]
+    assert one.instruments.done == [Do.OUTPUT_OFF]
     one.tell(down=True)
     one.tell(done=True, journal=True)
     assert one.ended() == ["the supply, which is energised and has not answered for 0.7 s"]
@@ -211,16 +233,16 @@ def test_a_source_that_does_not_answer_is_switched_off_at_once_and_the_run_goes_
 def test_the_record_has_its_room_beforehand_and_is_read_while_it_grows(tmp_path: Path) -> None:
     assert read_guardian(tmp_path) == []
     record = GuardianRecord(tmp_path)
-    record.event("started", pid=1)
+    record.record(event("started", pid=1))
     assert (tmp_path / FILE).stat().st_size > 60_000
-    assert [event["kind"] for event in read_guardian(tmp_path)] == ["started"]
-    record.event("took", cause="…")
+    assert [event.kind for event in read_guardian(tmp_path)] == ["started"]
+    record.record(event("took", cause="…"))
     record.close()
     record.close()
-    record.event("too late")
+    record.record(event("took"))
     again = GuardianRecord(tmp_path)
-    again.event("started", pid=2)
-    assert [event["kind"] for event in read_guardian(tmp_path)] == ["started", "took", "started"]
+    again.record(event("started", pid=2))
+    assert [event.kind for event in read_guardian(tmp_path)] == ["started", "took", "started"]
     again.close()
     assert (tmp_path / FILE).read_bytes().count(b"\n") == 3
 
@@ -229,7 +251,7 @@ def test_a_record_that_cannot_be_written_says_so_and_stops_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     record = GuardianRecord(tmp_path / "missing")
-    record.event("took", cause="…")
+    record.record(event("took", cause="…"))
     record.close()
     assert "guardian.jsonl cannot be written" in capsys.readouterr().err
 
@@ -294,15 +316,17 @@ def test_who_needs_one(tmp_path: Path) -> None:
 
 def test_what_a_guardian_did_is_shown_with_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     journal = RunJournal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.event("run_started", run=str(tmp_path), motor={"name": "M"}, station={}, procedures=["tiny"], settings={})
+    journal.record(
+        event("run_started", run=str(tmp_path), motor={"name": "M"}, station={}, procedures=["tiny"], settings=[])
+    )
     journal.close()
     assert results(str(tmp_path), language="en") == 0
     assert "The guardian" not in capsys.readouterr().out
     record = GuardianRecord(tmp_path)
-    record.event("took", cause="the run's process has died")
+    record.record(event("took", cause="the run's process has died"))
     record.close()
     assert results(str(tmp_path), language="en") == 0
-    assert "The guardian took the way down at 20" in (said := capsys.readouterr().out)
+    assert "The guardian carried out the shutdown at 20" in (said := capsys.readouterr().out)
     assert "the run's process has died" in said
     assert results(str(tmp_path), json=True) == 0
     assert '"cause": "the run\'s process has died"' in capsys.readouterr().out
@@ -310,34 +334,151 @@ def test_what_a_guardian_did_is_shown_with_the_run(tmp_path: Path, capsys: pytes
 
 def test_two_guardians_of_one_run_do_not_write_into_each_others_lines(tmp_path: Path) -> None:
     first = GuardianRecord(tmp_path)
-    first.event("took", cause="the run died")
+    first.record(event("took", cause="the run died"))
 
     def begin() -> None:
         second = GuardianRecord(tmp_path)
-        second.event("ready")
+        second.record(event("ready"))
         second.close()
 
     waiting = threading.Thread(target=begin)
     waiting.start()
     waiting.join(0.2)
     assert waiting.is_alive()
-    first.event("left")
+    first.record(event("left"))
     first.close()
     waiting.join(10.0)
     told = read_guardian(tmp_path)
-    assert [(event["n"], event["kind"]) for event in told] == [(1, "took"), (2, "left"), (3, "ready")]
+    assert [(event.number, event.kind) for event in told] == [(1, "took"), (2, "left"), (3, "ready")]
 
 
 @pytest.mark.parametrize("off", [True, False])
 def test_a_shutdown_that_does_not_switch_everything_off_in_time_is_helped(watched: type[Watched], off: bool) -> None:
     one = watched()
-    one.tell(down=True, on=True)
+    one.tell(on=["supply"])
+    one.tell(down=True)
     if off:
-        one.tell(off=True)
+        one.tell(on=[])
     else:
-        while not one.hands.done:
+        while not one.instruments.done:
             one.thread.join(0.01)
     one.tell(done=True, journal=True, unsafe=not off)
     took = [] if off else ["the run's shutdown has not switched everything off within 0.4 s"]
     assert one.ended() == [*took, *([] if off else ["the run could not switch everything off"])]
-    assert [message["walked"] for message in one.said if "walked" in message] == [[]] * (0 if off else 2)
+    assert [message["walked"] for message in one.said if "walked" in message] == [[]] * (0 if off else 3)
+
+
+def test_a_run_hears_that_it_is_off_only_where_that_was_measured(watched: type[Watched]) -> None:
+    one = watched(OFF, item(Do.CURRENT_ZERO, Role.SUPPLY, within=0.3))
+    one.instruments.still = "the current is 7.25 A"
+    one.tell(on=["supply"])
+    one.tell(done=True, journal=True, unsafe=True)
+    assert one.ended() == ["the run could not switch everything off"]
+    said = [message["walked"] for message in one.said if "walked" in message]
+    assert said[0] == [], "the supply says that it is off"
+    (words,) = said[-1]
+    assert "the current is 7.25 A" in words
+    assert Do.CURRENT_ZERO in one.instruments.done
+
+
+def test_the_end_of_an_inner_block_gives_the_outer_ones_no_more_time(watched: type[Watched]) -> None:
+    one = watched(DISABLE, OFF)
+    one.tell(on=["inverter", "supply"])
+    begun = time.monotonic()
+    one.tell(ending="inverter")
+    time.sleep(0.3)  # noqa: TID251  the inner block takes its time
+    one.tell(on=["supply"])
+    one.tell(ended="inverter")
+    one.tell(ending="supply")
+    while not one.instruments.done:
+        one.thread.join(0.005)
+    # Twice 0.4 s, had the clock been started anew.
+    assert 0.4 <= one.instruments.commanded[0][1] - begun < 0.7
+    assert one.instruments.done == [Do.OUTPUT_OFF]
+    one.tell(done=True, journal=True)
+    one.ended()
+
+
+def test_an_outer_block_whose_procedure_has_handled_the_error_is_left_alone(watched: type[Watched]) -> None:
+    one = watched(DISABLE, OFF)
+    one.tell(on=["inverter", "supply"])
+    one.tell(ending="inverter")
+    one.tell(on=["supply"])
+    one.tell(ended="inverter")
+    one.thread.join(0.5)
+    # Nor does a later error find the time of the first one over.
+    one.tell(handled=True)
+    one.tell(ending="supply")
+    one.tell(on=[])
+    one.tell(ended="supply")
+    one.tell(down=True)
+    one.tell(done=True, journal=True)
+    assert one.ended() == []
+    assert one.instruments.done == []
+
+
+def test_a_block_whose_end_failed_is_not_forgotten_over_the_next(watched: type[Watched]) -> None:
+    one = watched(DISABLE, OFF)
+    one.tell(on=["inverter", "supply"])
+    one.tell(ending="inverter")
+    one.tell(ending="supply")
+    one.tell(on=["inverter"])
+    one.tell(ended="supply")
+    one.tell(handled=True)
+    while not one.instruments.done:
+        one.thread.join(0.005)
+    one.tell(done=True, journal=True)
+    assert one.ended() == ["what was energised is not off 0.4 s after an error"]
+    assert one.instruments.done == [Do.DISABLE]
+
+
+@pytest.mark.parametrize("by_itself", [True, False])
+def test_a_run_is_helped_with_the_silent_role_first_and_has_time_for_the_others(
+    watched: type[Watched], by_itself: bool
+) -> None:
+    one = watched(ZERO, DISABLE, OFF, DECAYED)
+    one.tell(on=["inverter", "supply"])
+    begun = time.monotonic()
+    one.tell(unanswered="the supply, which …", role="supply")
+    while not one.instruments.done:
+        one.thread.join(0.005)
+    one.tell(ending="inverter")
+    one.tell(beat=1, age=0.0)
+    # It is heard meanwhile.
+    assert one.await_said("echo") == 1
+    if by_itself:
+        one.tell(on=["supply"])
+        one.tell(ended="inverter")
+    one.await_said("walked")
+    one.tell(on=[])
+    one.tell(down=True)
+    one.tell(done=True, journal=True)
+    assert one.ended() == ["the supply, which …"]
+    assert one.instruments.done == [Do.OUTPUT_OFF, *([] if by_itself else [Do.COMMAND_ZERO, Do.DISABLE])]
+    assert by_itself or 0.15 < one.instruments.commanded[1][1] - begun < 0.35
+
+
+def test_a_run_that_dies_while_it_is_helped_leaves_the_rest_to_the_guardian(watched: type[Watched]) -> None:
+    one = watched(DISABLE, OFF)
+    one.tell(on=["inverter", "supply"])
+    one.tell(unanswered="the supply, which …", role="supply")
+    while not one.instruments.done:
+        one.thread.join(0.005)
+    os.close(one.outgoing)
+    assert one.ended() == ["the supply, which …", "the run's process has died"]
+    assert {role for role, _ in one.instruments.commanded} == {Role.INVERTER, Role.SUPPLY}
+
+
+def test_an_instrument_that_is_still_stuck_is_tried_again_for_a_run_that_could_not_switch_it_off(
+    watched: type[Watched],
+) -> None:
+    one = watched()
+    one.instruments.busy = {Role.SUPPLY}
+    one.tell(on=["supply"])
+    one.tell(unanswered="the supply, which …", role="supply")
+    one.await_said("walked")
+    assert one.instruments.done == []
+    one.tell(down=True)
+    one.tell(done=True, journal=True, unsafe=True)
+    assert one.ended()[-1] == "the run could not switch everything off"
+    assert Do.OUTPUT_OFF in one.instruments.done

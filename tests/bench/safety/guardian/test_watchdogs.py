@@ -56,7 +56,7 @@ def test_run_and_guardian_killed_together(hold: Callable[..., Any], served: Any)
     assert [still[key] for key in ("output_on", "inverter_enabled", "dynamometer_enabled")] == [True, True, True]
     took = seconds_until(served, lambda truth: not truth["energised"])
     assert took < 3.0 + SOON
-    assert [event["kind"] for event in run.guardian] == ["started", "ready"]
+    assert [event.kind for event in run.guardian] == ["started", "ready"]
     (begin,) = (event.data for event in run.journal if event.kind == "run_started")
     assert begin["guardian"]["said"].startswith("the guardian has ")
     told = {one["role"]: (one["watchdog"]["time"], one["relay"]) for one in begin["watchdogs"]}

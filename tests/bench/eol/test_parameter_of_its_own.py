@@ -1,0 +1,112 @@
+"""A procedure's own parameter, by its definition alone, wherever parameters are seen."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+
+from bench.cli.main import main
+from bench.eol.verdict import Verdict
+from bench.i18n.language import translator
+from bench.journal.finished_run import read_run
+from bench.plugins.catalogue import Entry, Origin
+from bench.plugins.catalogues import Catalogues, installed
+from bench.report.exporting import subject_of
+from bench.testing import PlanUnderTest, assert_holds_truth
+from drivers.interfaces.text import english, text
+from procedures.catalogue import catalogue
+from procedures.core.bench import Role
+from procedures.core.parameter_definition import ParameterDefinition
+from procedures.core.procedure import Procedure, Settings
+from procedures.core.steps import step
+from reports.exports.target import sheet_for
+from reports.tables.summary import rows
+
+FRAME = ParameterDefinition(
+    "frame_capacitance",
+    "C_f",
+    "F",
+    text("Capacitance between winding and frame"),
+    "terminals joined",
+    true_value="motor.frame_capacitance",
+)
+
+
+class FrameCapacitance(Procedure[Settings]):
+    """One step, which knows the answer."""
+
+    name: ClassVar[str] = "frame-capacitance"
+    title: ClassVar[str] = "Frame capacitance"
+    section: ClassVar[str] = "9.9"
+    roles: ClassVar[frozenset[Role]] = frozenset()
+    gives: ClassVar[tuple[str | ParameterDefinition, ...]] = (FRAME,)
+
+    def measure(self) -> None:
+        self.compare()
+
+    @step("9.9/1", "Compare it")
+    def compare(self) -> None:
+        quantity = self.bench.uncertainties.statistical("comparison", 1.01e-9, 0.01e-9)
+        self.report(FRAME.name, quantity, section="9.9", estimator="comparison")
+
+
+@pytest.fixture
+def _known(monkeypatch: pytest.MonkeyPatch) -> None:
+    with_it = {**catalogue(), FrameCapacitance.name: FrameCapacitance}
+    monkeypatch.setattr("procedures.known_parameters.catalogue", lambda: with_it)
+    own = Entry(FrameCapacitance.name, Origin("test"), lambda: FrameCapacitance)
+    result = installed().entries
+    monkeypatch.setattr(
+        "bench.plugins.files.installed", lambda: Catalogues({**result, "procedures": (*result["procedures"], own)})
+    )
+
+
+@pytest.mark.usefixtures("_known")
+def test_it_is_measured_judged_reported_and_exported(tmp_path: Path) -> None:
+    motor = (Path(__file__).parents[3] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
+    (tmp_path / "motor.toml").write_text(motor + "\n[expected]\nframe_capacitance = 0.9e-9\n", encoding="utf-8")
+    plan = tmp_path / "plan.toml"
+    plan.write_text(
+        '[plan]\nname = "capacitance"\nmotor = "motor.toml"\n[[procedure]]\nname = "frame-capacitance"\n'
+        '[[limit]]\nparameter = "frame_capacitance"\npercent = 20.0\n',
+        encoding="utf-8",
+    )
+    judged = PlanUnderTest(plan, tmp_path / "runs").measure()
+    assert (judged.verdict, judged.figures[FRAME.name].unit) == (Verdict.PASS, "F")
+    assert judged.figures[FRAME.name].high == pytest.approx(1.08e-9)
+    assert_holds_truth(judged)
+    run = read_run(judged.run.folder.path.name, tmp_path / "runs")
+    (row,) = rows(run.view.parameters(), judged.run.truth, english)
+    assert (row.name, row.value, row.unit, row.truth) == (
+        "Capacitance between winding and frame",
+        "1.010",
+        "nF",
+        "1.000",
+    )
+    subject = subject_of(run)
+    created = json.loads(installed().exports["json"].write(sheet_for(installed().exports["json"], subject)))[
+        "parameters"
+    ][FRAME.name]
+    assert (created["unit"], created["convention"], created["procedure"]) == (
+        "F",
+        "terminals joined",
+        "frame-capacitance",
+    )
+    assert "frame_capacitance,1.01e-09,F," in installed().exports["csv"].write(
+        sheet_for(installed().exports["csv"], subject)
+    )
+
+
+@pytest.mark.usefixtures("_known")
+@pytest.mark.parametrize("reference", ["sqlite"], indirect=True)
+def test_the_statistics_of_a_line_have_its_label(
+    capsys: pytest.CaptureFixture[str], reference: str, put: Callable[..., None]
+) -> None:
+    for value in (9.9, 10.0, 10.1):
+        put(frame_capacitance=value)
+    with pytest.raises(SystemExit) as stop:
+        main(["eol", "stats", "--parameter", FRAME.name, "--records", reference, "--language", "en"])
+    assert stop.value.code in (None, 0)
+    assert FRAME.label.render(translator("en")) in capsys.readouterr().out

@@ -1,0 +1,260 @@
+"""Where declarations come from, what is said of those that cannot be used, and that they take nothing else down."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.i18n.errors import InputError
+from bench.plugins.catalogues import Catalogues, installed
+from bench.plugins.files import PluginsSection, catalogues_of
+from bench.plugins.records import RecordOutput, RecordOutputs
+from bench.station.station_file import load_station
+from drivers.interfaces import Role
+from tests.command_line import Call
+
+DRIVER = """
+from drivers.catalogue import Driver
+from drivers.interfaces import Role
+from drivers.bases.scpi_supply import ScpiSupplyOptions
+
+DRIVER = Driver("my-supply", Role.SUPPLY, ScpiSupplyOptions, "no_such_module:opened")
+"""
+STATION = """
+[station]
+name = "bench"
+[plugins]
+files = ["plugin.py"]
+[instruments.{role}]
+driver = "{driver}"
+address = "TCPIP0::192.0.2.10::inst0::INSTR"
+"""
+Made = Callable[[str], Catalogues]
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Made:
+    """The catalogues with a plug-in file of some content."""
+
+    def make(code: str) -> Catalogues:
+        (tmp_path / "plugin.py").write_text(code, encoding="utf-8")
+        return catalogues_of(PluginsSection(files=["plugin.py"]), str(tmp_path / "station.toml"))
+
+    return make
+
+
+def wheel(folder: Path, name: str, entries: str, modules: Mapping[str, str]) -> Path:
+    """A wheel as installers have it; Python finds what is in it where it stands."""
+    path = folder / f"{name}-1.2-py3-none-any.whl"
+    metadata = f"{name}-1.2.dist-info"
+    with zipfile.ZipFile(path, "w") as archive:
+        for module, code in modules.items():
+            archive.writestr(f"{module}.py", code)
+        archive.writestr(f"{metadata}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n")
+        archive.writestr(f"{metadata}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        archive.writestr(f"{metadata}/entry_points.txt", entries)
+        archive.writestr(f"{metadata}/RECORD", "")
+    return path
+
+
+def test_everything_of_ours_can_be_loaded() -> None:
+    catalogues = installed()
+    assert catalogues.broken() == ()
+    assert len(catalogues.drivers) == 12
+    assert len(catalogues.simulated_instruments) == 12
+    assert len(catalogues.procedures) == 21
+    assert len(catalogues.exports) == 13
+    assert list(catalogues.records) == ["json-lines"]
+    assert next(iter(catalogues.procedures)) == "nameplate"
+
+
+def test_every_counterpart_of_a_driver_of_ours_is_there_and_of_its_role() -> None:
+    simulated = installed().simulated_instruments
+    for drivers in installed().drivers.values():
+        for driver in drivers:
+            assert not driver.simulated or simulated[driver.simulated].role == driver.role.value
+
+
+def test_plug_ins_in_wheels(tmp_path: Path) -> None:
+    good = wheel(
+        tmp_path,
+        "acme_motorbench",
+        "[motorbench.drivers]\nmy-supply = acme_plugin:DRIVER\n",
+        {"acme_plugin": DRIVER + "print('noise')\n"},
+    )
+    bad = wheel(
+        tmp_path,
+        "bad_motorbench",
+        "[motorbench.drivers]\n"
+        "keysight-e36300 = bad_plugin:DRIVER\nnothing = bad_plugin:ABSENT\nraises = raising_plugin:DRIVER\n"
+        "other-name = bad_plugin:DRIVER\nexits = exiting_plugin:DRIVER\n"
+        "[motorbench.exports]\nwrong = bad_plugin:DRIVER\n",
+        {
+            "bad_plugin": DRIVER,
+            "raising_plugin": "raise RuntimeError('two\\nlines')",
+            "exiting_plugin": "raise SystemExit(3)",
+        },
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", "station", "drivers", "--json"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (bad, good)))},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    found = {one["name"]: one for one in told["drivers"]}
+    assert found["my-supply"]["from"] == {"name": "acme_motorbench", "version": "1.2"}
+    assert found["keysight-e36300"]["from"]["name"] == "motorbench"
+    assert not {"nothing", "raises", "other-name", "exits"} & found.keys()
+    errors = {one["name"]: one["error"] for one in told["broken"]}
+    assert errors["keysight-e36300"].startswith("the name is taken by motorbench")
+    assert "no attribute 'ABSENT'" in errors["nothing"]
+    assert errors["raises"] == "RuntimeError: two lines"
+    assert errors["other-name"] == "it declares the name 'my-supply'"
+    assert errors["exits"] == "SystemExit: 3"
+    assert errors["wrong"] == "it is Driver and must be a reports.exports.target.Target"
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("import no_such_library", "ModuleNotFoundError: No module named 'no_such_library'"),
+        ("x = (", "SyntaxError: '(' was never closed"),
+        ("x = 1", "it declares nothing"),
+        ("raise SystemExit", "SystemExit: "),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_named_and_takes_nothing_else_down(made: Made, code: str, said: str) -> None:
+    catalogues = made(code)
+    (broken,) = catalogues.unusable
+    assert said in str(broken.sentence)
+    assert "plugin.py cannot be used" in str(broken.sentence)
+    assert "\n" not in str(broken.sentence)
+    assert catalogues.driver("manual", Role.SUPPLY) is not None
+
+
+@pytest.mark.parametrize(
+    ("code", "name", "said"),
+    [
+        (DRIVER.replace("my-supply", "manual"), "manual", "the name is taken by motorbench"),
+        (
+            "from procedures.core.procedure import Procedure, Settings\n"
+            "class Half(Procedure[Settings]):\n    name = 'half'",
+            "half",
+            "Half does not define title, section, roles, measure",
+        ),
+    ],
+)
+def test_a_declaration_that_cannot_be_used_is_named(made: Made, code: str, name: str, said: str) -> None:
+    (broken,) = made(code).broken()
+    assert (broken.name, broken.origin.name.endswith("plugin.py")) == (name, True)
+    assert said in str(broken.sentence)
+
+
+def test_a_station_is_told_of_the_broken_plug_in_whose_driver_it_asks_for(tmp_path: Path) -> None:
+    (tmp_path / "plugin.py").write_text("import no_such_library", encoding="utf-8")
+    station = tmp_path / "station.toml"
+    station.write_text(STATION.format(role="supply", driver="my-supply"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"(?s)my-supply.*plugin.py cannot be used: ModuleNotFoundError"):
+        load_station(station)
+    station.write_text(STATION.format(role="supply", driver="keysight-e36300"), encoding="utf-8")
+    assert load_station(station).entries[Role.SUPPLY].driver.name == "keysight-e36300"
+
+
+def test_an_unknown_driver_is_told_those_there_are_and_where_from(tmp_path: Path) -> None:
+    (tmp_path / "plugin.py").write_text(DRIVER, encoding="utf-8")
+    station = tmp_path / "station.toml"
+    station.write_text(STATION.format(role="supply", driver="your-supply"), encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        load_station(station)
+    said = str(refused.value)
+    assert "instruments.supply.driver = 'your-supply' is no driver for this role; did you mean my-supply?" in said
+    assert f"keysight-e36300, manual, my-supply ({tmp_path / 'plugin.py'})" in said
+    assert "[plugins] files" in said
+    station.write_text(STATION.format(role="lcr_meter", driver="my-supply"), encoding="utf-8")
+    with pytest.raises(InputError, match="for lcr_meter there are keysight-e4980a, manual"):
+        load_station(station)
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(STATION.format(role="supply", driver="manual"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"station.toml: plugins.files: .*plugin.py cannot be read: No such file"):
+        load_station(station)
+
+
+def test_a_file_is_loaded_once_and_anew_when_it_has_changed(made: Made) -> None:
+    first, again = made(DRIVER), made(DRIVER)
+    assert first.driver("my-supply", Role.SUPPLY) is again.driver("my-supply", Role.SUPPLY)
+    assert made(DRIVER + "\n").driver("my-supply", Role.SUPPLY) is not first.driver("my-supply", Role.SUPPLY)
+
+
+def test_a_run_is_told_of_a_broken_plug_in_and_goes_on(call: Call, tmp_path: Path) -> None:
+    (tmp_path / "plugin.py").write_text("import no_such_library", encoding="utf-8")
+    (tmp_path / "s.toml").write_text('[station]\nname = "s"\n[plugins]\nfiles = ["plugin.py"]\n', encoding="utf-8")
+    code, out, err = call("run", "nameplate", "--station", "s.toml", "--motor", "lg-400w", "--json")
+    assert (code, json.loads(out)["status"]) == (0, "completed")
+    assert "plugin.py cannot be used: ModuleNotFoundError" in err
+
+
+def test_a_resumed_run_needs_the_plug_in_that_it_began_with(call: Call, tmp_path: Path) -> None:
+    (tmp_path / "plugin.py").write_text(DRIVER, encoding="utf-8")
+    (tmp_path / "s.toml").write_text('[station]\nname = "s"\n[plugins]\nfiles = ["plugin.py"]\n', encoding="utf-8")
+    assert call("run", "nameplate", "--station", "s.toml", "--motor", "lg-400w")[0] == 0
+    assert call("run", "--resume", "latest")[0] == 0
+    (tmp_path / "plugin.py").write_text(DRIVER + "# changed\n", encoding="utf-8")
+    code, _, err = call("run", "--resume", "latest")
+    assert code == 1
+    assert "plugin.py was" in err
+
+
+def test_records_go_to_the_named_outputs(call: Call, tmp_path: Path) -> None:
+    station = '[station]\nname = "s"\n[plugins]\nrecords = ["json-lines"]\n'
+    (tmp_path / "s.toml").write_text(station, encoding="utf-8")
+    assert call("run", "nameplate", "--station", "s.toml", "--motor", "lg-400w")[0] == 0
+    (line,) = (tmp_path / "runs" / "records.jsonl").read_text(encoding="utf-8").splitlines()
+    assert (json.loads(line)["kind"], json.loads(line)["status"]) == ("run", "completed")
+    (tmp_path / "s.toml").write_text(station.replace("json-lines", "no-such"), encoding="utf-8")
+    code, _, err = call("run", "nameplate", "--station", "s.toml", "--motor", "lg-400w")
+    assert code == 1
+    assert "plugins.records: 'no-such': known are: json-lines" in err
+
+
+def test_an_output_that_fails_or_hangs_is_named_and_holds_up_no_other(tmp_path: Path) -> None:
+    taken: list[Any] = []
+    said: list[str] = []
+
+    def fails(record: Mapping[str, Any], folder: Path) -> None:
+        raise OSError("no route")
+
+    def hangs(record: Mapping[str, Any], folder: Path) -> None:
+        time.sleep(0.5)  # noqa: TID251
+
+    outputs = RecordOutputs(
+        [
+            RecordOutput("fails", fails),
+            RecordOutput("hangs", hangs),
+            RecordOutput("takes", lambda r, _: taken.append(r)),
+        ],
+        tmp_path,
+        lambda words: said.append(str(words)),
+    )
+    records = [{"serial_number": "A1"}, {"serial_number": "A2"}]
+    for record in records:
+        outputs.hand(record)
+    outputs.close(patience=0.1)
+    assert taken == records
+    assert [line for line in said if "fails" in line] == [
+        f"output fails did not take the record of {name}: OSError: no route" for name in ("A1", "A2")
+    ]
+    assert any(line.startswith("output hangs: 2 records were not taken in time") for line in said)

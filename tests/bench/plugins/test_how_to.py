@@ -1,0 +1,238 @@
+"""The how-to pages: the code on them is what runs here."""
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from tomli_w import dumps as toml_text
+
+from bench.journal.finished_run import read_run
+from bench.journal.guardian_record import read_guardian
+from bench.motor.motor_file import load_motor
+from bench.motor.shipped_motors import motor_content
+from bench.report.evidence import record_of
+from bench.station.station_file import load_station
+from bench.virtual.served_station import station_to_serve
+from bench.virtual.virtual_station import describe
+from sim_instruments.server.served_bench import ServedBench
+from tests.command_line import Call
+
+PAGES = Path(__file__).parents[3] / "docs" / "how-to"
+#: The pages' files, and the most lines that each may have.
+LONGEST = {"acme_supply.py": 40, "acme_meter.py": 80}
+PLAN = """
+[plan]
+name = "acme"
+motor = "lg-400w"
+guard = "shared"
+
+[plugins]
+files = ["cold_lines.py", "acme_mes.py"]
+records = ["acme-mes"]
+
+[[procedure]]
+name = "stator-resistance-dc"
+settings = { levels = 3, settle = 0.03, wiring_settle = 0.03, winding_temperature = 25.0 }
+"""
+
+
+def codes(page: str) -> dict[str, str]:
+    """The Python files of a page, by the name that stands before each."""
+    text = (PAGES / page).read_text(encoding="utf-8")
+    return dict(re.findall(r"`(\w+\.py)`:\n\n```python\n(.*?)```", text, re.DOTALL))
+
+
+def stations(page: str) -> list[str]:
+    return re.findall(r"```toml\n(.*?)```", (PAGES / page).read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with every file of the pages, their station, and names beside them that are ours."""
+    for page in PAGES.glob("*.md"):
+        for name, code in codes(page.name).items():
+            (tmp_path / name).write_text(code, encoding="utf-8")
+    (tmp_path / "station.toml").write_text(stations("add-a-driver.md")[0], encoding="utf-8")
+    for name in ("drivers", "reports"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("raise ImportError('the user has this name too')")
+    return tmp_path
+
+
+@pytest.mark.parametrize(("name", "most"), LONGEST.items())
+def test_the_files_are_short(folder: Path, name: str, most: int) -> None:
+    assert len((folder / name).read_text(encoding="utf-8").splitlines()) <= most
+
+
+def test_several_instruments_of_a_role(folder: Path) -> None:
+    tables = "\n".join(
+        [*stations("add-a-driver.md")[0].split("[instruments.supply]")[:1], stations("add-a-driver.md")[1]]
+    )
+    (folder / "station.toml").write_text(tables, encoding="utf-8")
+    (entry,) = load_station(folder / "station.toml").entries.values()
+    assert (entry.driver.name, entry.address) == ("acme-ps303", "TCPIP0::192.0.2.10::inst0::INSTR")
+
+
+def test_a_rehearsal_is_behind_the_own_drivers_on_their_own_instruments(call: Call, folder: Path) -> None:
+    _, out, _ = call(
+        "run", "stator-resistance-dc", "--station", "station.toml", "--motor", "lg-400w", "--rehearse", "--json"
+    )
+    told = json.loads(out)
+    assert (told["status"], told["good"], told["differences"]) == ("completed", True, [])
+    assert told["highest"]["supply"]["current limit"] == {"value": 3.0, "unit": "A", "limit": 3.0, "whose": "the model"}
+
+
+def test_a_driver_without_a_counterpart_is_rehearsed_with_its_own_ratings(call: Call, folder: Path) -> None:
+    code = (folder / "acme_supply.py").read_text(encoding="utf-8")
+    (folder / "acme_supply.py").write_text(code.replace(', simulated="acme-ps303")', ")"), encoding="utf-8")
+    _, out, _ = call(
+        "run", "stator-resistance-dc", "--station", "station.toml", "--motor", "lg-400w", "--rehearse", "--json"
+    )
+    told = json.loads(out)
+    assert told["differences"] == [
+        "supply: acme-ps303 has no simulated counterpart; a generic instrument with its driver's ratings stands for it, "
+        "at most 30 V, 3 A"
+    ]
+    assert told["highest"]["supply"]["current limit"] == {"value": 3.0, "unit": "A", "limit": 3.0, "whose": "the model"}
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[ServedBench]:
+    """The station's instruments on real sockets, and its file with their addresses."""
+    motor = load_motor("lg-400w")
+    own = station_to_serve(folder / "station.toml", motor)
+    with ServedBench(motor.virtual_motor(), units=own.units, speedup=50.0, pages={"/motor": {"truth": {}}}) as bench:
+        # One computer plays bench and station, and may be busy.
+        station = {**own.file(describe(bench.preferred(), bench.control)), "guardian": {"heartbeat": 5.0}}
+        (folder / "station.toml").write_text(toml_text(station), encoding="utf-8")
+        yield bench
+
+
+def test_a_run_and_a_line_on_real_sockets(call: Call, folder: Path) -> None:
+    (folder / "plan.toml").write_text(PLAN, encoding="utf-8")
+    (folder / "serials.txt").write_text("A1\n", encoding="utf-8")
+    quick = [f"--set={name}" for name in ("levels=3", "settle=0.03", "wiring_settle=0.03")]
+    with served(folder) as bench:
+        _, out, err = call(
+            "run", "stator-resistance-dc", "--station", "station.toml", "--motor", "lg-400w", "--json", *quick
+        )
+        told = json.loads(out)
+        assert told["status"] == "completed", err
+        true = load_motor("lg-400w").virtual_motor().phase_resistances[0]
+        assert told["parameters"]["stator_resistance"]["value"] == pytest.approx(true, rel=0.1)
+        noted = read_run(told["run"], folder / "runs").start.software
+        files = {Path(name).name: sha256 for name, sha256 in noted.items() if name.endswith(".py")}
+        assert set(files) == set(LONGEST)
+        assert all(len(sha256) == 64 for sha256 in files.values())
+        # The guardian has a process of its own, and loads the same files.
+        guardian = read_guardian(Path(told["run"]))
+        assert next(event.data["roles"] for event in guardian if event.kind == "started") == ["supply"]
+        code, _, err = call(
+            "eol", "run", "plan.toml", "--station", "station.toml", "--serials", "serials.txt", "--json"
+        )
+        assert code == 0, err
+        assert bench.bench.world.supply.is_on is False
+    (record,) = folder.glob("runs/acme/mes-A1.json")
+    assert json.loads(record.read_text(encoding="utf-8"))["verdict"] == "pass"
+
+
+def test_a_procedure_of_ones_own(call: Call, folder: Path) -> None:
+    station = """
+[station]
+name = "own procedure"
+[plugins]
+files = ["cold_lines.py", "acme_drive.py"]
+[instruments.lcr_meter]
+driver = "keysight-e4980a"
+address = "TCPIP0::192.0.2.11::inst0::INSTR"
+"""
+    (folder / "own.toml").write_text(station, encoding="utf-8")
+    listed = json.loads(call("procedures", "--station", "own.toml", "--json")[1])["procedures"]["cold-lines"]
+    assert listed["from"]["name"] == str(folder / "cold_lines.py")
+    assert [step["id"] for step in listed["steps"]] == ["acme/1", "acme/2"]
+    for language in ("en", "zh"):
+        words = ("run", "cold-lines", "--station", "own.toml", "--motor", "lg-400w", "--rehearse", "--json")
+        told = json.loads(call(*words, "--language", language)[1])
+        assert told["status"] == "completed"
+        assert told["procedures"][0]["steps"][1]["text"] == "The mean of the three"
+    exports = json.loads(call("export", "--list", "--station", "own.toml", "--json")[1])["exports"]
+    assert exports["acme-drive"]["from"]["name"] == str(folder / "acme_drive.py")
+    assert exports["vesc"]["from"]["name"] == "motorbench"
+
+
+def test_it_is_measured_at_the_line_and_stands_in_the_report(call: Call, folder: Path) -> None:
+    plan = PLAN.split("[[procedure]]")[0] + '[[procedure]]\nname = "cold-lines"\n'
+    (folder / "plan.toml").write_text(plan, encoding="utf-8")
+    code, _, err = call("eol", "run", "plan.toml", "--station", "virtual", "--motors", "1", "--operator", "virtual")
+    assert code == 0, err
+    (run,) = folder.glob("runs/acme/000/*")
+    (record,) = record_of(read_run(str(run), folder / "runs")).procedures
+    assert (record.name, [step.identifier for step in record.steps]) == ("cold-lines", ["acme/1", "acme/2"])
+    assert str(record.title) == "Line resistance as it comes"
+
+
+def test_a_motor_file_may_hold_a_type_value_of_its_parameter(call: Call, folder: Path) -> None:
+    (folder / "own.toml").write_text(
+        '[station]\nname = "s"\n[plugins]\nfiles = ["cold_lines.py"]\n[instruments.lcr_meter]\n'
+        'driver = "keysight-e4980a"\naddress = "TCPIP0::192.0.2.11::inst0::INSTR"\n',
+        encoding="utf-8",
+    )
+    _, _, shipped = motor_content("lg-400w")
+    words = ("run", "cold-lines", "--station", "own.toml", "--motor", "motor.toml", "--rehearse", "--json")
+
+    def typed(name: str, value: float) -> None:
+        (folder / "motor.toml").write_text(toml_text({**shipped, "expected": {name: value}}), encoding="utf-8")
+
+    typed("cold_line_resistance", 0.032)
+    assert json.loads(call(*words)[1])["status"] == "completed"
+    for name, value, said in (
+        ("cold_line_resistence", 0.032, "did you mean cold_line_resistance?"),
+        ("cold_line_resistance", -1.0, "expected.cold_line_resistance = -1.0"),
+        ("something_else", 1.0, "known are: .*cold_line_resistance"),
+    ):
+        typed(name, value)
+        code, _, err = call(*words)
+        assert code != 0
+        assert re.search(said, err), err
+    # What no plug-in of this station defines is no parameter here.
+    typed("cold_line_resistance", 0.032)
+    (folder / "bare.toml").write_text((folder / "own.toml").read_text().replace('"cold_lines.py"', ""))
+    code, _, err = call("run", "stator-resistance", "--station", "bare.toml", "--motor", "motor.toml", "--rehearse")
+    assert "unknown key expected.cold_line_resistance" in err
+    # A plan's limit in per cent is taken of it, and its record is read without the plug-in.
+    plan = PLAN.split("[plugins]")[0].replace("lg-400w", "motor.toml") + (
+        '[plugins]\nfiles = ["cold_lines.py"]\n[[procedure]]\nname = "cold-lines"\n'
+        '[[limit]]\nparameter = "cold_line_resistance"\npercent = 60.0\n'
+    )
+    (folder / "plan.toml").write_text(plan, encoding="utf-8")
+    code, _, err = call("eol", "run", "plan.toml", "--station", "virtual", "--motors", "1", "--operator", "virtual")
+    assert code == 0, err
+    (folder / "cold_lines.py").unlink()
+    (run,) = folder.glob("runs/acme/000/*")
+    assert read_run(str(run), folder / "runs").nameplate.expected == {"cold_line_resistance": 0.032}
+
+
+def test_the_panel_offers_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import asyncio
+
+    from bench.panel.offer import Offer
+
+    (folder / "own.toml").write_text('[station]\nname = "s"\n[plugins]\nfiles = ["cold_lines.py"]\n', encoding="utf-8")
+    monkeypatch.chdir(folder)
+    offer = Offer("own.toml")
+    offered = asyncio.run(offer.procedures())
+    assert offered["cold-lines"].title == "Line resistance as it comes"
+    assert str(offer.title("cold-lines")) == "Line resistance as it comes"
+
+
+def test_several_makes_on_one_virtual_bench(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (PAGES / "add-a-simulated-instrument.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    exec(compile(code, "page", "exec"), {})  # noqa: S102
+    assert capsys.readouterr().out.splitlines() == [
+        "supply Keysight Technologies,E36313A,MY59001234,2.1.0-1.0.4-1.12",
+        "second_supply Acme,PS603,1,1.0",
+    ]

@@ -1,0 +1,89 @@
+"""What the profile CiA 402, and the simulated drives that have it, state of themselves, by the object that is read."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from bench.testing.conformance.manual import Manual, NotYet, Reply
+from drivers.interfaces import (
+    Accuracy,
+    CommunicationError,
+    Identity,
+    IdentityError,
+    MeasurementError,
+    ReportedError,
+)
+
+_BUS = {
+    "DC link voltage": Accuracy(gain=0.01, resolution=1e-3),
+    "DC link current": Accuracy(gain=0.02, offset=0.02, resolution=1e-3),
+    "frequency": Accuracy(resolution=0.01),
+}
+_CURRENT = Accuracy(offset=0.5, resolution=0.01)
+
+_FAULT, _NO_STATE, _READY = b"\x18\x02", b"\x05\x02", b"\x31\x02"
+_CIA402: Sequence[Reply] = (
+    Reply("read 6041H 0", _FAULT, ReportedError),
+    Reply("read 6041H 0", b"\x1f\x02", ReportedError),
+    Reply("read 6041H 0", _NO_STATE, CommunicationError),
+    Reply("read 1000H 0", b"\x91\x01\x02\x00", IdentityError),
+)
+_POWER = (NotYet("read 6041H 0", _READY, 1.0), NotYet("read 6061H 0", b"\0", 1.0))
+
+
+def _node(product: int, model: str, **stated: Any) -> Manual:
+    return Manual(
+        identity=Identity("vendor 0x000002FF", model, "1", "10000"),
+        not_yet=(*_POWER, *stated.pop("not_yet", ())),
+        **stated,
+    )
+
+
+INVERTER = _node(
+    2,
+    "Virtual inverter",
+    accuracies={
+        f"{when}: {what} reading": stated
+        for when in ("at a frequency", "at a current")
+        for what, stated in (("frequency", Accuracy(resolution=0.01)), ("current", _CURRENT))
+    },
+    replies=(
+        *_CIA402,
+        Reply("read 6075H 0", b"\0\0\0\0", ReportedError),
+        Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}),
+        Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
+    ),
+)
+SIX_STEP = _node(
+    3,
+    "Virtual six-step drive",
+    accuracies={f"{when}: {what}": one for when in ("running", "at speed") for what, one in _BUS.items()},
+    replies=(
+        *_CIA402,
+        Reply("read 6061H 0", b"\0", MeasurementError),
+        Reply("read 6079H 0", b"\xc0\x5d\0\0", reads={"value": 24.0}),
+        Reply("read 2010H 0", b"\x18\xfc\xff\xff", reads={"value": -1.0}),
+        Reply("read 606CH 0", b"\x9c\xff\xff\xff", reads={"value": -1.0}),
+    ),
+)
+#: 0.15 rad/s of 65536 increments a turn; brake and clutch among the inputs.
+_CREEPING, _BRAKE, _CLUTCH, _NONE = b"\x1d\x06\0\0", b"\0\0\x01\0", b"\0\0\x02\0", b"\0\0\0\0"
+ROTOR = _node(
+    4,
+    "Virtual rotor actuator",
+    accuracies={"angle": Accuracy(resolution=2.0 * math.pi / 65_536)},
+    replies=(
+        *_CIA402,
+        Reply("read 608FH 1", _NONE, ReportedError),
+        Reply("read 608FH 2", _NONE, ReportedError),
+        Reply("read 608FH 2", b"\x03\0\0\0", ReportedError),
+        Reply("read 606CH 0", _CREEPING),
+        Reply("read 60FDH 0", _BRAKE, ReportedError, call="release"),
+        Reply("read 60FDH 0", _CLUTCH, ReportedError, call="lock"),
+        Reply("read 60FDH 0", _BRAKE, call="turn"),
+        Reply("read 60FDH 0", _BRAKE, call="move_by"),
+        Reply("read 60FDH 0", _NONE, ReportedError, call="couple_dynamometer"),
+        Reply("read 60FDH 0", b"\0\0\x04\0", ReportedError, call="uncouple_dynamometer"),
+    ),
+    not_yet=(NotYet("read 60FDH 0", _NONE, 5.0, call="turn"),),
+)

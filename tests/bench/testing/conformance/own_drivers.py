@@ -1,0 +1,125 @@
+"""Our drivers with the options that they are checked with, and the state in which a predecessor may have left each."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from drivers.interfaces import Accuracy, IdentityError, ProbeKind, SetpointError
+from drivers.keysight.options import ImpedanceCalibration, Probe
+from sim_instruments.world.fixture.layout import crosspoints
+
+VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
+_POINT = Accuracy(gain=1e-3, source="calibration")
+OPTIONS: Mapping[str, Mapping[str, Any]] = {
+    "keysight-e36300": {"channel": 1},
+    "keysight-e4980a": {
+        "temperature_factor": 2.0,
+        "calibration": (ImpedanceCalibration(4000.0, resistance=_POINT, inductance=_POINT),),
+    },
+    "keysight-34461a": {},
+    "keysight-infiniivision": {"probes": {1: VOLTAGE, 2: VOLTAGE, 4: CURRENT}},
+    "delta-dyn200": {"maximum_speed": 500.0, "watchdog_time": 0.0},
+    "lutron-tachometer": {},
+    "cia402-inverter": {"maximum_current": 20.0, "maximum_frequency": 500.0, "heartbeat_time": 0.0},
+    "cia402-six-step": {"heartbeat_time": 0.0},
+    "keysight-34970a": {"crosspoints": crosspoints()},
+    "cia402-rotor-actuator": {"maximum_speed": 30.0, "heartbeat_time": 0.0},
+    "gwinstek-gpt9800": {},
+    "scpi-supply": {"maximum_voltage": 30.0, "maximum_current": 5.0},
+}
+
+
+def driver_named(name: str) -> Any:
+    """Return what a driver is checked by: its name, or for `scpi-supply` a make that is data only, of the base as it is now."""
+    if name != "scpi-supply":
+        return name
+    from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData
+
+    volts, amperes = (Accuracy(gain=5e-4, offset=each, source="manual") for each in (1e-2, 5e-3))
+    data = SupplyData(32.0, 6.0, 33.0, volts, amperes)
+    return ScpiSupplyModel(("motorbench",), ("GENERIC SUPPLY",), data).driver(name, simulated="generic-supply")
+
+
+def _messages(*messages: str) -> Any:
+    """Return what sends messages to a simulated SCPI instrument, as somebody before us may have."""
+
+    def send(simulated: Any) -> None:
+        for message in (*messages, "*CLS"):
+            simulated.write(message.encode() + b"\n")
+
+    return send
+
+
+def _stopping_by_ramp(simulated: Any) -> None:
+    simulated.units[1].write(0x0016, [0])
+
+
+def _objects(values: Mapping[int, int]) -> Any:
+    """Return what writes objects of a simulated drive, as a master before us may have."""
+
+    def write(simulated: Any) -> None:
+        for index, value in values.items():
+            simulated.write(index, value)
+
+    return write
+
+
+FOUND: Mapping[str, Any] = {
+    "keysight-e4980a": _messages("FUNC:IMP CPD", "TRIG:SOUR INT", "FORM REAL", "FUNC:IMP:RANG:AUTO OFF", "BIAS:STAT ON"),
+    "keysight-34461a": _messages("CONF:VOLT:AC", "TRIG:SOUR BUS"),
+    "keysight-infiniivision": _messages(
+        ":CHAN1:DISP OFF", ":CHAN1:COUP AC", ":CHAN1:UNIT AMP", ":CHAN1:PROB 1", ":TIM:REF LEFT", ":ACQ:TYPE AVER",
+        ":WAV:FORM BYTE", ":WAV:UNS OFF", ":WAV:BYT MSBF", ":TRIG:MODE GLIT", ":WAV:POIN:MODE NORM", ":TIM:MODE ROLL",
+    ),
+    "keysight-e36300": _messages(
+        "VOLT 1,(@1)", "VOLT:PROT 2,(@1)", "CURR:PROT:STAT OFF,(@1)", "CURR:PROT:DEL 0.2,(@1)", "VOLT 3,(@2)", "OUTP ON,(@2)"
+    ),
+    "keysight-34970a": _messages("ROUT:CLOS (@111,122)"),
+    "gwinstek-gpt9800": _messages("MAIN:FUNC MANU", "MANU:EDIT:MODE DCW"),
+    "delta-dyn200": _stopping_by_ramp,
+    "cia402-inverter": _objects({0x6071: 900, 0x60FF: 4000}),
+    "cia402-rotor-actuator": _objects({0x60FF: 200_000}),
+}  # fmt: skip
+
+#: Options that each must refuse, with the message that it gives when it opens.
+REFUSED: Mapping[str, Sequence[Mapping[str, Any]]] = {
+    "keysight-e36300": (
+        {"channel": 4, "raises": IdentityError},
+        {"over_current_delay": 0.2551, "raises": SetpointError},
+        {"over_current_delay": -0.1, "raises": SetpointError},
+    ),
+    "keysight-34461a": ({"calibration": {5.0: Accuracy(gain=1e-4)}},),
+    "keysight-infiniivision": (
+        {"probes": {1: Probe(ProbeKind.VOLTAGE, 1e5)}},
+        {"probes": {1: Probe(ProbeKind.VOLTAGE, 1.01e4)}},
+        {"probes": {1: Probe(ProbeKind.VOLTAGE, 0.99e-3)}},
+    ),
+    "keysight-34970a": (
+        *(
+            {"crosspoints": crosspoints, "raises": ValueError}
+            for crosspoints in (
+                {"A:supply+": 99}, {"A:supply+": 10_000}, {"A:supply+": 111, "A:supply-": 111}, {"D:supply+": 111},
+            )
+        ),
+        {"crosspoints": {"A:supply+": 1101}, "raises": IdentityError},
+        {"crosspoints": {"A:supply+": 911}},
+        {"fixed": ("D:channel1~",), "raises": ValueError},
+        {"fixed": ("A:supply+",), "raises": ValueError},
+    ),
+    "gwinstek-gpt9800": ({"ramp_time": 0.05}, {"ramp_time": 1000.0}),
+}  # fmt: skip
+#: Other options with which each is used as well.
+VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
+    "keysight-e36300": ({"over_voltage_margin": 0.2, "over_voltage_headroom": 0.3},),
+    "keysight-e4980a": (
+        {"calibration": (ImpedanceCalibration(1000.0, resistance=_POINT),)},
+        {"calibration": (ImpedanceCalibration(1000.0, resistance=_POINT, inductance=_POINT),)},
+    ),
+    "keysight-34461a": ({"calibration": {10.0: _POINT}},),
+    "keysight-infiniivision": ({"calibration": {1: Accuracy(gain=0.02, offset=0.1, source="calibration")}},),
+    "keysight-34970a": ({"crosspoints": {}}, {"fixed": ("A:channel4~", "A:voltmeter+")}),
+    "delta-dyn200": ({"direction_from": "command"}, {"watchdog_time": 2.0}),
+    "cia402-inverter": ({"heartbeat_time": 1.0},),
+    "cia402-six-step": ({"heartbeat_time": 1.0},),
+    "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}),
+    "gwinstek-gpt9800": ({"ramp_time": 0.5},),
+}

@@ -1,0 +1,240 @@
+"""What the manuals of our instruments state, or what is assumed where they do not, written without looking at the drivers."""
+
+import math
+from collections.abc import Mapping
+
+from bench.testing.conformance.manual import Limits, Manual, NotYet, Reply
+from drivers.interfaces import (
+    Accuracy,
+    Aperture,
+    CommunicationError,
+    Identity,
+    IdentityError,
+    MeasurementError,
+    OverloadError,
+    ReportedError,
+)
+from tests.bench.testing.conformance.own_cia402_manuals import INVERTER, ROTOR, SIX_STEP
+
+_RPM = 2.0 * math.pi / 60.0
+_VOLTS, _AMPERES = Accuracy(gain=3e-4, offset=2e-3), Accuracy(gain=5e-4, offset=10e-3)
+_TORQUE = Accuracy(offset=5e-3, resolution=1e-4)
+_SPEED = Accuracy(offset=0.01 * _RPM, resolution=0.01 * _RPM)
+_E36300 = Manual(
+    identity=Identity("Keysight Technologies", "E36313A", "MY59001234", "2.1.0-1.0.4-1.12"),
+    defaults={"over_voltage_margin": 0.1, "over_voltage_headroom": 0.5, "over_current_delay": 0.05},
+    accuracies={
+        f"{when}: {what} reading": stated
+        for when in ("at voltage", "at current")
+        for what, stated in (("voltage", _VOLTS), ("current", _AMPERES))
+    },
+    replies=(
+        Reply(r"^MEAS:VOLT", b"+9.9E+37", MeasurementError),
+        Reply(r"^OUTP\?", b"0", ReportedError, call="energised begins"),
+        Reply(r"^VOLT\?", b"+3.0E+00", CommunicationError, call="energised"),
+        Reply(r"^CURR:PROT:DEL:STAR\?", b"SCH", CommunicationError, call="energised"),
+        Reply(r"^CURR:PROT:DEL:STAR\?", b"CCTRANS", None),
+    ),
+)
+_SCPI_SUPPLY = Manual(
+    identity=Identity("motorbench", "generic supply", "0", "1"),
+    defaults={"over_voltage_margin": 0.1, "over_voltage_headroom": 0.5, "trip_at_current_limit": False},
+    limits=(
+        Limits("configure", "voltage", 0.0, 30.0, {"current_limit": 1.0}),
+        Limits("configure", "current_limit", 0.0, 5.0, {"voltage": 1.0}),
+    ),
+    accuracies={
+        f"{when}: {what} reading": Accuracy(gain=5e-4, offset=offset)
+        for when in ("at voltage", "at current")
+        for what, offset in (("voltage", 1e-2), ("current", 5e-3))
+    },
+    replies=(
+        Reply(r"^MEAS:VOLT", b"+9.9E+37", MeasurementError),
+        Reply(r"^OUTP\?", b"0", ReportedError, call="energised begins"),
+    ),
+)
+#: Ae of the data sheet with Kt = 2, worked out by hand: Ab, Zs and Yo by aperture, level and frequency.
+_LCR = {
+    (1.0, 1e-3, 1000.0, 1.0, Aperture.MEDIUM): ((3.18113257e-3, 1.680029303e-3), (5.06292972e-4, 2.67384968e-7)),
+    (1.7, 2e-3, 120.0, 0.5, Aperture.LONG): ((6.68362978e-4, 4.197697380e-3), (7.53477341e-4, 5.56736906e-6)),
+    (20.0, 1e-3, 100.0, 1.0, Aperture.SHORT): ((3e-3, 1.4562548990e-2), (9.55400781e-2, 2.318845114e-5)),
+    (0.5, 5e-3, 5000.0, 0.3, Aperture.MEDIUM): ((1.570804284e-1, 2.0448748527e-3), (5e-4, 6.509005841e-8)),
+    (0.0, 0.0, 100.0, 1.0, Aperture.MEDIUM): ((0.0, 1.6649110641e-3), (0.0, 2.6497882565e-6)),
+    (0.0, 1e-3, 1000.0, 1.0, Aperture.MEDIUM): ((0.0, 4.821621233e-3), (5e-4, 2.67384853e-7)),
+    (1.0, 0.0, 1000.0, 1.0, Aperture.MEDIUM): ((5e-4, 8.000007239e-4), (0.0, 2.0690154124e-7)),
+}
+_E4980A = Manual(
+    identity=Identity("Keysight Technologies", "E4980AL", "MY54101234", "B.07.03"),
+    accuracies_at={
+        point: tuple(Accuracy(gain=2.0 * gain, offset=2.0 * offset) for gain, offset in stated)
+        for point, stated in _LCR.items()
+    },
+    limits=(
+        Limits("configure", "frequency", 20.0, 1e6),
+        Limits("configure", "level", 5e-3, 2.0, {"frequency": 1000.0}),
+    ),
+    replies=(
+        Reply(r"FETC", b"+9.90000E+37,+9.90000E+37,-1", OverloadError),
+        Reply(r"FETC", b"+1.00000E-03,+1.00000E+00,-1", OverloadError),
+        Reply(r"FETC", b"+1.00000E-03,+1.00000E+00,+1", OverloadError),
+        Reply(r"FETC", b"+1.00000E-03,+9.90000E+37,+0", OverloadError),
+        Reply(r"FETC", b"+1.00000E-03,+1.00000E+00,+3", MeasurementError),
+        Reply(r"FETC", b"+1.00000E-03,+1.00000E+00,+4", MeasurementError),
+        Reply(r"FETC", b"+1.00000E-03,-2.00000E+00,+0", reads={"inductance": 1e-3, "resistance": -2.0}, call="measure"),
+        Reply(r"FETC", b"+0.00000E+00,+0.00000E+00,+0", reads={"inductance": 0.0, "resistance": 0.0}, call="measure"),
+        Reply(r"CORR:SHOR:STAT\?", b"0", ReportedError),
+    ),
+)
+_34461A = Manual(
+    identity=Identity("Keysight Technologies", "34461A", "MY57201234", "A.03.00-02.40-03.00-00.52-04-02"),
+    accuracies_at={
+        (0.05,): Accuracy(gain=5e-5, offset=3.5e-6, resolution=1e-7),
+        (-0.5,): Accuracy(gain=4e-5, offset=7e-6, resolution=1e-6),
+        (5.0,): Accuracy(gain=3.5e-5, offset=5e-5, resolution=1e-5),
+        (50.0,): Accuracy(gain=4.5e-5, offset=6e-4, resolution=1e-4),
+    },
+    limits=(
+        Limits("configure", "full_scale", 0.0, 1000.0),
+        Limits("configure", "power_line_cycles", 10.0, 100.0, {"full_scale": 1.0}),
+    ),
+    replies=(
+        Reply(r"READ\?", b"+9.90000000E+37", OverloadError),
+        Reply(r"READ\?", b"-9.90000000E+37", OverloadError),
+        Reply(r"READ\?", b"-1.25000000E+00", reads={"value": -1.25}),
+    ),
+)
+_PREAMBLE = "+1,+0,+{},+1,{},-1.25E-02,{},{},+0.0E+00,+32768"
+
+
+def _preamble(points: int = 1000, x: str = "+5.0E-05", reference: str = "+0", y: str = "+5.0E-04") -> bytes:
+    return _PREAMBLE.format(points, x, reference, y).encode()
+
+
+_INFINIIVISION = Manual(
+    identity=Identity("KEYSIGHT TECHNOLOGIES", "DSO-X 3024T", "MY60101234", "07.40.2021031200"),
+    # 2 % of full scale; 0.1 division of 1 A, 2 mV at ten amperes a volt, 1 % of the offset of 1 A.
+    accuracies={"current": Accuracy(gain=0.02, offset=0.13, resolution=8.0 / 256.0)},
+    limits=(
+        Limits("configure_acquisition", "record_time", 20e-9, 500.0, {"points": 1}),
+        Limits("configure_acquisition", "points", 1, 2_000_000, {"record_time": 1.0}),
+        Limits("configure_acquisition", "pre_trigger", 0.0, 1.0, {"record_time": 1.0, "points": 1000}),
+    ),
+    replies=(
+        *(
+            Reply(r"WAV:PRE\?", data, CommunicationError)
+            for data in (
+                _preamble(0), _preamble(2000), _preamble(x="+0.0E+00"), _preamble(x="-5.0E-05"), _preamble(y="+0.0E+00"),
+                _preamble(y="-5.0E-04"), _preamble(y="+9.9E+37"), _preamble().replace(b"+1,", b"+0,", 1),
+            )
+        ),
+        Reply(r"CHAN1:RANG\?", b"+9.9E+37", CommunicationError),
+        Reply(r"MEAS:VPP", b"+9.9E+37", MeasurementError),
+        Reply(r"MEAS:VPP", b"+6.0E+01", OverloadError),
+        Reply(r"MEAS:VPP", b"+1.4E+01", reads={"value": 7.0}),
+        Reply(r"MEAS:FREQ", b"+9.9E+37", MeasurementError),
+    ),
+    not_yet=(
+        NotYet(r"OPER:COND", b"+8", 1.0, call="initiate"),
+        NotYet(r"OPER:COND", b"+8", 2.0, call="fetch"),
+    ),
+)  # fmt: skip
+_LUTRON = Manual(
+    identity=Identity("Lutron", "DT-2236"),
+    accuracies={
+        "speed reading": Accuracy(offset=_RPM, resolution=0.1 * _RPM),
+        "speed reading below 1000 rpm": Accuracy(offset=_RPM, resolution=0.1 * _RPM),
+        "speed reading above 1000 rpm": Accuracy(offset=_RPM, resolution=_RPM),
+    },
+    replies=(
+        Reply("frame", b"\x0241220100001234\r", reads={"value": 123.4 * _RPM, "accuracy.resolution": 0.1 * _RPM}),
+        Reply("frame", b"\x0241221100001234\r", reads={"value": 123.4 * _RPM}),
+        Reply("frame", b"\x0241220300001234\r", reads={"value": 1.234 * _RPM}),
+        Reply("frame", b"\x0241210100001234\r", MeasurementError),
+        Reply("frame", b"\x0241220000100001\r", MeasurementError),
+        Reply("frame", b"\x02412201 0001234\r", CommunicationError),
+        Reply("frame", b"\x0241222100001234\r", CommunicationError),
+        Reply("frame", b"\x0241220400001234\r", CommunicationError),
+        Reply("frame", b"\x0242220100001234\r", CommunicationError),
+        Reply("frame", b"\x0241??0100001234\r", CommunicationError),
+        Reply("frame", b"\x024122010000123\r", CommunicationError),
+        Reply("frame", b"\x02412201000012345\r", CommunicationError),
+    ),
+)
+_DELTA = Manual(
+    identity=Identity("Delta Electronics", "C2000 with DYN-200"),
+    accuracies={
+        f"{when}: {what} reading": stated
+        for when in ("at speed", "forwards", "backwards")
+        for what, stated in (("torque", _TORQUE), ("speed", _SPEED))
+    },
+    replies=(
+        *(
+            Reply(f"read 2 {register} 2", bytes.fromhex(value), CommunicationError)
+            for register in ("0008H", "0020H")
+            for value in ("00000007", "ffffffff")
+        ),
+        Reply("read 2 0012H 2", bytes.fromhex("00000002"), CommunicationError),
+        Reply("read 1 2100H 1", bytes.fromhex("0001"), ReportedError),
+        # 0.75 rpm: a shaft stands below half a one.
+        Reply("read 2 0000H 6", bytes.fromhex("000000000000004b00000000"), MeasurementError, call="zero_torque"),
+        Reply("read 1 2100H 1", bytes.fromhex("0500"), None),
+        # 0.1 A is what a sensor shows without a current.
+        Reply("read 1 2103H 2", bytes.fromhex("0000000a"), None),
+        Reply("read 1 2103H 2", bytes.fromhex("0000000b"), ReportedError),
+    ),
+    not_yet=(NotYet("read 1 2103H 2", bytes.fromhex("00640000"), 1.0),),
+)
+
+
+def _shown(status: str, kilovolts: str, resistance: str, time: str) -> bytes:
+    return f"IR ,{status} ,{kilovolts}kV,{resistance} ohm,{time}S".encode()
+
+
+_GPT9800 = Manual(
+    identity=Identity("GW Instek", "GPT-9803", "EM110867", "v2.08"),
+    limits=(
+        Limits("measure", "voltage", 50.0, 1000.0, {"duration": 1.0}, step=50.0),
+        Limits("measure", "duration", 1.0, 999.9, {"voltage": 500.0}),
+    ),
+    replies=(
+        Reply("MEAS", _shown("PASS", "0.500", "0370M", "T=000.4"), MeasurementError, call="measure"),
+        Reply("MEAS", _shown("PASS", "0.400", "0370M", "T=001.0"), MeasurementError, call="measure"),
+        Reply("MEAS", _shown("PASS", "0.500", "0370M", "R=001.0"), MeasurementError, call="measure"),
+        Reply("MEAS", _shown("PASS", "0.500", "0370M", "---.-"), MeasurementError, call="measure"),
+        Reply("MEAS", _shown("PASS", "0.500", "0370k", "T=001.0"), CommunicationError, call="measure"),
+        Reply("MEAS", _shown("PASS", "0.500", "0370M", "T=001.0"), reads={"resistance.value": 370e6, "voltage": 500.0}),
+        Reply(
+            "MEAS", _shown("PASS", "0.500", "2.500G", "T=001.0"), reads={"resistance.value": 2.5e9, "beyond_range": 0}
+        ),
+        Reply("MEAS", _shown("PASS", "0.500", ">9.999G", "T=001.0"), reads={"beyond_range": 1}),
+        Reply("MEAS", _shown("PASS", "0.500", "9999M", "T=001.0"), reads={"beyond_range": 1}),
+        Reply("MEAS", _shown("FAIL", "0.500", "0001M", "T=000.1"), reads={"resistance.value": 1e6, "beyond_range": 0}),
+        Reply(r"FUNC:TEST\?", b"OFF", None),
+        Reply(r"MANU:IR:VOLT\?", b"0.450kV", ReportedError),
+    ),
+    not_yet=(
+        NotYet(r"FUNC:TEST\?", b"TEST ON", 5.0),
+        NotYet("MEAS", _shown("TEST", "0.499", "0369M", "T=000.9"), 5.0),
+    ),
+)
+_34970A = Manual(
+    identity=Identity("HEWLETT-PACKARD", "34970A", "0", "13-2-2"),
+    replies=(
+        Reply(r"SYST:CTYP\? 200", b"HEWLETT-PACKARD,0,0,0", IdentityError),
+        Reply(r"SYST:CTYP\? 200", b"HEWLETT-PACKARD", IdentityError),
+    ),
+)
+MANUALS: Mapping[str, Manual] = {
+    "keysight-e36300": _E36300,
+    "keysight-e4980a": _E4980A,
+    "keysight-34461a": _34461A,
+    "keysight-infiniivision": _INFINIIVISION,
+    "lutron-tachometer": _LUTRON,
+    "delta-dyn200": _DELTA,
+    "cia402-inverter": INVERTER,
+    "cia402-six-step": SIX_STEP,
+    "cia402-rotor-actuator": ROTOR,
+    "gwinstek-gpt9800": _GPT9800,
+    "keysight-34970a": _34970A,
+    "scpi-supply": _SCPI_SUPPLY,
+}

@@ -1,0 +1,159 @@
+"""Our own plug-ins conform; mistakes in them are found and named."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.plugins.catalogues import installed
+from bench.testing.conformance import (
+    Limits,
+    Manual,
+    NotYet,
+    Reply,
+    check_driver,
+    check_export,
+    check_simulated_instrument,
+)
+from bench.testing.conformance.kit import Conformance
+from bench.testing.conformance.report import Checks
+from drivers.interfaces import Accuracy, CommunicationError, Identity, MeasurementError, Reading
+from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, REFUSED, VARIANTS
+from tests.bench.testing.conformance.own_manuals import MANUALS
+
+#: Those that a check of takes well under half a second.
+QUICK = ("keysight-e4980a", "keysight-34461a", "lutron-tachometer", "keysight-34970a", "gwinstek-gpt9800")
+#: A make that nobody of us knows, as the how-to has it: one that does not confirm that its output is off.
+CARELESS = """
+from contextlib import contextmanager
+from bench.plugins.catalogues import installed
+from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyCommands, SupplyData, ScpiSupply
+from drivers.interfaces import Accuracy
+from sim_instruments.instruments.scpi_supply import SupplyRating, simulated_supply
+
+STATED = Accuracy(gain=1e-3, offset=10e-3, source="Acme manual")
+SUPPLY = ScpiSupplyModel(
+    makers=("Acme",), models=("PS303",),
+    data=SupplyData(30.0, 3.0, 33.0, STATED, STATED),
+    commands=SupplyCommands(),
+).driver("acme-ps303", simulated="acme-ps303")
+SIMULATED = simulated_supply("acme-ps303", "Acme,PS303,4711,1.0", SupplyRating(30.0, 3.0, 33.0))
+"""
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_our_drivers_conform(name: str) -> None:
+    report = check_driver(
+        name,
+        options=OPTIONS[name],
+        found=FOUND.get(name),
+        manual=MANUALS[name],
+        refused=REFUSED.get(name, ()),
+        variants=VARIANTS.get(name, ()),
+    )
+    assert report.passed, "\n".join(map(str, report.failures))
+    assert len(report.findings) > 30
+
+
+@pytest.mark.parametrize("name", sorted(installed().exports))
+def test_our_exports_conform(name: str) -> None:
+    check_export(name).require()
+
+
+@pytest.mark.parametrize("name", sorted(set(installed().simulated_instruments) - {"generic-supply"}))
+def test_our_simulated_instruments_conform(name: str) -> None:
+    check_simulated_instrument(name).require()
+
+
+def test_a_procedure_conforms(tmp_path: Path) -> None:
+    report = Conformance(tmp_path).procedure("pole-pairs-inverter", motors=1)
+    assert any("aborted at" in finding.check for finding in report.findings)
+
+
+def test_a_supply_in_a_file_conforms(tmp_path: Path) -> None:
+    (tmp_path / "acme_supply.py").write_text(CARELESS)
+    kit = Conformance(tmp_path / "runs").files(tmp_path / "acme_supply.py")
+    report = kit.driver("acme-ps303")
+    assert {"off that does not take", "silence: is told", "set point: voltage"} <= {
+        one.check for one in report.findings
+    }
+
+
+def mutated(monkeypatch: pytest.MonkeyPatch, module: str, name: str, change: Any) -> None:
+    __import__(module)
+    monkeypatch.setattr(sys.modules[module], name, change)
+
+
+@pytest.mark.parametrize(
+    ("driver", "module", "name", "value", "check"),
+    [
+        ("lutron-tachometer", "drivers.lutron.tachometer", "RPM", 1.0, "speed reading: value"),
+        ("lutron-tachometer", "drivers.lutron.tachometer", "SOURCE", "", "speed reading: accuracy is stated"),
+        ("keysight-34461a", "drivers.keysight.dmm_34461a", "is_overrange", lambda _: False, "beyond the range"),
+        ("keysight-34461a", "drivers.keysight.dmm_34461a", "check_setpoint", lambda *_: None, "set points"),
+        ("keysight-e4980a", "drivers.keysight.e4980a", "check_setpoint", lambda *_: None, "set points"),
+        ("keysight-34970a", "drivers.keysight.switch_unit_34970a", "conflict", lambda _: None, "refused: "),
+        ("gwinstek-gpt9800", "drivers.gwinstek.gpt9800", "check_setpoint", lambda *_: None, "set points"),
+    ],
+)
+def test_mistakes_are_found(
+    monkeypatch: pytest.MonkeyPatch, driver: str, module: str, name: str, value: Any, check: str
+) -> None:
+    mutated(monkeypatch, module, name, value)
+    report = check_driver(driver, options=OPTIONS[driver])
+    assert not report.passed
+    assert any(check in str(finding) for finding in report.failures), "\n".join(map(str, report.failures))
+    with pytest.raises(AssertionError, match="does not conform"):
+        report.require()
+
+
+@pytest.mark.parametrize(
+    ("driver", "manual", "check"),
+    [
+        ("lutron-tachometer", Manual(identity=Identity("Acme", "T1")), "identity as stated"),
+        ("lutron-tachometer", Manual(defaults={"update_period": 2.0}), "default of update_period"),
+        ("keysight-34461a", Manual(accuracies_at={(5.0,): Accuracy(gain=1e-5)}), "accuracy_at(5.0,): accuracy as the"),
+        (
+            "keysight-34461a",
+            Manual(limits=(Limits("configure", "full_scale", 0.0, 2000.0),)),
+            "full_scale as the manual",
+        ),
+        (
+            "keysight-34461a",
+            Manual(limits=(Limits("configure", "full_scale", 0.0, 500.0),)),
+            "full_scale as the manual",
+        ),
+        ("keysight-34461a", Manual(replies=(Reply("READ", b"+1.0E+00", MeasurementError),)), "measure_voltage"),
+        ("keysight-34461a", Manual(replies=(Reply("READ", b"+1.0E+00", reads={"value": 2.0}),)), "measure_voltage"),
+        ("keysight-34461a", Manual(replies=(Reply("READ", b"+9.9E+37", CommunicationError),)), "measure_voltage"),
+        ("keysight-34461a", Manual(replies=(Reply("READ", b"+9.9E+37", None),)), "is no error"),
+        ("keysight-34461a", Manual(replies=(Reply("NEVER", b"0", None),)), "is no error"),
+        ("gwinstek-gpt9800", Manual(not_yet=(NotYet(r"FUNC:TEST\?", b"TEST ON", 9.0),)), "patience"),
+    ],
+)
+def test_a_driver_that_is_not_as_its_manual_is_found(driver: str, manual: Manual, check: str) -> None:
+    report = check_driver(driver, options=OPTIONS[driver], manual=manual)
+    assert any(check in finding.check for finding in report.failures), "\n".join(map(str, report.failures))
+
+
+def test_an_export_that_forgets_a_figure_is_found() -> None:
+    target = installed().exports["c-header"]
+    report = check_export(replace(target, write=lambda sheet: f"R = {sheet.lines[0].text}\n"))
+    forgotten = [finding.check for finding in report.failures]
+    assert forgotten == [f"{field.name}: stands in the file" for field in target.fields[1:]]
+
+
+def test_findings_say_what_was_wrong_and_what_to_do() -> None:
+    checks = Checks()
+    stated = Accuracy(gain=1e-3, source="manual")
+    checks.reading("current", Reading(2.0, "mA", stated, 0.0), 1.0, "A")
+    said = [str(finding) for finding in checks.report("it").failures]
+    assert "current: unit: 'mA' instead of 'A'. Compare scale, sign and unit with the maker's manual" in said
+    assert any(line.startswith("current: value: 2 instead of 1") for line in said)
+
+
+def test_a_report_without_checks_has_not_passed() -> None:
+    with pytest.raises(AssertionError, match="nothing was checked"):
+        Checks().report("it").require()

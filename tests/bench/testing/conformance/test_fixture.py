@@ -1,0 +1,69 @@
+"""The fixture `conformance` as a plug-in's author has it: a project of two files, its tests in a process of their own."""
+
+import os
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[4]
+PLUGIN = """
+from dataclasses import replace
+from drivers.lutron.options import TACHOMETER
+from sim_instruments.instruments.lutron.catalogue import TACHOMETER as SIMULATED
+
+GOOD = replace(TACHOMETER, name="acme-tachometer", simulated="acme-tachometer")
+WRONG = replace(GOOD, name="acme-mistaken", opener="acme_mistaken:Mistaken.open")
+SHOWN = replace(SIMULATED, name="acme-tachometer")
+"""
+MISTAKEN = """
+from dataclasses import replace
+from drivers.lutron.tachometer import LutronTachometer
+
+
+class Mistaken(LutronTachometer):
+    def measure_speed(self):
+        reading = super().measure_speed()
+        return replace(reading, value=2.0 * reading.value)
+"""
+TESTS = """
+def test_good(conformance):
+    report = conformance.files("acme.py").driver("acme-tachometer")
+    assert len(report.findings) > 30
+
+
+def test_mistaken(conformance):
+    conformance.files("acme.py").driver("acme-mistaken")
+"""
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> subprocess.CompletedProcess[str]:
+    """The project's tests, as pytest ended with them."""
+    folder = tmp_path_factory.mktemp("acme")
+    for name, content in (("acme.py", PLUGIN), ("acme_mistaken.py", MISTAKEN), ("test_acme.py", TESTS)):
+        (folder / name).write_text(content, encoding="utf-8")
+    # An installation that is older than the entry point gets the plugin by name.
+    installed = any(point.value == "motorbench.pytest_plugin" for point in entry_points(group="pytest11"))
+    by_name = [] if installed else ["-p", "motorbench.pytest_plugin"]
+    without = [word for plugin in ("cacheprovider", "xdist", "benchmark") for word in ("-p", f"no:{plugin}")]
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", *without, *by_name, f"--rootdir={folder}", str(folder)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{folder}", "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_a_driver_that_conforms_passes_and_a_mistaken_one_fails(done: subprocess.CompletedProcess[str]) -> None:
+    assert "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_failure_lists_what_was_wrong_and_what_to_do(done: subprocess.CompletedProcess[str]) -> None:
+    assert "acme-mistaken (tachometer) does not conform:" in done.stdout
+    assert "speed reading: value: " in done.stdout
+    assert "Compare scale, sign and unit with the maker's manual" in done.stdout

@@ -1,0 +1,29 @@
+"""A virtual motor's true values by the table of parameters."""
+
+from dataclasses import replace
+
+import pytest
+
+from bench.motor.motor_file import load_motor
+from bench.virtual.true_values import _FORMULAS, true_values
+from drivers.interfaces.text import text
+from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
+from procedures.core.parameters import PARAMETERS
+
+
+def test_every_parameter_with_a_true_value_has_one_of_a_motor_with_a_six_step_drive() -> None:
+    motor = load_motor("92bl-30-25l")
+    wanted = {name for name, definition in PARAMETERS.items() if definition.true_value}
+    assert set(true_values(PARAMETERS, replace(motor.virtual_motor(), connection="wye"), motor.six_step)) == wanted
+
+
+def test_every_formula_belongs_to_a_parameter() -> None:
+    assert set(_FORMULAS) == {each.true_value for each in PARAMETERS.values() if "." not in each.true_value} - {""}
+
+
+@pytest.mark.parametrize("place", ["motor.capacitance", "motor.connection", "drive.inertial", "weight", "bench.motor"])
+def test_a_place_that_holds_no_number_is_named(place: str) -> None:
+    motor = load_motor("92bl-30-25l")
+    table = ParameterTable([ParameterDefinition("weight", "m", "kg", text("Weight"), true_value=place)])
+    with pytest.raises(ValueError, match=f"parameter weight: true_value = '{place}' is no number"):
+        true_values(table, motor.virtual_motor(), motor.six_step)

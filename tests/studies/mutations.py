@@ -1,0 +1,163 @@
+"""How many mistakes in a driver the conformance kit finds: python -m tests.studies.mutations --count 200 --seed 1.
+
+Each mutant is one change in one of our drivers' modules, made by its syntax tree and loaded in a process of its own.
+"""
+
+import argparse
+import importlib
+import importlib.util
+import json
+import os
+import resource
+import sys
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from bench.plugins.catalogues import installed
+from bench.testing.conformance.driver import check_driver
+from bench.testing.conformance.report import ConformanceReport
+from bench.testing.conformance.session import session_of
+from drivers.interfaces import Role
+from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, REFUSED, VARIANTS, driver_named
+from tests.bench.testing.conformance.own_manuals import MANUALS
+from tests.studies.mutants import TARGETS, Mutant, mutants
+
+#: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
+_PATIENCE = 25
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the kit says of a mutant: the first check that failed, empty where all passed; and how long it took (s)."""
+
+    mutant: Mutant
+    check: str
+    seconds: float
+
+
+class _Mutated(MetaPathFinder, Loader):
+    """Imports one module from a changed source."""
+
+    def __init__(self, mutant: Mutant) -> None:
+        self._mutant = mutant
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """Find the changed module only."""
+        return importlib.util.spec_from_loader(fullname, self) if fullname == self._mutant.module else None
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Execute the changed source."""
+        exec(compile(self._mutant.source, f"<mutant of {self._mutant.module}>", "exec"), vars(module))  # noqa: S102  that is what a mutant is for
+
+
+def _load(mutant: Mutant) -> None:
+    """Have the drivers' modules be imported anew, the changed one among them; what declares them stays."""
+    kept = ("drivers.interfaces", "drivers.transport", "drivers.catalogue", "drivers.manual")
+    for name in [name for name in sys.modules if name.startswith("drivers.")]:
+        if not name.startswith(kept):
+            del sys.modules[name]
+            package, _, last = name.rpartition(".")
+            if package in sys.modules and hasattr(sys.modules[package], last):
+                delattr(sys.modules[package], last)
+    sys.meta_path.insert(0, _Mutated(mutant))
+    installed.cache_clear()
+
+
+def check_own(driver: str, *, first_only: bool = False, thorough: bool = True) -> ConformanceReport:
+    """Check one of our drivers as thoroughly as it can be."""
+    return check_driver(
+        driver_named(driver),
+        options=OPTIONS[driver],
+        found=FOUND.get(driver),
+        manual=MANUALS[driver],
+        refused=REFUSED.get(driver, ()),
+        variants=VARIANTS.get(driver, ()),
+        thorough=thorough,
+        first_only=first_only,
+    )
+
+
+def first_failure(mutant: Mutant) -> str:
+    """Return the first check that a mutant fails, in this process; empty where it passes all."""
+    _load(mutant)
+    for driver in TARGETS[mutant.module]:
+        report = check_own(driver, first_only=True)
+        if report.failures:
+            return str(report.failures[0])
+    return ""
+
+
+def examine(mutant: Mutant) -> Outcome:
+    """Return what the kit says of a mutant, in a process forked for it."""
+    started = time.perf_counter()
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reading)
+        resource.setrlimit(resource.RLIMIT_CPU, (_PATIENCE, _PATIENCE))
+        said = "it cannot be loaded"
+        try:
+            sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  it ends with the process
+            said = first_failure(mutant)
+        except BaseException as error:  # noqa: BLE001  a mutant may raise anything
+            said = f"{type(error).__name__}: {error}"
+        finally:
+            os.write(writing, said.encode()[:4000])
+            os._exit(0)
+    os.close(writing)
+    said = os.read(reading, 4096).decode(errors="replace")
+    os.close(reading)
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        said = "it does not end"
+    return Outcome(mutant, said, time.perf_counter() - started)
+
+
+def preload() -> None:
+    """Load what every check needs, so that a forked process has it."""
+    known = installed()
+    for role in Role:
+        session_of(role)
+    for name in OPTIONS:
+        if driver_named(name) == name:
+            known.driver(name, Role.SUPPLY)
+    check_driver("keysight-e36300", options=OPTIONS["keysight-e36300"], first_only=True)
+    check_driver("delta-dyn200", options=OPTIONS["delta-dyn200"], first_only=True)
+    check_driver("cia402-inverter", options=OPTIONS["cia402-inverter"], first_only=True)
+
+
+def main() -> None:
+    """Make the mutants, examine each, and print what was found and what was not."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--module", action="append", help="only these modules")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--json", type=Path, help="write every outcome there")
+    chosen = parser.parse_args()
+    preload()
+    made = mutants(chosen.count, chosen.seed, chosen.module or tuple(TARGETS))
+    outcomes = []
+    with ThreadPoolExecutor(chosen.jobs) as pool:
+        for number, outcome in enumerate(pool.map(examine, made), 1):
+            outcomes.append(outcome)
+            if not outcome.check:
+                print(f"{number}: not found ({outcome.seconds:.1f} s): {outcome.mutant.name}", flush=True)
+    found = [one for one in outcomes if one.check]
+    print(f"{len(found)} of {len(outcomes)} found ({100.0 * len(found) / len(outcomes):.1f} %)")
+    for kind, number in Counter(one.mutant.kind.split(" ")[0] for one in outcomes if not one.check).items():
+        print(f"  not found: {number} × {kind}")
+    if chosen.json:
+        rows = [{"mutant": one.mutant.name, "check": one.check, "seconds": one.seconds} for one in outcomes]
+        chosen.json.write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

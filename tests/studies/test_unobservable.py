@@ -1,0 +1,43 @@
+"""What the study of mistakes leaves as it is, and what it does not."""
+
+import ast
+
+import pytest
+
+from tests.studies.unobservable import ast_nodes, unobservable
+
+SOURCE = """
+NAMES = {1: "one"}
+LIMITS = {2: "two"}
+
+class Meter:
+    def __init__(self, *, name: str = "meter", wide: bool = 3 > 4):
+        self.name = name
+
+    def wait(self):
+        self.clock.sleep(5)
+        while self.busy():
+            self.clock.sleep(6)
+
+    def check(self, value):
+        shown = value * 7
+        asked = self.read(8)
+        if value > LIMITS.get(9):
+            raise ValueError(text("{shown} {name} {asked}", shown=shown, name=NAMES.get(value), asked=asked))
+"""
+
+
+def left_alone(source: str) -> set[int]:
+    tree = ast.parse(source)
+    excluded = unobservable(tree)
+    nodes = [node for node in ast_nodes(tree) if isinstance(node, ast.Constant) and isinstance(node.value, int)]
+    return {node.value for node in nodes if id(node) in excluded and isinstance(node.value, int)}
+
+
+def test_tables_and_figures_of_messages_and_pauses_that_look_again_are_left_alone() -> None:
+    assert left_alone(SOURCE) == {1, 6, 7}
+
+
+@pytest.mark.parametrize("number", [2, 3, 5, 8, 9])
+def test_what_can_be_told_from_outside_is_changed(number: int) -> None:
+    assert number not in left_alone(SOURCE)

@@ -1,0 +1,181 @@
+"""What of a driver's module cannot be told from outside, whatever it is: a study of mistakes leaves it as it is.
+
+- **Messages**: what stands in `text(…)` and in `raise`, and what serves nothing else: a local name, a function of the module or a
+  table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message shows), a
+  property that the drivers read in messages only.
+- **Annotations**, decorators and imports.
+- **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
+- **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives.
+"""
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+_DRIVERS = Path(__file__).parents[2] / "drivers"
+
+
+def ast_nodes(node: ast.AST) -> Iterator[ast.AST]:
+    """Give a node and all below it, in one order."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        yield from ast_nodes(child)
+
+
+def unobservable(tree: ast.Module) -> set[int]:
+    """Return the nodes (by `id`) of a module's tree that cannot be told from outside."""
+    found = {id(each) for node in ast_nodes(tree) for part in _formal(node) for each in ast_nodes(part)}
+    messages = {id(each) for node in ast_nodes(tree) for part in _message(node) for each in ast_nodes(part)}
+    while more := _only_in_messages(tree, messages) - messages:
+        messages |= more
+    called = [part for node in ast_nodes(tree) for part in _pauses(node)]
+    names = {part.value.func.attr for part in called} - {"sleep"}
+    called += [node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name in names]
+    pauses = {id(each) for part in called for each in ast_nodes(part)}
+    defaults = {id(each) for part in _given_defaults(tree) for each in ast_nodes(part)}
+    return found | messages | pauses | defaults
+
+
+def _formal(node: ast.AST) -> Iterator[ast.AST]:
+    match node:
+        case ast.Import() | ast.ImportFrom():
+            yield node
+        case ast.FunctionDef():
+            yield from (each.annotation for each in node.args.args + node.args.kwonlyargs if each.annotation)
+            yield from [node.returns] if node.returns else []
+            yield from node.decorator_list
+        case ast.ClassDef():
+            yield from node.decorator_list
+        case ast.AnnAssign():
+            yield node.annotation
+        case ast.JoinedStr():
+            # What is formatted into a command is behaviour; a format is no part of the tree that can be changed alone.
+            yield from (p.format_spec for p in node.values if isinstance(p, ast.FormattedValue) and p.format_spec)
+
+
+def _message(node: ast.AST) -> Iterator[ast.AST]:
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("text", "Text"):
+        yield node
+    elif isinstance(node, ast.Raise):
+        yield from ast.iter_child_nodes(node)
+
+
+def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
+    """Return what is computed for messages alone."""
+    found: set[int] = set()
+    parents = {id(child): node for node in ast_nodes(tree) for child in ast.iter_child_nodes(node)}
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef) and node.name not in _imported():
+            uses = _uses(tree, node.name)
+            if uses and all(id(use) in messages for use in uses):
+                found |= {id(each) for part in node.body for each in ast_nodes(part)}
+        if isinstance(node, ast.Assign) and (name := _target(node)) and name not in _imported():
+            uses = _uses(tree, name)
+            if uses and all(id(use) in messages and _is_get(parents[id(use)]) for use in uses):
+                found |= {id(each) for each in ast_nodes(node.value)}
+    for function in (each for each in ast_nodes(tree) if isinstance(each, ast.FunctionDef)):
+        if any(ast.unparse(one) == "property" for one in function.decorator_list) and function.name in _shown():
+            found |= {id(each) for part in function.body for each in ast_nodes(part)}
+        for node in ast_nodes(function):
+            if isinstance(node, ast.Assign) and (name := _target(node)) and not _asks(node.value):
+                uses = _uses(function, name)
+                if uses and all(id(use) in messages for use in uses):
+                    found |= {id(each) for each in ast_nodes(node.value)}
+    return found
+
+
+def _target(node: ast.Assign) -> str:
+    """Return the one name that is assigned, empty where it is another thing."""
+    only = node.targets[0]
+    return only.id if len(node.targets) == 1 and isinstance(only, ast.Name) else ""
+
+
+def _asks(value: ast.expr) -> bool:
+    """Tell whether a value is got by a method of the driver: what it asks the instrument is told from outside."""
+    return any(
+        isinstance(each, ast.Call)
+        and any(isinstance(part, ast.Name) and part.id == "self" for part in ast_nodes(each.func))
+        for each in ast_nodes(value)
+    )
+
+
+def _uses(where: ast.AST, name: str) -> list[ast.Name]:
+    return [
+        each
+        for each in ast_nodes(where)
+        if isinstance(each, ast.Name) and each.id == name and isinstance(each.ctx, ast.Load)
+    ]
+
+
+def _is_get(parent: ast.AST) -> bool:
+    return isinstance(parent, ast.Attribute) and parent.attr == "get"
+
+
+def _pauses(node: ast.AST) -> Iterator[Any]:
+    if isinstance(node, ast.While):
+        for each in node.body:
+            if isinstance(each, ast.Expr) and isinstance(each.value, ast.Call):
+                called = each.value.func
+                if isinstance(called, ast.Attribute) and called.attr in ("sleep", "_pause"):
+                    yield each
+
+
+def _given_defaults(tree: ast.Module) -> Iterator[ast.AST]:
+    for owner in (each for each in tree.body if isinstance(each, ast.ClassDef)):
+        for made in (each for each in owner.body if isinstance(each, ast.FunctionDef) and each.name == "__init__"):
+            calls = _calls_of(owner.name)
+            for argument, default in zip(made.args.kwonlyargs, made.args.kw_defaults, strict=True):
+                given = [any(one.arg == argument.arg for one in call.keywords) for call in calls or ()]
+                if default is not None and given and all(given):
+                    yield default
+
+
+@cache
+def _modules() -> tuple[ast.Module, ...]:
+    return tuple(ast.parse(path.read_text(encoding="utf-8")) for path in sorted(_DRIVERS.rglob("*.py")))
+
+
+@cache
+def _shown() -> frozenset[str]:
+    """Return the attributes that the drivers' modules read in messages only."""
+    shown, other = set(), set()
+    for tree in _modules():
+        messages = {id(each) for node in ast_nodes(tree) for part in _message(node) for each in ast_nodes(part)}
+        for node in ast_nodes(tree):
+            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load):
+                (shown if id(node) in messages else other).add(node.attr)
+    return frozenset(name for name in shown - other if not _of_interfaces(name))
+
+
+def _of_interfaces(name: str) -> bool:
+    """Tell whether an attribute is one of an instrument, which others read as well."""
+    interfaces = _DRIVERS / "interfaces"
+    return any(f"def {name}(" in path.read_text(encoding="utf-8") for path in interfaces.glob("*.py"))
+
+
+@cache
+def _imported() -> frozenset[str]:
+    """Return the names that a driver's module has from another."""
+    imports = (node for tree in _modules() for node in ast_nodes(tree) if isinstance(node, ast.ImportFrom))
+    return frozenset(alias.name for node in imports for alias in node.names)
+
+
+@cache
+def _calls_of(name: str) -> tuple[ast.Call, ...] | None:
+    """Return the calls that make one of a class, None where it is also handed on or derived from."""
+    calls: list[ast.Call] = []
+    for tree in _modules():
+        places = [(tree, name)]
+        places += [(owner, "cls") for owner in tree.body if isinstance(owner, ast.ClassDef) and owner.name == name]
+        for place, called in places:
+            here = [
+                each
+                for each in ast_nodes(place)
+                if isinstance(each, ast.Call) and isinstance(each.func, ast.Name) and each.func.id == called
+            ]
+            if len(here) != len(_uses(place, called)):
+                return None
+            calls += here
+    return tuple(calls)
