@@ -1,8 +1,9 @@
-"""What readers call the parameters."""
+"""What readers call roles, sections and parameters."""
+
+from collections.abc import Mapping
 
 from drivers.interfaces.role import ROLES
-from drivers.interfaces.text import Text, text
-from procedures.core.parameter_definition import ParameterDefinition
+from drivers.interfaces.text import Text, text, word
 from procedures.core.parameters import PARAMETERS
 
 
@@ -18,25 +19,15 @@ def section_name(section: str) -> Text:
     return Text("§{section}" if section[:1].isdigit() else "{section}", {"section": section})
 
 
-def parameter_name(name: str) -> Text:
-    """Return a parameter's label; one that nothing defines keeps its name."""
-    definition = _definition(name)
-    return definition.label if definition else Text("{name}", {"name": name})
+class ParameterLabels:
+    """What readers call parameters where only their names are at hand; `own` are those that are not in the table."""
 
+    def __init__(self, own: Mapping[str, str]) -> None:
+        self._own = own
 
-def unit_for_readers(name: str, unit: str) -> str:
-    """Return the unit in which readers expect a parameter: flux linkage in webers, which are volt-seconds."""
-    definition = _definition(name)
-    return definition.reader_unit or unit if definition else unit
-
-
-def _definition(name: str) -> ParameterDefinition | None:
-    if name in PARAMETERS:
-        return PARAMETERS[name]
-    # Only a parameter that is not in the table needs the procedures, whose import takes long.
-    from procedures.known_parameters import known_parameters
-
-    return known_parameters().get(name)
+    def __getitem__(self, name: str) -> Text:
+        """Return a parameter's label; one that nothing defines keeps its name."""
+        return PARAMETERS[name].label if name in PARAMETERS else word(self._own.get(name) or name)
 
 
 def phrase(words: str) -> Text:

@@ -16,7 +16,7 @@ def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None
     from rich import box
     from rich.table import Table
 
-    from reports.labels import parameter_name, unit_for_readers
+    from bench.journal.stored_result import restore_parameter
     from reports.tables.figures import decimals_for, figure, percent, scale_of
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
@@ -30,20 +30,19 @@ def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None
     ):
         table.add_column(name, justify="right" if justify == "right" else "left", no_wrap=True)
     table.add_column("§", no_wrap=True)
-    for name, entry in made["parameters"].items():
-        scale = scale_of(entry["value"], unit_for_readers(name, entry["unit"]))
-        value, spread = entry["value"] / scale.factor, entry["standard_uncertainty"] / scale.factor
+    parameters = [restore_parameter({"name": name, **entry}) for name, entry in made["parameters"].items()]
+    for each in parameters:
+        scale = scale_of(each.value, each.reader_unit)
+        value, spread = each.value / scale.factor, each.standard_uncertainty / scale.factor
         decimals = decimals_for(spread, value)
         table.add_row(
-            parameter_name(name).render(),
+            each.label.render(),
             figure(value, decimals),
             scale.unit,
             figure(spread, decimals),
             percent(abs(spread / value)) if value else "–",
-            " … ".join(figure(bound / scale.factor, decimals) for bound in entry["coverage_interval"])
-            if spread
-            else "–",
-            entry["section"],
+            " … ".join(figure(bound / scale.factor, decimals) for bound in each.coverage_interval) if spread else "–",
+            each.section,
         )
     console = console_on(sys.stdout)
     console.print(table)
@@ -56,17 +55,8 @@ def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None
             for line in lines:
                 console.print(f"  {line}", markup=False)
     if budget:
-        _print_budgets(made)
+        from drivers.interfaces.text import english
+        from reports.tables.budget import budgets
 
-
-def _print_budgets(made: Mapping[str, Any]) -> None:
-    from bench.journal.stored_result import restore
-    from drivers.interfaces.text import english
-    from reports.tables.budget import budgets
-
-    entries = [{"name": name, **entry} for name, entry in made["parameters"].items()]
-    head = {"procedure": entries[0]["procedure"], "section": entries[0]["section"]}
-    console = console_on(sys.stdout)
-    console.print()
-    found = restore({**head, "parameters": entries, "warnings": [], "findings": {}})
-    console.print(budgets(found.parameters, english))
+        console.print()
+        console.print(budgets(parameters, english))

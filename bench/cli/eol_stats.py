@@ -64,7 +64,7 @@ def stats(
         raise UsageError(text("--rule {names}: Nelson's rules are 1 to 8", names=" ".join(map(str, rule))))
     from bench.cli.eol_stats_json import gauge_as_dict, statistics_as_dict
     from bench.cli.eol_stats_output import print_gauge, print_statistics
-    from bench.eol.line_statistics import StatisticsRequest, gauge_studies, line_statistics
+    from bench.eol.line_statistics import StatisticsRequest, gauge_studies, line_statistics, parameter_labels
     from bench.eol.store.database import open_database
 
     translate = translator(language_of(language))
@@ -76,13 +76,13 @@ def stats(
             if json:
                 print_json(gauge_as_dict(studies))
             else:
-                print_gauge(studies, confidence, translate)
+                print_gauge(studies, parameter_labels(engine), confidence, translate)
             return 0
-        found = line_statistics(engine, wanted)
+        found, labels = line_statistics(engine, wanted), parameter_labels(engine)
     finally:
         engine.dispose()
     if json:
         print_json(statistics_as_dict(found))
     else:
-        print_statistics(found, confidence, translate, detailed=bool(parameter))
+        print_statistics(found, labels, confidence, translate, detailed=bool(parameter))
     return 0

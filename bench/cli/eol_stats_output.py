@@ -27,7 +27,7 @@ from bench.eol.store.tallies import Failures
 from bench.eol.verdict import Verdict
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, text
-from reports.labels import parameter_name
+from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure, scale_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,9 @@ _BLOCKS = " ▁▂▃▄▅▆▇█"
 _WIDEST = 50
 
 
-def print_statistics(found: LineStatistics, confidence: float, translate: Translate, *, detailed: bool) -> None:
+def print_statistics(
+    found: LineStatistics, labels: ParameterLabels, confidence: float, translate: Translate, *, detailed: bool
+) -> None:
     """Print the yields, what failed, a line a parameter; `detailed` adds histogram and chart of each."""
     console = console_on(sys.stdout)
 
@@ -60,9 +62,9 @@ def print_statistics(found: LineStatistics, confidence: float, translate: Transl
         (text("Procedure"), found.by_procedure),
     ):
         if failures:
-            console.print(_pareto(title, failures, translate))
-    console.print(_figures(found.parameters, translate))
-    console.print(_capabilities(found.parameters, translate))
+            console.print(_pareto(title, failures, labels, translate))
+    console.print(_figures(found.parameters, labels, translate))
+    console.print(_capabilities(found.parameters, labels, translate))
     say(
         text(
             "Cp and Cpk by the spread within (moving range of neighbours), Pp and Ppk by the overall one; in brackets the "
@@ -75,16 +77,18 @@ def print_statistics(found: LineStatistics, confidence: float, translate: Transl
             say(
                 text(
                     "{parameter}: the limits were others at first; shown are those of the latest motor",
-                    parameter=parameter_name(name),
+                    parameter=labels[name],
                 )
             )
         if detailed:
-            console.print(_histogram(each, translate))
-        _print_chart(say, name, each)
-        _print_golden(say, name, each)
+            console.print(_histogram(each, labels[name], translate))
+        _print_chart(say, labels[name], each)
+        _print_golden(say, labels[name], each)
 
 
-def print_gauge(studies: Mapping[str, tuple[GaugeStudy, str]], confidence: float, translate: Translate) -> None:
+def print_gauge(
+    studies: Mapping[str, tuple[GaugeStudy, str]], labels: ParameterLabels, confidence: float, translate: Translate
+) -> None:
     """Print a gauge study, a line a parameter."""
     console = console_on(sys.stdout)
     made = _table(
@@ -109,7 +113,7 @@ def print_gauge(studies: Mapping[str, tuple[GaugeStudy, str]], confidence: float
         pooled = text("p = {p:.3f}, pooled", p=study.interaction_p)
         kept = text("p = {p:.3f}, kept", p=study.interaction_p)
         made.add_row(
-            parameter_name(name).render(translate),
+            labels[name].render(translate),
             scale.unit,
             *(figure(number / scale.factor, digits) for number in numbers),
             f"{figure(low / scale.factor, digits)} … {figure(high / scale.factor, digits)}",
@@ -149,14 +153,14 @@ def _yields(found: LineStatistics, confidence: float, translate: Translate) -> "
     return made
 
 
-def _pareto(title: Text, failures: Sequence[Failures], translate: Translate) -> "Table":
+def _pareto(title: Text, failures: Sequence[Failures], labels: ParameterLabels, translate: Translate) -> "Table":
     made = _table(
         translate, title, text("Failed"), text("% of failures"), text("Cumulative, %"), text("Errors"), text("")
     )
     made.columns[-1].justify = "left"
     for each, found in zip(failures, pareto([each.failed for each in failures]), strict=True):
         made.add_row(
-            parameter_name(each.name).render(translate),
+            labels[each.name].render(translate),
             str(each.failed),
             percentage(found.share, 1),
             percentage(found.cumulative, 1),
@@ -166,7 +170,7 @@ def _pareto(title: Text, failures: Sequence[Failures], translate: Translate) -> 
     return made
 
 
-def _figures(parameters: Mapping[str, ParameterStatistics], translate: Translate) -> "Table":
+def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLabels, translate: Translate) -> "Table":
     made = _table(
         translate,
         text("Parameter"),
@@ -183,7 +187,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], translate: Translate
         spread = found.standard_deviation / scale.factor
         digits = decimals_for(spread, found.mean / scale.factor)
         made.add_row(
-            parameter_name(name).render(translate),
+            labels[name].render(translate),
             scale.unit,
             str(found.count),
             figure(found.mean / scale.factor, digits),
@@ -194,23 +198,23 @@ def _figures(parameters: Mapping[str, ParameterStatistics], translate: Translate
     return made
 
 
-def _capabilities(parameters: Mapping[str, ParameterStatistics], translate: Translate) -> "Table":
+def _capabilities(
+    parameters: Mapping[str, ParameterStatistics], labels: ParameterLabels, translate: Translate
+) -> "Table":
     made = _table(translate, text("Parameter"), Text("Cp"), Text("Cpk"), Text("Pp"), Text("Ppk"))
     for name, each in parameters.items():
         made.add_row(
-            parameter_name(name).render(translate),
+            labels[name].render(translate),
             *(index(by, which) for by in (each.within, each.overall) for which in ("cp", "cpk")),
         )
     return made
 
 
-def _histogram(each: ParameterStatistics, translate: Translate) -> "Table":
+def _histogram(each: ParameterStatistics, label: Text, translate: Translate) -> "Table":
     found, scale = each.distribution, scale_for(each)
     made = _table(
         translate,
-        text(
-            "From ({parameter}, {unit})", parameter=parameter_name(found.parameter).render(translate), unit=scale.unit
-        ),
+        text("From ({parameter}, {unit})", parameter=label.render(translate), unit=scale.unit),
         text("Motors"),
         text(""),
         left=0,
@@ -231,7 +235,7 @@ def _histogram(each: ParameterStatistics, translate: Translate) -> "Table":
     return made
 
 
-def _print_chart(say: Callable[[Text], None], name: str, each: ParameterStatistics) -> None:
+def _print_chart(say: Callable[[Text], None], label: Text, each: ParameterStatistics) -> None:
     chart, scale = each.chart, scale_for(each)
     if chart is None:
         return
@@ -239,7 +243,7 @@ def _print_chart(say: Callable[[Text], None], name: str, each: ParameterStatisti
     say(
         text(
             "{parameter}: last {count}: {line}  centre {centre}, control limits {low} … {high} {unit}",
-            parameter=parameter_name(name),
+            parameter=label,
             count=len(each.values),
             line=_spark(each.values[-60:], chart.low, chart.high),
             centre=figure(chart.centre / scale.factor, digits),
@@ -259,14 +263,14 @@ def _print_chart(say: Callable[[Text], None], name: str, each: ParameterStatisti
         )
 
 
-def _print_golden(say: Callable[[Text], None], name: str, each: ParameterStatistics) -> None:
+def _print_golden(say: Callable[[Text], None], label: Text, each: ParameterStatistics) -> None:
     for golden in each.golden:
         scale, found = scale_for(each), golden.drift
         say(
             text(
                 "{parameter}: golden motor {serial}: {count} times, mean {mean}, s {s} {unit}, drift {slope} ({low} … {high}) "
                 "{unit} a day: {said}",
-                parameter=parameter_name(name),
+                parameter=label,
                 serial=golden.serial_number,
                 count=found.count,
                 unit=scale.unit,

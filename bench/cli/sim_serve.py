@@ -90,12 +90,13 @@ def serve(
             text("--station-file {file}: that is the station itself; name another file", file=station_file)
         )
     given = given_faults(faults, fault)
-    read = load_motor(motor, None if station is None else catalogues_at(str(station)).procedures)
+    procedures = None if station is None else catalogues_at(str(station)).procedures
+    read = load_motor(motor, procedures)
     virtual = read.virtual_motor()
     told = {
         "name": read.nameplate.name,
         "source": read.source,
-        "truth": true_values(known_parameters(), virtual, read.six_step),
+        "truth": true_values(known_parameters(procedures), virtual, read.six_step),
     }
     # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
     logging.getLogger().addHandler(logging.NullHandler())

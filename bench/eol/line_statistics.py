@@ -13,6 +13,7 @@ from bench.eol.statistics.drift import Drift, drift
 from bench.eol.statistics.gauge import GaugeStudy, gauge_study
 from bench.eol.statistics.proportion import Proportion, proportion
 from bench.eol.store.insertion import settled
+from bench.eol.store.records import own_labels
 from bench.eol.store.selection import Selection, choose
 from bench.eol.store.study import crossed, tests_of
 from bench.eol.store.tallies import (
@@ -30,6 +31,8 @@ from bench.eol.verdict import Verdict
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
+from procedures.known_parameters import definition_of
+from reports.labels import ParameterLabels
 
 #: Rules of the control chart that are looked for where none are named (Nelson's numbers).
 RULES = (1, 2, 3, 5, 6)
@@ -121,6 +124,14 @@ def measured_parameters(engine: Engine, wanted: StatisticsRequest) -> list[str]:
         there = [name for name in parameters(connection) if latest(connection, name, selection, 1)]
         worst = [each.name for each in failures_by_parameter(connection, selection) if each.failed]
         return sorted(there, key=lambda name: worst.index(name) if name in worst else len(worst))
+
+
+def parameter_labels(engine: Engine) -> ParameterLabels:
+    """Return what readers call the parameters of the records, as they say or as is known here."""
+    with settled(engine) as connection:
+        own = own_labels(connection)
+        unsaid = [definition_of(name) for name in parameters(connection) if name not in own]
+    return ParameterLabels({each.name: each.label.render() for each in unsaid if each is not None} | own)
 
 
 def gauge_studies(

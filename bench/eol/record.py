@@ -11,7 +11,7 @@ from bench.eol.verdict import Verdict
 class MeasuredFigure:
     """One figure of a motor: value and standard uncertainty in `unit`, expanded uncertainty (95 %), limits, verdict.
 
-    `low` and `high` are infinite where there is no limit.
+    `low` and `high` are infinite where there is no limit. `label` is what readers call a parameter that is not in the table.
     """
 
     parameter: str
@@ -22,6 +22,7 @@ class MeasuredFigure:
     low: float
     high: float
     verdict: Verdict
+    label: str = ""
 
 
 @dataclass(frozen=True)

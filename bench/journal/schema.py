@@ -11,6 +11,7 @@ from bench.journal.codec import KINDS
 from bench.journal.events.run import SCHEMA
 from drivers.interfaces.text import Text
 from procedures.core.events import UnknownAction
+from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Notice, Parameter
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -24,6 +25,12 @@ _SENTENCE: JsonSchemaValue = {
 #: What stands in another form in the journal than in the program.
 _STORED: Mapping[type, JsonSchemaValue] = {
     Text: {"type": "string"},
+    ParameterDefinition: {
+        "type": "object",
+        "description": "What readers need of a parameter that is not in the table.",
+        "properties": {key: {"type": "string"} for key in ("symbol", "label", "reader_unit")},
+        "required": ["symbol", "label", "reader_unit"],
+    },
     UnknownAction: {"type": "object"},
     Notice: {
         "type": "object",

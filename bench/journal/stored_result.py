@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from string import Formatter
 from typing import Any
 
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, word
+from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Contribution, Notice, Parameter, ProcedureResult
+from procedures.known_parameters import definition_of
 
 #: How a value may be formatted: with a short width, so that no file can ask for a line of any length.
 _FORM = re.compile(r"[<>^]?[-+ ]?0?\d{0,2}(\.\d{1,2})?[a-zA-Z%]?")
@@ -29,7 +31,7 @@ def restore(data: Mapping[str, Any]) -> ProcedureResult:
     return ProcedureResult(
         procedure=data["procedure"],
         section=data["section"],
-        parameters=tuple(_parameter(entry) for entry in data["parameters"]),
+        parameters=tuple(restore_parameter(entry) for entry in data["parameters"]),
         warnings=tuple(restore_notice(entry) for entry in data["warnings"]),
         findings=data["findings"],
     )
@@ -82,7 +84,23 @@ def _restore_value(value: Any) -> object:
     return value
 
 
-def _parameter(data: Mapping[str, Any]) -> Parameter:
+def stored_definition(data: Mapping[str, Any], name: str) -> ParameterDefinition | None:
+    """Return what defines a stored parameter: its record, or where it says nothing (of an older run) what is known here."""
+    told = data.get("definition")
+    if told is None:
+        return definition_of(name)
+    return ParameterDefinition(
+        name,
+        str(told["symbol"]),
+        data["unit"],
+        word(str(told["label"])),
+        str(data.get("convention", "")),
+        reader_unit=str(told["reader_unit"]),
+    )
+
+
+def restore_parameter(data: Mapping[str, Any]) -> Parameter:
+    """Return a parameter of a stored result."""
     low, high = data["coverage_interval"]
     freedom = data["degrees_of_freedom"]
     return Parameter(
@@ -100,6 +118,7 @@ def _parameter(data: Mapping[str, Any]) -> Parameter:
         winding=None if data["winding"] is None else _float(data["winding"]),
         source=data["source"],
         budget=tuple(Contribution(**row) for row in data["budget"]),
+        definition=stored_definition(data, data["name"]),
     )
 
 

@@ -7,16 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.journal.stored_result import stored_definition
 from bench.panel.tail import JournalTail
+from drivers.interfaces.text import Text, word
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A parameter's value and standard uncertainty in its unit."""
+    """A parameter's value and standard uncertainty in its unit, what readers call it, and the unit that they expect."""
 
     value: float
     uncertainty: float
     unit: str
+    label: Text
+    reader_unit: str
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,10 @@ def _archived(folder: Path, source: Path) -> Archived:
 def _figures(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
     for name, entry in parameters.items():
         try:
-            yield name, Figure(float(entry["value"]), float(entry["standard_uncertainty"]), str(entry["unit"]))
+            definition = stored_definition(entry, name)
+            value, uncertainty, unit = entry["value"], entry["standard_uncertainty"], str(entry["unit"])
+            label = word(name) if definition is None else definition.label
+            reader_unit = (definition.reader_unit if definition else "") or unit
+            yield name, Figure(float(value), float(uncertainty), unit, label, reader_unit)
         except (KeyError, TypeError, ValueError):
             continue

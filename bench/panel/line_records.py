@@ -1,11 +1,12 @@
 """The line's statistics for a page: what can be chosen, what was chosen, and the figures of it."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text, text_of
+from reports.labels import ParameterLabels
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -39,6 +40,7 @@ class StatisticsView:
     parameters: tuple[str, ...] = ()
     statistics: "LineStatistics | None" = None
     fault: Text | None = None
+    labels: ParameterLabels = field(default_factory=lambda: ParameterLabels({}))
 
 
 def serial_numbers(words: str) -> tuple[str, ...]:
@@ -71,7 +73,7 @@ def read_statistics(reference: str, choice: Choice) -> StatisticsView:
 
 
 def _read(engine: "Engine", choice: Choice) -> StatisticsView:
-    from bench.eol.line_statistics import StatisticsRequest, line_statistics, measured_parameters
+    from bench.eol.line_statistics import StatisticsRequest, line_statistics, measured_parameters, parameter_labels
     from bench.eol.store.selection import kept_batches
 
     with engine.connect() as connection:
@@ -100,4 +102,4 @@ def _read(engine: "Engine", choice: Choice) -> StatisticsView:
     # Yields and failures come with any parameter; one keeps the database from summing up all.
     of = choice.parameter if fault is None else next(iter(parameters), "")
     statistics = line_statistics(engine, replace(wanted, parameters=(of,) if of else ()))
-    return StatisticsView(choice, models, batches, parameters, statistics, fault)
+    return StatisticsView(choice, models, batches, parameters, statistics, fault, parameter_labels(engine))

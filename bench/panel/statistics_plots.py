@@ -8,7 +8,7 @@ from bench.eol.statistics.pareto import pareto
 from bench.eol.statistics_messages import RULE_WORDS, outside, scale_for, trimmed
 from bench.panel.plots import axes, line
 from drivers.interfaces.text import Text, Translate, text
-from reports.labels import parameter_name
+from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
@@ -23,11 +23,11 @@ _INNER = {"showMinLabel": False, "showMaxLabel": False}
 _BARS = 10
 
 
-def pareto_plot(failures: Sequence["Failures"], translate: Translate) -> dict[str, Any]:
+def pareto_plot(failures: Sequence["Failures"], labels: ParameterLabels, translate: Translate) -> dict[str, Any]:
     """Return bars of failed motors by parameter, the worst first, and the line of their cumulative share."""
     failed = [each for each in failures if each.failed]
     shares = pareto([each.failed for each in failed])[:_BARS]
-    names = [parameter_name(each.name).render(translate) for each in failed[:_BARS]]
+    names = [labels[each.name].render(translate) for each in failed[:_BARS]]
     title = text("Failures by parameter, and their cumulative share").render(translate)
     plot = _described(axes("", "", text("Failed").render(translate)), title)
     plot["grid"] |= {"top": 36, "right": 70, "bottom": 60}
@@ -51,11 +51,11 @@ def pareto_plot(failures: Sequence["Failures"], translate: Translate) -> dict[st
     return plot
 
 
-def histogram_plot(each: "ParameterStatistics", translate: Translate) -> dict[str, Any]:
+def histogram_plot(each: "ParameterStatistics", label: Text, translate: Translate) -> dict[str, Any]:
     """Return the histogram of a parameter with its limits and its mean."""
     found, scale = each.distribution, scale_for(each)
     histogram = trimmed(found.histogram)
-    name = parameter_name(found.parameter).render(translate)
+    name = label.render(translate)
     plot = _described(
         axes("", _with_unit(name, scale.unit), text("Motors").render(translate)),
         text("Histogram of {parameter} with its limits", parameter=name).render(translate),
@@ -91,10 +91,10 @@ def histogram_plot(each: "ParameterStatistics", translate: Translate) -> dict[st
     return plot
 
 
-def control_plot(each: "ParameterStatistics", translate: Translate) -> dict[str, Any]:
+def control_plot(each: "ParameterStatistics", label: Text, translate: Translate) -> dict[str, Any]:
     """Return the control chart of a parameter's latest motors; the points that break rules are marked."""
     chart, scale = each.chart, scale_for(each)
-    name = parameter_name(each.distribution.parameter).render(translate)
+    name = label.render(translate)
     plot = _described(
         axes("", text("Serial number").render(translate), _with_unit(name, scale.unit)),
         text("Control chart of {parameter}: centre, control limits, points that break rules", parameter=name).render(
@@ -151,10 +151,10 @@ def control_plot(each: "ParameterStatistics", translate: Translate) -> dict[str,
     return plot
 
 
-def golden_plot(each: "ParameterStatistics", translate: Translate) -> dict[str, Any]:
+def golden_plot(each: "ParameterStatistics", label: Text, translate: Translate) -> dict[str, Any]:
     """Return the figures of golden motors over time, one line each."""
     scale = scale_for(each)
-    name = parameter_name(each.distribution.parameter).render(translate)
+    name = label.render(translate)
     plot = _described(
         axes("", "UTC", _with_unit(name, scale.unit)),
         text("Golden motors' {parameter} over time", parameter=name).render(translate),

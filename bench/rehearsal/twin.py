@@ -90,7 +90,7 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
             bench.clock,
             VirtualHands.of(VirtualOperator(bench.world, seed)),
             system_visa(bench.visa_library),
-            InProcessSimulation(bench, {}),
+            InProcessSimulation(bench, truth, six_step),
         )
         yield Twin(context, assumed, tuple(differences))
 

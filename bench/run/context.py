@@ -19,11 +19,9 @@ from bench.station.clock import ReplayClock, SystemClock
 from bench.station.sharing import Alone, Sharing
 from bench.station.station_file import VIRTUAL, Station, load_station
 from bench.virtual.fault_hooks import inject
-from bench.virtual.true_values import true_values
 from drivers.catalogue import MANUAL
 from drivers.interfaces import Clock
 from drivers.interfaces.text import text
-from procedures.known_parameters import known_parameters
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -219,7 +217,7 @@ def _virtual(request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext
             bench.clock,
             VirtualHands.of(worker),
             system_visa(bench.visa_library),
-            InProcessSimulation(bench, true_values(known_parameters(), truth, motor.six_step)),
+            InProcessSimulation(bench, truth, motor.six_step),
         )
         if by_fixture:
             context = with_fixture(context, worker.thermometer)

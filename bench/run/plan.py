@@ -1,7 +1,7 @@
 """Which procedures a run takes, each with its settings."""
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,9 @@ from bench.i18n.errors import InputError, UsageError
 from bench.plugins.catalogue import Catalogue as Plugins
 from bench.station.station_file import Station
 from drivers.interfaces.text import Text, Translate, text
+from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure import Procedure, Settings
+from procedures.known_parameters import known_parameters
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,6 +27,11 @@ class Planned:
     name: str
     procedure: type[Procedure[Any]]
     settings: Settings
+
+
+def parameters_of(plan: Iterable[Planned]) -> ParameterTable:
+    """Return the table's parameters, and those that the plan's procedures define besides."""
+    return known_parameters({each.name: each.procedure for each in plan})
 
 
 def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catalogue) -> list[Planned]:

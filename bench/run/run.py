@@ -28,7 +28,7 @@ from bench.journal.unrecorded import Unrecorded
 from bench.plugins.records import RecordOutputs
 from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
-from bench.run.plan import Catalogue, Planned, check_roles, make_plan, possible
+from bench.run.plan import Catalogue, Planned, check_roles, make_plan, parameters_of, possible
 from bench.run.progress import Progress
 from bench.run.request import Finished, RunOptions, RunRequest
 from bench.run.resume import begun, check_identities, check_unchanged, identities, left_unsafe
@@ -300,7 +300,7 @@ def _begin(
         faults=[fault.described.told() for fault in request.faults],
         language=request.language,
         software=dict(options.versions),
-        truth=context.simulation.true_values,
+        truth=context.simulation.true_values(parameters_of(plan)),
         motor_file=motor.content,
         station_file=station.content,
         batch=unit.batch if unit else None,

@@ -1,26 +1,30 @@
 """What a run has to do with the virtual bench on which it takes place."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bench.virtual.fault_hooks import FaultListener
+from bench.virtual.true_values import true_values
 from drivers.transport.in_process import InProcess
+from procedures.core.parameter_definition import ParameterTable
 
 if TYPE_CHECKING:
     from bench.virtual.served_world import ServedWorld
     from sim_instruments.bench import VirtualBench
+    from sim_instruments.physics.motor import VirtualMotor
+    from sim_instruments.six_step.drive import SixStepDrive
 
 
 class Simulation:
     """A real bench: nothing is simulated, and nothing is known but what is measured.
 
-    `true_values` are the virtual motor's, by parameter name; `in_process` opens the instruments of a bench in this process.
+    `in_process` opens the instruments of a bench in this process.
     """
 
     in_process: InProcess | None = None
 
-    def __init__(self, true_values: Mapping[str, float] | None = None) -> None:
-        self.true_values = dict(true_values or {})
+    def true_values(self, definitions: ParameterTable) -> dict[str, float]:
+        """Return the virtual motor's true values of some parameters by name; empty where nobody knows."""
+        return {}
 
     def step_started(self, step: str, procedure: str) -> None:
         """Be told which step begins: faults may wait for it."""
@@ -36,10 +40,14 @@ class Simulation:
 class InProcessSimulation(Simulation):
     """A virtual bench in this process."""
 
-    def __init__(self, bench: "VirtualBench", true_values: Mapping[str, float]) -> None:
-        super().__init__(true_values)
+    def __init__(self, bench: "VirtualBench", motor: "VirtualMotor", drive: "SixStepDrive | None") -> None:
         self.bench = bench
         self.in_process = bench
+        self._motor, self._drive = motor, drive
+
+    def true_values(self, definitions: ParameterTable) -> dict[str, float]:
+        """Return the true values of its motor."""
+        return true_values(definitions, self._motor, self._drive)
 
     def step_started(self, step: str, procedure: str) -> None:
         """Tell its faults which step begins."""
@@ -58,8 +66,11 @@ class ServedSimulation(Simulation):
     """A virtual bench behind sockets, reached by its control endpoint."""
 
     def __init__(self, world: "ServedWorld") -> None:
-        super().__init__(world.motor_truth())
         self._world = world
+
+    def true_values(self, definitions: ParameterTable) -> dict[str, float]:
+        """Return the true values that its server tells."""
+        return {name: value for name, value in self._world.motor_truth().items() if name in definitions}
 
     def step_started(self, step: str, procedure: str) -> None:
         """Tell its faults which step begins."""

@@ -203,13 +203,12 @@ def run_planned(
     with run_context(request, console_on(io.StringIO()), interrupts) as context:
         check_roles(planned, context.station)
         done = carry_out(request, planned, context, interrupts, options or RunOptions())
-        truth = context.simulation.true_values
     return Ran(
         done.view.status,
         done.view.cause,
         done.view.parameters().parameters,
         tuple(notice.identifier for _, notice in done.view.warnings()),
-        truth,
+        done.view.truth,
         done.left,
         done.folder,
     )

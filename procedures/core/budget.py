@@ -8,6 +8,7 @@ from GTC import inf, reporting, ureal
 from GTC.lib import UncertainReal
 
 from drivers.interfaces import Accuracy
+from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Contribution, Parameter
 from procedures.estimation.fitting.expanded import half_width as expanded_half_width
 
@@ -87,6 +88,7 @@ class Uncertainties:
         note_value: float | None = None,
         convention: str = "",
         winding: float | None = None,
+        definition: ParameterDefinition | None = None,
     ) -> Parameter:
         """Return the quantity as a parameter with its 95 % coverage interval and its budget."""
         self._reported[procedure, name, estimator] = quantity
@@ -109,6 +111,7 @@ class Uncertainties:
             convention=convention,
             winding=winding,
             budget=tuple(_rows(reached)),
+            definition=definition,
         )
 
     def of_parameter(self, parameter: Parameter) -> UncertainReal:

@@ -62,6 +62,10 @@ class ParameterDefinition:
         if not self.unit:
             raise ValueError(f"parameter {self.name}: the unit is missing; 1 stands for none")
 
+    def for_readers(self) -> dict[str, str]:
+        """Return what a record needs to show the parameter where nobody defines it any more."""
+        return {"symbol": self.symbol, "label": self.label.render(), "reader_unit": self.reader_unit}
+
 
 class ParameterTable(Mapping[str, ParameterDefinition]):
     """Definitions by name, in order; never changed, only extended to another table."""

@@ -139,6 +139,7 @@ class Procedure(ABC, Generic[C]):
             note_value=note_value,
             convention=definition.convention,
             winding=winding,
+            definition=definition,
         )
         self._parameters.append(parameter)
         return parameter
@@ -162,6 +163,7 @@ class Procedure(ABC, Generic[C]):
                 estimator="as printed on the data sheet",
                 convention=definition.convention,
                 source="data sheet",
+                definition=definition,
             )
         )
 

@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from drivers.interfaces.text import Text, Translate, english
+from drivers.interfaces.text import Text, Translate, english, word
+from procedures.core.parameter_definition import ParameterDefinition
+from procedures.core.parameters import PARAMETERS
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,8 @@ class Parameter:
     """A measured (or, for the data sheet's, entered) quantity.
 
     `note_value` is what the document's simple formula gives on the same readings. `winding` is the value of one
-    winding of a delta, `value` then being the Y-equivalent (E8).
+    winding of a delta, `value` then being the Y-equivalent (E8). `definition` is the one that the procedure gives it by; without,
+    the table's row counts.
     """
 
     name: str
@@ -47,6 +50,28 @@ class Parameter:
     winding: float | None = None
     source: str = "measured"
     budget: tuple[Contribution, ...] = ()
+    definition: ParameterDefinition | None = field(default=None, compare=False)
+
+    @property
+    def label(self) -> Text:
+        """What readers call it; one that nothing defines keeps its name."""
+        definition = self._defined
+        return definition.label if definition else word(self.name)
+
+    @property
+    def reader_unit(self) -> str:
+        """The unit in which readers expect it: flux linkage in webers, which are volt-seconds."""
+        definition = self._defined
+        return (definition.reader_unit if definition else "") or self.unit
+
+    @property
+    def own_definition(self) -> ParameterDefinition | None:
+        """What a procedure defines beside the table: a record must hold it to be read without the procedure."""
+        return None if self.name in PARAMETERS else self.definition
+
+    @property
+    def _defined(self) -> ParameterDefinition | None:
+        return self.definition or PARAMETERS.get(self.name)
 
     def covariance(self, other: "Parameter") -> float:
         """Return the covariance with another parameter of the same run, in both units: from the inputs they share (GUM F.1.2)."""
@@ -58,7 +83,8 @@ class Parameter:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as it stands in `result.json`."""
+        """Return it as it stands in `result.json`; one that is not in the table with symbol, label and readers' unit."""
+        own = self.own_definition
         return {
             "value": self.value,
             "unit": self.unit,
@@ -73,6 +99,7 @@ class Parameter:
             "winding": self.winding,
             "source": self.source,
             "budget": [vars(row) for row in self.budget],
+            **({} if own is None else {"definition": own.for_readers()}),
         }
 
 

@@ -6,7 +6,6 @@ from reports.document.model import Block, Column, Document, Facts, Notices, Para
 from reports.document.parameters import parameter_table
 from reports.document.procedure import procedure_section
 from reports.document.record import RunRecord
-from reports.labels import parameter_name
 
 _STATUS: dict[str, Text] = {
     "completed": text("completed"),
@@ -73,7 +72,7 @@ def _plan(run: RunRecord) -> ReportSection:
             else (text("done") if procedure.result is not None else text("not finished"))
         )
         given = procedure.result.parameters if procedure.result is not None else ()
-        gave = Text("{names}", {"names": [parameter_name(name) for name in dict.fromkeys(p.name for p in given)]})
+        gave = Text("{names}", {"names": list({each.name: each.label for each in given}.values())})
         rows.append(TableRow([procedure.section, procedure.title, procedure.name, gave, ended]))
     table = Table(
         [

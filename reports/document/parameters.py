@@ -6,7 +6,7 @@ from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Parameter
 from reports.document.model import Cell, Column, Table, TableRow
-from reports.labels import parameter_name, phrase, unit_for_readers
+from reports.labels import phrase
 from reports.tables.budget import budget_rows, combined, freedom
 from reports.tables.figures import decimals_for, figure, scale_of
 from reports.tables.parameter_figures import shown
@@ -27,7 +27,7 @@ def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
     ]
     rows = []
     for name, parameter in found.parameters.items():
-        rows.append(_row(parameter, parameter_name(name), truth.get(name), with_truth=bool(truth)))
+        rows.append(_row(parameter, parameter.label, truth.get(name), with_truth=bool(truth)))
         for other in found.alternatives.get(name, ()):
             by = (
                 text("· by {procedure}", procedure=other.procedure)
@@ -77,9 +77,9 @@ def result_table(parameters: tuple[Parameter, ...]) -> Table:
     rows = []
     for parameter in parameters:
         figures = shown(parameter)
-        scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+        scale = scale_of(parameter.value, parameter.reader_unit)
         cells: list[Cell] = [
-            parameter_name(parameter.name),
+            parameter.label,
             figures.value,
             figures.unit,
             figures.uncertainty,
@@ -99,7 +99,7 @@ def budget_table(parameter: Parameter) -> Table | None:
     """Return every input of a parameter's uncertainty and what they come to; None for a figure without uncertainty."""
     if not parameter.budget:
         return None
-    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    scale = scale_of(parameter.value, parameter.reader_unit)
     total = combined(parameter)
     decimals = decimals_for(total / scale.factor, 0.0)
     rows = [TableRow(cells) for cells in budget_rows(parameter, scale.factor)]
@@ -123,7 +123,7 @@ def budget_table(parameter: Parameter) -> Table | None:
         rows,
         title=text(
             "Uncertainty of {name}: {value} {unit}, u = {spread}, {freedom} effective degrees of freedom, 95 %: {interval}",
-            name=parameter_name(parameter.name),
+            name=parameter.label,
             value=figures.value,
             unit=figures.unit,
             spread=figures.uncertainty,

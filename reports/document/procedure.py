@@ -20,7 +20,7 @@ from reports.document.parameters import budget_table, result_table
 from reports.document.readings import readings_table
 from reports.document.record import ProcedureRecord, ProcedureStepRecord
 from reports.document.wiring import wiring_table
-from reports.labels import parameter_name, section_name
+from reports.labels import section_name
 from reports.plots.of_procedures import plots
 from reports.tables.budget import combined
 
@@ -73,8 +73,8 @@ def _budgets(parameters: Sequence[Parameter]) -> Iterator[Block]:
         else:
             words = text(
                 "{name}: the budget of {other} in another unit.",
-                name=parameter_name(parameter.name),
-                other=parameter_name(same.name),
+                name=parameter.label,
+                other=same.label,
             )
             yield Paragraph(words, small=True)
     if told:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.result import Parameter
-from reports.labels import parameter_name, unit_for_readers
 from reports.tables.figures import decimals_for, figure, percent, scale_of
 
 #: Below this share of the whole a contribution is not written out.
@@ -72,12 +71,12 @@ def _budget(parameter: Parameter, translate: Translate) -> "Group":
     from rich.table import Table
     from rich.text import Text as Words
 
-    head = Words(f"{parameter_name(parameter.name).render(translate)} ", style="bold")
+    head = Words(f"{parameter.label.render(translate)} ", style="bold")
     head.append(f"({parameter.procedure}, §{parameter.section})", style="not bold dim")
     said = [head, Words(_stated(parameter).render(translate))]
     if not parameter.budget:
         return Group(head, Words(text("It has no uncertainty, and so no budget.").render(translate)), Words(""))
-    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    scale = scale_of(parameter.value, parameter.reader_unit)
     total = combined(parameter)
     made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), show_footer=True)
     made.add_column(
@@ -107,7 +106,7 @@ def _share(part: float) -> str:
 
 
 def _stated(parameter: Parameter) -> Text:
-    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    scale = scale_of(parameter.value, parameter.reader_unit)
     spread = parameter.standard_uncertainty / scale.factor
     decimals = decimals_for(spread, parameter.value / scale.factor)
     low, high = (figure(bound / scale.factor, decimals) for bound in parameter.coverage_interval)

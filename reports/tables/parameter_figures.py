@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from procedures.core.result import Parameter
-from reports.labels import unit_for_readers
 from reports.tables.figures import decimals_for, figure, percent, scale_of
 
 
@@ -22,7 +21,7 @@ class Shown:
 
 def shown(parameter: Parameter, truth: float | None = None) -> Shown:
     """Return a parameter's figures."""
-    scale = scale_of(parameter.value, unit_for_readers(parameter.name, parameter.unit))
+    scale = scale_of(parameter.value, parameter.reader_unit)
     value, spread = parameter.value / scale.factor, parameter.standard_uncertainty / scale.factor
     decimals = decimals_for(spread, value)
     low, high = (figure(bound / scale.factor, decimals) for bound in parameter.coverage_interval)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from drivers.interfaces.text import Translate, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter
-from reports.labels import parameter_name
 from reports.tables.parameter_figures import shown
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Transl
     """Return the lines: every reported figure, and beneath it those of other procedures."""
     found = []
     for name, parameter in parameters.parameters.items():
-        found.append(_row(parameter, parameter_name(name).render(translate), truth.get(name), translate))
+        found.append(_row(parameter, parameter.label.render(translate), truth.get(name), translate))
         found.extend(
             _row(
                 other,

@@ -9,7 +9,7 @@ from rich.console import Console
 from drivers.interfaces.text import english, text
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice, Parameter, ProcedureResult
-from reports.labels import parameter_name
+from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure, percent, scale_of
 from reports.tables.summary import rows, summary
 
@@ -117,6 +117,6 @@ def test_a_run_without_a_figure_says_so() -> None:
 
 
 def test_unknown_parameters_keep_their_name() -> None:
-    assert parameter_name("something_new").render() == "something_new"
+    assert ParameterLabels({})["something_new"].render() == "something_new"
     assert percent(math.nan) == "–"
     assert figure(math.nan, 2) == "–"

@@ -48,6 +48,7 @@ class MotorJudge:
         limits = self._limits.get(parameter.name, _NO_LIMITS)
         expanded = _half(parameter.coverage_interval)
         judgement = judge(parameter.value, expanded, limits, self._guard)
+        own = parameter.own_definition
         undecided = not math.isinf(limits.tolerance) and judgement.ratio < self._minimum_ratio
         return MeasuredFigure(
             parameter.name,
@@ -58,6 +59,7 @@ class MotorJudge:
             limits.low,
             limits.high,
             Verdict.ERROR if undecided else judgement.verdict,
+            "" if own is None else own.label.render(),
         )
 
     def verdict(self, figures: Collection[MeasuredFigure], *, aborted: bool, planned: int) -> Verdict:

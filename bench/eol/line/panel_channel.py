@@ -18,6 +18,7 @@ from bench.eol.verdict import Verdict
 from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
 from drivers.interfaces.text import Text, text
+from reports.labels import ParameterLabels
 
 #: The file in a batch's folder that says where panels reach its line.
 FILE = "line.json"
@@ -84,6 +85,7 @@ class PanelChannel(BatchListener):
 
     def done(self, record: MotorRecord) -> None:
         """Hear that a motor's record is kept."""
+        labels = ParameterLabels({one.parameter: one.label for one in record.measured})
         with self._lock:
             socket_state = self._sockets[record.socket]
             socket_state.serial_number = socket_state.since = ""
@@ -92,7 +94,9 @@ class PanelChannel(BatchListener):
                 "verdict": record.verdict.value,
                 "cause": record.cause,
                 "label": label_of(record),
-                "outside": [one.parameter for one in record.measured if one.verdict is Verdict.FAIL],
+                "outside": [
+                    store_text(labels[one.parameter]) for one in record.measured if one.verdict is Verdict.FAIL
+                ],
             }
             self._counts.verdicts[record.verdict.value] += 1
             self._counts.first_pass += record.first_pass

@@ -16,11 +16,9 @@ from bench.run.simulation import InProcessSimulation
 from bench.safety.station_instruments import system_visa
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
-from bench.virtual.true_values import true_values
 from bench.virtual.virtual_station import Address, virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
-from procedures.known_parameters import known_parameters
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor import VirtualMotor
@@ -58,7 +56,7 @@ class VirtualSocket:
                 bench.clock,
                 VirtualHands.of(VirtualOperator(bench.world, seed)),
                 system_visa(bench.visa_library),
-                InProcessSimulation(bench, true_values(known_parameters(), motor, six_step)),
+                InProcessSimulation(bench, motor, six_step),
                 sharing=sharing(bench.clock),
             )
             yield (

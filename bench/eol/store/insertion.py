@@ -12,7 +12,7 @@ from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import reason
-from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
+from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, WAVEFORM
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 
@@ -53,9 +53,23 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
         if rows:
             sql, parameters_of = _part(table, connection.dialect)
             connection.exec_driver_sql(sql, parameters_of(rows))
+    for label in sorted((m.parameter, m.label) for m in record.measured if m.label):
+        _keep_label(connection, *label)
     if own_file and _motors_with_fresh_figures(connection) >= _TOGETHER:
         _settle(connection)
     return True
+
+
+def _keep_label(connection: Connection, parameter: str, label: str) -> None:
+    own = (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(PARAMETER_LABEL)
+    changed = own.excluded.label
+    connection.execute(
+        own.values(parameter=parameter, label=label).on_conflict_do_update(
+            index_elements=[PARAMETER_LABEL.c.parameter],
+            set_={"label": changed},
+            where=PARAMETER_LABEL.c.label != changed,
+        )
+    )
 
 
 def settle(engine: Engine) -> None:

@@ -11,7 +11,7 @@ from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, func, s
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.faults import FAULTS, fault_of
 from bench.eol.store.insertion import insert_record
-from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, WAVEFORM
+from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, WAVEFORM
 from bench.eol.verdict import Verdict
 
 #: Records read in one go.
@@ -135,13 +135,14 @@ def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list
             by_motor[part["motor"]].append(part)
         parts.append(by_motor)
     figures, checks, waves = parts
+    labels = own_labels(connection)
     return [
         MotorRecord(
             **{name: row[name] for name in _PLAIN},
             started=utc(row["started"]),
             ended=utc(row["ended"]),
             verdict=Verdict(row["verdict"]),
-            measured=tuple(_measured(figure) for figure in figures[row["id"]]),
+            measured=tuple(_measured(figure, labels) for figure in figures[row["id"]]),
             checks=tuple(
                 CheckRecord(c["procedure"], c["attempt"], Verdict(c["verdict"]), c["duration"], c["cause"])
                 for c in checks[row["id"]]
@@ -152,7 +153,12 @@ def _restored(connection: Connection, rows: Sequence[Mapping[Any, Any]]) -> list
     ]
 
 
-def _measured(row: Mapping[Any, Any]) -> MeasuredFigure:
+def own_labels(connection: Connection) -> dict[str, str]:
+    """Return what readers call the parameters that are not in the table of all."""
+    return {row.parameter: row.label for row in connection.execute(select(PARAMETER_LABEL))}
+
+
+def _measured(row: Mapping[Any, Any], labels: Mapping[str, str]) -> MeasuredFigure:
     return MeasuredFigure(
         row["parameter"],
         _or(row["value"], math.nan),
@@ -162,6 +168,7 @@ def _measured(row: Mapping[Any, Any]) -> MeasuredFigure:
         _or(row["low"], -math.inf),
         _or(row["high"], math.inf),
         Verdict(row["verdict"]),
+        labels.get(row["parameter"], ""),
     )
 
 

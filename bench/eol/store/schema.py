@@ -90,6 +90,15 @@ FRESH_FIGURE = Table(
     sqlite_with_rowid=False,
 )
 
+#: What readers call the parameters that are not in the table of all: those of plug-ins, which whoever reads may not have.
+PARAMETER_LABEL = Table(
+    "parameter_label",
+    METADATA,
+    Column("parameter", String(100), primary_key=True),
+    Column("label", Text, nullable=False),
+    sqlite_with_rowid=False,
+)
+
 CHECK = Table(
     "check_attempt",
     METADATA,

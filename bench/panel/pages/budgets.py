@@ -9,7 +9,7 @@ from drivers.interfaces.text import text
 from procedures.core.result import Parameter
 from reports.document.model import Cell
 from reports.document.parameters import budget_table
-from reports.labels import parameter_name, phrase
+from reports.labels import phrase
 
 
 def budgets_part(run: LiveRun, reader: Reader) -> None:
@@ -21,7 +21,7 @@ def budgets_part(run: LiveRun, reader: Reader) -> None:
     with named(ui.element("section").classes("mb-card mb-4"), say(text("Uncertainty budgets"))):
         ui.label(say(text("Uncertainty budgets"))).classes("text-lg font-semibold")
         for parameter in with_budget:
-            title = f"{say(parameter_name(parameter.name))} ({parameter.procedure}): {say(phrase(parameter.estimator))}"
+            title = f"{say(parameter.label)} ({parameter.procedure}): {say(phrase(parameter.estimator))}"
             with ui.expansion(title).classes("w-full text-base"):
                 _table(parameter, reader)
 

@@ -3,6 +3,7 @@
 import math
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 from urllib.parse import quote
 
@@ -15,7 +16,6 @@ from bench.panel.pages.parts import named, table
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
-from reports.labels import parameter_name, unit_for_readers
 from reports.tables.comparison import Compared, compare
 from reports.tables.figures import decimals_for, figure, percent, scale_of
 
@@ -42,6 +42,7 @@ class _History:
         self._reader = reader
         self._runs: list[Archived] = []
         self._chosen: list[str] = []
+        self._labels: dict[str, Text] = {}
 
     def build(self) -> None:
         say = self._reader.say
@@ -61,8 +62,9 @@ class _History:
 
     async def _read(self) -> None:
         self._runs = await background.io_bound(self._panel.archive.list) or []
-        names = sorted({name for run in self._runs for name in run.figures})
-        self._parameter.set_options({name: self._reader.say(parameter_name(name)) for name in names})
+        # Of two that say it differently, the newest run counts.
+        self._labels = {name: figure.label for run in reversed(self._runs) for name, figure in run.figures.items()}
+        self._parameter.set_options({name: self._reader.say(label) for name, label in sorted(self._labels.items())})
         self._show()
 
     def _show(self) -> None:
@@ -86,7 +88,7 @@ class _History:
                     ui.label(self._reader.say(title))
             if self._parameter.value:
                 with ui.element("th").props("scope=col").classes("num"):
-                    ui.label(self._reader.say(parameter_name(self._parameter.value)))
+                    ui.label(self._reader.say(self._labels[self._parameter.value]))
 
     def _line(self, run: Archived) -> None:
         with ui.element("tr"):
@@ -103,7 +105,7 @@ class _History:
                     ui.label(words)
             if self._parameter.value:
                 with ui.element("td").classes("num"):
-                    ui.label(_shown(self._parameter.value, run.figures[self._parameter.value]))
+                    ui.label(_shown(run.figures[self._parameter.value]))
 
     def _choose(self, name: str, *, on: bool) -> None:
         self._chosen = [chosen for chosen in self._chosen if chosen != name] + ([name] if on else [])
@@ -138,24 +140,24 @@ def compare_page(panel: Panel, session: Session, first: str, second: str) -> Non
             if not compared:
                 ui.label(say(text("They have no parameter in common.")))
                 return
-            _compared_table(compared, names, reader)
+            _compared_table(compared, known[first].figures, names, reader)
             ui.label(
                 say(text("E_n: difference over its expanded uncertainty (k = 2); above 1 the two disagree."))
             ).classes("text-sm mt-2")
 
 
-def _compared_table(compared: list[Compared], names: list[str], reader: Reader) -> None:
+def _compared_table(compared: list[Compared], figures: Mapping[str, Figure], names: list[str], reader: Reader) -> None:
     say = reader.say
     head = [say(text("Parameter")), *names, say(text("Unit")), say(text("Difference, %")), "E_n", ""]
     lines = []
     for pair in compared:
-        scale = scale_of(pair.first, unit_for_readers(pair.name, pair.unit))
+        scale = scale_of(pair.first, figures[pair.name].reader_unit)
         values = [v / scale.factor for v in (pair.first, pair.second)]
         counts = all(value == round(value) for value in values)
         decimals = 0 if counts else decimals_for(0.0, values[0]) + 1
         lines.append(
             [
-                say(parameter_name(pair.name)),
+                say(figures[pair.name].label),
                 *(figure(value, decimals) for value in values),
                 scale.unit,
                 f"{100.0 * pair.difference:+.2f}" if math.isfinite(pair.difference) else "–",
@@ -173,11 +175,15 @@ def _type_figures(panel: Panel, run: str, figures: Mapping[str, Figure]) -> dict
         expected: Mapping[str, Any] = tomllib.loads(str(begun.get("motor_file", ""))).get("expected", {})
     except tomllib.TOMLDecodeError:
         expected = {}
-    return {name: Figure(float(value), 0.0, figures[name].unit) for name, value in expected.items() if name in figures}
+    return {
+        name: replace(figures[name], value=float(value), uncertainty=0.0)
+        for name, value in expected.items()
+        if name in figures
+    }
 
 
-def _shown(name: str, shown: Figure) -> str:
-    scale = scale_of(shown.value, unit_for_readers(name, shown.unit))
+def _shown(shown: Figure) -> str:
+    scale = scale_of(shown.value, shown.reader_unit)
     value, spread = shown.value / scale.factor, shown.uncertainty / scale.factor
     share = percent(abs(spread / value)) if value else "–"
     return f"{figure(value, decimals_for(spread, value))} {scale.unit}, u {share} %"

@@ -18,7 +18,6 @@ from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import Text, text
-from reports.labels import parameter_name
 
 #: How often (s) a page looks whether the line has changed.
 _LOOK = 0.05
@@ -292,7 +291,7 @@ class _Tile:
         elif last is not None:
             mark, words = _VERDICTS[last["verdict"]]
             self._set(last["verdict"], f"{mark} {say(words)}", last["serial_number"])
-            outside = [say(parameter_name(name)) for name in last["outside"]]
+            outside = [say(restore_text(label)) for label in last["outside"]]
             self._detail.set_text(last["cause"] or "\n".join(outside))
         else:
             self._set("empty", "–", say(text("free")))

@@ -29,7 +29,7 @@ from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot, pareto_plot, rule_words
 from drivers.interfaces.text import Text, text
-from reports.labels import parameter_name
+from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ class _Statistics:
     def __init__(self, panel: Panel, reader: Reader, choice: Choice) -> None:
         self._panel, self._reader, self._choice = panel, reader, choice
         self._asked = 0
+        self._labels = ParameterLabels({})
 
     def build(self) -> None:
         say = self._reader.say
@@ -85,7 +86,7 @@ class _Statistics:
 
     def _show(self, view: StatisticsView) -> None:
         say, statistics = self._reader.say, view.statistics
-        self._choice = view.choice
+        self._choice, self._labels = view.choice, view.labels
         self._offer(view)
         self._status.set_text("" if statistics is None else say(_selected(statistics)))
         self._fault.set_text("" if view.fault is None else say(view.fault))
@@ -110,7 +111,7 @@ class _Statistics:
         say, choice = self._reader.say, view.choice
         self._model.set_visibility(len(view.models) > 1)
         batches = {ALL: say(text("All batches")), **{name: name for name in view.batches}}
-        parameters = {name: say(parameter_name(name)) for name in view.parameters}
+        parameters = {name: say(self._labels[name]) for name in view.parameters}
         for select, options, value in (
             (self._model, {model: model for model in view.models}, choice.model),
             (self._batch, batches, choice.batch),
@@ -168,9 +169,7 @@ class _Statistics:
 
     def _capability(self, each: "ParameterStatistics") -> None:
         say, distribution = self._reader.say, each.distribution
-        with self._card(
-            text("Capability: {parameter}", parameter=parameter_name(distribution.parameter)), "capability"
-        ):
+        with self._card(text("Capability: {parameter}", parameter=self._labels[distribution.parameter]), "capability"):
             rows = [
                 [name, index(by, which)]
                 for name, by, which in (
@@ -196,7 +195,7 @@ class _Statistics:
             with _beside():
                 with ui.element("div"):
                     if any(each.failed for each in by_parameter):
-                        self._plot(pareto_plot(by_parameter, self._reader.translate))
+                        self._plot(pareto_plot(by_parameter, self._labels, self._reader.translate))
                 with ui.element("div").classes("flex flex-col flex-nowrap gap-4"):
                     for title, failures in ((text("Parameter"), by_parameter), (text("Procedure"), by_procedure)):
                         if failures:
@@ -205,7 +204,7 @@ class _Statistics:
     def _pareto(self, title: Text, failures: Sequence["Failures"]) -> None:
         rows = [
             [
-                self._reader.say(parameter_name(each.name)),
+                self._reader.say(self._labels[each.name]),
                 str(each.failed),
                 percentage(row.share, 1),
                 percentage(row.cumulative, 1),
@@ -220,7 +219,7 @@ class _Statistics:
         distribution, scale = each.distribution, scale_for(each)
         spread = distribution.standard_deviation / scale.factor
         digits = decimals_for(spread, distribution.mean / scale.factor)
-        name = parameter_name(distribution.parameter)
+        name = self._labels[distribution.parameter]
         rows = [
             (text("Motors"), str(distribution.count)),
             (text("Limits"), bounds(distribution.limits.low, distribution.limits.high, scale, digits)),
@@ -230,23 +229,24 @@ class _Statistics:
             (text("Least … most"), bounds(distribution.least, distribution.most, scale, digits)),
         ]
         with self._card(text("Distribution: {parameter}", parameter=name), "distribution"), _beside():
-            self._plot(histogram_plot(each, self._reader.translate))
+            self._plot(histogram_plot(each, name, self._reader.translate))
             with ui.element("div"):
                 head = [name, Text("{unit}", {"unit": scale.unit})]
                 self._table(head, [[self._reader.say(words), value] for words, value in rows], numeric={1})
 
     def _chart(self, each: "ParameterStatistics") -> None:
         say, chart, scale = self._reader.say, each.chart, scale_for(each)
+        name = self._labels[each.distribution.parameter]
         title = text(
             "Control chart: {parameter}, last {count} motors",
-            parameter=parameter_name(each.distribution.parameter),
+            parameter=name,
             count=len(each.values),
         )
         with self._card(title, "chart"):
             if chart is None:
                 ui.label(say(text("A control chart needs two motors at least."))).classes("text-base")
                 return
-            self._plot(control_plot(each, self._reader.translate))
+            self._plot(control_plot(each, name, self._reader.translate))
             digits = decimals_for(chart.sigma / scale.factor, chart.centre / scale.factor)
             line = text(
                 "Centre {centre}, control limits {limits} {unit} (3 sigma by the moving range)",
@@ -269,10 +269,10 @@ class _Statistics:
         missing = [name for name in self._choice.golden if name not in {g.serial_number for g in each.golden}]
         if not self._choice.golden:
             return
-        name = parameter_name(each.distribution.parameter)
+        name = self._labels[each.distribution.parameter]
         with self._card(text("Golden motors: {parameter}", parameter=name), "golden"):
             if each.golden:
-                self._plot(golden_plot(each, self._reader.translate))
+                self._plot(golden_plot(each, name, self._reader.translate))
                 rows = []
                 for golden in each.golden:
                     figures = drift_figures(golden, scale)

@@ -8,9 +8,13 @@ from typing import ClassVar
 import pytest
 
 from bench.cli.main import main
+from bench.eol.store.database import open_database
+from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from bench.i18n.language import translator
 from bench.journal.finished_run import read_run
+from bench.panel.archive import Archive
+from bench.panel.line_records import Choice, read_statistics
 from bench.plugins.catalogue import Entry, Origin
 from bench.plugins.catalogues import Catalogues, installed
 from bench.report.exporting import subject_of
@@ -23,6 +27,7 @@ from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
 from reports.exports.target import sheet_for
 from reports.tables.summary import rows
+from tests.command_line import Call
 
 FRAME = ParameterDefinition(
     "frame_capacitance",
@@ -97,6 +102,82 @@ def test_it_is_measured_judged_reported_and_exported(tmp_path: Path) -> None:
     assert "frame_capacitance,1.01e-09,F," in installed().exports["csv"].write(
         sheet_for(installed().exports["csv"], subject)
     )
+
+
+PLUGIN = """
+from typing import ClassVar
+from drivers.interfaces.text import text
+from procedures.core.bench import Role
+from procedures.core.parameter_definition import ParameterDefinition
+from procedures.core.procedure import Procedure, Settings
+from procedures.core.steps import step
+
+
+class FrameCapacitance(Procedure[Settings]):
+    name: ClassVar[str] = "frame-capacitance"
+    title: ClassVar[str] = "Frame capacitance"
+    section: ClassVar[str] = "9.9"
+    roles: ClassVar[frozenset[Role]] = frozenset()
+    gives: ClassVar[tuple[str | ParameterDefinition, ...]] = (
+        ParameterDefinition("frame_capacitance", "C_f", "F", text("Capacitance to the {{frame}}"), reader_unit="s/Ω",
+                            true_value="motor.frame_capacitance"),
+    )
+
+    def measure(self) -> None:
+        self.compare()
+
+    @step("9.9/1", "Compare it")
+    def compare(self) -> None:
+        quantity = self.bench.uncertainties.statistical("comparison", 1.01e-9, 0.01e-9)
+        self.report("frame_capacitance", quantity, section="9.9", estimator="comparison")
+"""
+
+
+def test_a_plug_in_file_s_parameter_is_named_by_the_record_when_the_file_is_gone(call: Call, tmp_path: Path) -> None:
+    (tmp_path / "frame.py").write_text(PLUGIN, encoding="utf-8")
+    (tmp_path / "plan.toml").write_text(
+        '[plan]\nname = "capacitance"\nmotor = "lg-400w"\n[plugins]\nfiles = ["frame.py"]\n'
+        '[[procedure]]\nname = "frame-capacitance"\n[[limit]]\nparameter = "frame_capacitance"\nlow = 1.2e-9\n',
+        encoding="utf-8",
+    )
+    plan = ("plan.toml", "--station", "virtual", "--motors", "2", "--operator", "virtual")
+    assert call("eol", "run", *plan, "--language", "en")[0] == 1
+    (tmp_path / "frame.py").unlink()
+    label = "Capacitance to the {frame}"
+    run = sorted(tmp_path.glob("runs/capacitance/000/*"))[0]
+    view = read_run(str(run), tmp_path / "runs").view
+    (figure,) = view.parameters().parameters.values()
+    assert (figure.label.render(), figure.reader_unit) == (label, "s/Ω")
+    assert figure.own_definition is not None
+    assert figure.own_definition.symbol == "C_f"
+    assert view.truth["frame_capacitance"] == pytest.approx(1e-9)
+    for words in (("results", str(run)), ("eol", "stats"), ("eol", "stats", "--parameter", "frame_capacitance")):
+        out = call(*words, "--language", "en")[1]
+        assert label in out, words
+        assert "frame_capacitance" not in out, words
+    out = call("report", str(run), "--format", "html")[1]
+    page = Path(out.split()[-1]).read_text(encoding="utf-8")
+    assert label in page
+    assert "s/Ω" in page
+    engine = open_database("records.sqlite", existing=True)
+    assert {one.label for record in Records(engine).read() for one in record.measured} == {label}
+    engine.dispose()
+    assert read_statistics("records.sqlite", Choice()).labels["frame_capacitance"].render() == label
+
+
+def test_the_list_of_runs_names_it(tmp_path: Path) -> None:
+    definition = {"symbol": "C_f", "label": "Capacitance to the {frame}", "reader_unit": "s/Ω"}
+    entry = {"value": 1e-9, "standard_uncertainty": 1e-11, "unit": "F"}
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "journal.jsonl").write_text("")
+    parameters = {"frame_capacitance": {**entry, "definition": definition}, "of_an_older_run": entry}
+    (tmp_path / "a" / "result.json").write_text(json.dumps({"parameters": parameters}))
+    (run,) = Archive(tmp_path).list()
+    told = {name: (figure.label.render(), figure.reader_unit) for name, figure in run.figures.items()}
+    assert told == {
+        "frame_capacitance": ("Capacitance to the {frame}", "s/Ω"),
+        "of_an_older_run": ("of_an_older_run", "F"),
+    }
 
 
 @pytest.mark.usefixtures("_known")

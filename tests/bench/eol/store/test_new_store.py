@@ -86,8 +86,8 @@ def test_who_finds_the_tables_being_made_waits_for_them(tmp_path: Path) -> None:
     reference = str(tmp_path / "records.sqlite")
     holder = open_database(reference)
     with holder.connect() as connection, saving(reference, [1]) as (other,):
-        connection.execute(text("UPDATE alembic_version SET version_num = '0002'"))
-        connection.execute(text("DROP TABLE fresh_figure"))
+        connection.execute(text("UPDATE alembic_version SET version_num = '0003'"))
+        connection.execute(text("DROP TABLE parameter_label"))
         connection.commit()
         connection.exec_driver_sql("BEGIN IMMEDIATE")
         go_on(other)

@@ -11,9 +11,11 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from bench.cli.main import main
+from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
 from bench.panel.access import add_person
 from bench.panel.launch import LINE
+from drivers.interfaces.text import word
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.conftest import QUICK, Server
 
@@ -83,7 +85,7 @@ def test_a_hostile_runs_name_does_nothing(serve: Serve, new_page: NewPage, finis
 def test_hostile_sockets_serial_numbers_and_plans_do_nothing(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     (tmp_path / "runs" / "batch").mkdir(parents=True)
     now = datetime.now(UTC).isoformat()
-    ended = {"verdict": "fail", "serial_number": HOSTILE, "outside": [HOSTILE], "cause": HOSTILE}
+    ended = {"verdict": "fail", "serial_number": HOSTILE, "outside": [store_text(word(HOSTILE))], "cause": HOSTILE}
     batch = OperatorLine(lambda _: None)
     try:
         batch.say(
