@@ -3,20 +3,23 @@
 import sys
 from typing import Any
 
-from bench.cli.output import print_json
+from bench.cli.output import broken_of, print_json, say_broken
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
+from bench.station.station_file import catalogues_at
 from drivers.interfaces.text import Translate, text
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.known_parameters import givers, known_parameters
 from reports.tables.parameter_reference import page, values
 
 
-def parameters(*, json: bool = False, markdown: bool = False, language: str = "auto") -> None:
+def parameters(*, station: str = "virtual", json: bool = False, markdown: bool = False, language: str = "auto") -> None:
     """List the parameters with symbol, unit, convention and the procedures that give them.
 
     Parameters
     ----------
+    station
+        A station file, whose plug-ins' parameters are listed too.
     json
         Print one JSON object and nothing else.
     markdown
@@ -26,12 +29,14 @@ def parameters(*, json: bool = False, markdown: bool = False, language: str = "a
 
     """
     translate = translator(language_of(language))
-    known, procedures = known_parameters(), givers()
+    catalogues = catalogues_at(station)
+    found = catalogues.procedures
+    known, procedures = known_parameters(found), givers(found)
+    broken = broken_of(catalogues, found)
     if json:
         given = {name: list(procedures.get(name, ())) for name in known}
-        print_json(
-            {"parameters": {name: _entry(row, translate) | {"procedures": given[name]} for name, row in known.items()}}
-        )
+        listed = {name: _entry(row, translate) | {"procedures": given[name]} for name, row in known.items()}
+        print_json({"parameters": listed, "broken": [one.as_dict() for one in broken]})
         return
     if markdown:
         sys.stdout.write(page(known.values(), procedures, translate))
@@ -45,6 +50,7 @@ def parameters(*, json: bool = False, markdown: bool = False, language: str = "a
     for name, row in known.items():
         table.add_row(name, row.unit, row.label.render(translate), translate(row.convention) if row.convention else "")
     console_on(sys.stdout).print(table)
+    say_broken(broken, translate)
 
 
 def _entry(row: ParameterDefinition, translate: Translate) -> dict[str, Any]:

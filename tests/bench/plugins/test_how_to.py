@@ -153,6 +153,15 @@ address = "TCPIP0::192.0.2.11::inst0::INSTR"
     listed = json.loads(call("procedures", "--station", "own.toml", "--json")[1])["procedures"]["cold-lines"]
     assert listed["from"]["name"] == str(folder / "cold_lines.py")
     assert [step["id"] for step in listed["steps"]] == ["acme/1", "acme/2"]
+    known = json.loads(call("parameters", "--station", "own.toml", "--json")[1])["parameters"]["cold_line_resistance"]
+    assert (known["symbol"], known["unit"], known["procedures"]) == ("R_l", "Ω", ["cold-lines"])
+    assert "Line resistance as it comes" in call("parameters", "--station", "own.toml", "--language", "en")[1]
+    assert "cold_line_resistance" not in call("parameters")[1]
+    (folder / "cold_lines.py").write_text("import no_such_library")
+    code, _, err = call("parameters", "--station", "own.toml")
+    assert code == 0
+    assert "cold_lines.py cannot be used: ModuleNotFoundError: No module named 'no_such_library'" in err
+    (folder / "cold_lines.py").write_text(codes("add-a-procedure.md")["cold_lines.py"], encoding="utf-8")
     for language in ("en", "zh"):
         words = ("run", "cold-lines", "--station", "own.toml", "--motor", "lg-400w", "--rehearse", "--json")
         told = json.loads(call(*words, "--language", language)[1])
