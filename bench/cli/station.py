@@ -243,7 +243,7 @@ def _print(
 
 
 def drivers(*, station: str = "virtual", language: str = "auto", json: bool = False) -> int:
-    """List the drivers by role, the simulated instruments and the outputs for records, and where each comes from.
+    """List the drivers by role, those of safety devices, the simulated instruments and the outputs, and where each comes from.
 
     Parameters
     ----------
@@ -257,6 +257,7 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
     """
     catalogues = catalogues_at(station)
     found, simulated, outputs = catalogues.drivers, catalogues.simulated_instruments, catalogues.records
+    relays, contacts = catalogues.watchdog_relays, catalogues.interlocks
     listed = [
         {
             "name": driver.name,
@@ -272,6 +273,11 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
         print_json(
             {
                 "drivers": listed,
+                "watchdog_relays": [{"name": name, "from": relays.origin(name).as_dict()} for name in relays],
+                "interlocks": [
+                    {"name": name, "schemes": kind.schemes, "from": contacts.origin(name).as_dict()}
+                    for name, kind in contacts.items()
+                ],
                 "simulated_instruments": [
                     {"name": name, "role": kind.role, "from": simulated.origin(name).as_dict()}
                     for name, kind in simulated.items()
@@ -282,6 +288,10 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
         )
         return 0
     print_catalogue(found, lambda name: ", ".join(driver.role.value for driver in found[name]))
+    print()
+    print_catalogue(relays, lambda _: "watchdog relay")
+    print()
+    print_catalogue(contacts, lambda name: " ".join(["interlock", *contacts[name].schemes]))
     print()
     print_catalogue(simulated, lambda name: f"simulated {simulated[name].role}")
     print()

@@ -1,1 +1,1 @@
-"""Catalogues of what can be added from outside: drivers, simulated instruments, procedures, exports, outputs for records."""
+"""Catalogues of what can be added from outside, one for each entry-point group."""

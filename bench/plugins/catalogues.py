@@ -11,6 +11,7 @@ from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
 from drivers.interfaces import Role
 from drivers.interfaces.text import text
+from drivers.safety_devices import InterlockDriver, RelayDriver
 from procedures.catalogue import ORDER
 
 if TYPE_CHECKING:
@@ -29,17 +30,19 @@ class _Named(Protocol):
 
 
 NamedT = TypeVar("NamedT", bound=_Named)
-GROUPS = ("drivers", "simulated_instruments", "procedures", "exports", "records")
+GROUPS = ("drivers", "watchdog_relays", "interlocks", "simulated_instruments", "procedures", "exports", "records")
 
 
 @dataclass(frozen=True)
 class Catalogues:
-    """The five catalogues, and the plug-in files among what they were made of."""
+    """The catalogues, one a group, and the plug-in files among what they were made of."""
 
     entries: dict[str, tuple[Entry, ...]]
     unusable: tuple[BrokenPlugin, ...] = ()
     files: tuple[PluginFile, ...] = ()
     drivers: Catalogue[tuple[Driver, ...]] = field(init=False)
+    watchdog_relays: Catalogue[RelayDriver] = field(init=False)
+    interlocks: Catalogue[InterlockDriver] = field(init=False)
     simulated_instruments: "Catalogue[SimulatedInstrument]" = field(init=False)
     procedures: "Catalogue[type[Procedure[Any]]]" = field(init=False)
     exports: "Catalogue[Target]" = field(init=False)
@@ -116,6 +119,16 @@ def accept_drivers(name: str, loaded: object) -> tuple[Driver, ...]:
     return found
 
 
+def accept_relay(name: str, loaded: object) -> RelayDriver:
+    """Return the driver of a relay with a watchdog. Raises ValueError for anything else."""
+    return _named(name, loaded, RelayDriver)
+
+
+def accept_interlock(name: str, loaded: object) -> InterlockDriver:
+    """Return the driver of interlock contacts. Raises ValueError for anything else."""
+    return _named(name, loaded, InterlockDriver)
+
+
 def accept_simulated(name: str, loaded: object) -> "SimulatedInstrument":
     """Return a simulated instrument. Raises ValueError for anything else."""
     from sim_instruments.catalogue import SimulatedInstrument
@@ -169,6 +182,8 @@ def _other(loaded: object, wanted: str) -> ValueError:
 
 _ACCEPT: dict[str, Callable[[str, object], Any]] = {
     "drivers": accept_drivers,
+    "watchdog_relays": accept_relay,
+    "interlocks": accept_interlock,
     "simulated_instruments": accept_simulated,
     "procedures": accept_procedure,
     "exports": accept_export,

@@ -18,6 +18,7 @@ from bench.plugins.catalogues import GROUPS, Catalogues, installed
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
 from drivers.interfaces.text import text
+from drivers.safety_devices import InterlockDriver, RelayDriver
 
 KEY = "plugins"
 
@@ -92,7 +93,10 @@ def load_file(path: Path, source: str) -> PluginFile:
         entries[group].append(Entry(declared, origin, lambda value=value: value))  # type: ignore[misc]
     if not any(entries.values()):
         return PluginFile(
-            origin, error=text("it declares nothing: no driver, simulated instrument, procedure, export or output")
+            origin,
+            error=text(
+                "it declares nothing: no driver, relay, interlock contact, simulated instrument, procedure, export or output"
+            ),
         )
     return PluginFile(origin, entries)
 
@@ -122,6 +126,8 @@ def _declarations(module: ModuleType) -> Iterator[tuple[str, str, Any]]:
     from sim_instruments.catalogue import SimulatedInstrument
 
     kinds: dict[str, type[Any]] = {
+        "watchdog_relays": RelayDriver,
+        "interlocks": InterlockDriver,
         "simulated_instruments": SimulatedInstrument,
         "exports": Target,
         "records": RecordOutput,

@@ -16,7 +16,6 @@ from bench.station.interlock_entries import InterlockEntry
 from bench.station.station_file import Station
 from drivers.interfaces import InstrumentError, Interlock
 from drivers.interfaces.text import Text, lines, text, text_of
-from drivers.interlocks.catalogue import open_interlock
 from procedures.core.bench import Recorder
 
 #: How often (s) a contact is read; one that is sent by itself is waited for.
@@ -67,7 +66,9 @@ class Interlocks:
         self._delays = Delays()
         try:
             for entry in entries:
-                self._opened[entry.name] = open_interlock(entry.address, entry.options, name=f"interlock {entry.name}")
+                self._opened[entry.name] = entry.driver.open(
+                    entry.address, entry.options, name=f"interlock {entry.name}"
+                )
         except BaseException:
             self.close()
             raise

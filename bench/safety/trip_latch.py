@@ -14,7 +14,6 @@ from bench.safety.ownership.state_folder import FolderBusyError, StateFolder
 from bench.station.interlock_entries import InterlockEntry
 from bench.station.station_file import Station
 from drivers.interfaces.text import reason_of
-from drivers.interlocks.catalogue import contact_names
 
 #: A line for every trip, reset, and record that holds a reset; lines are only added.
 _FILE, _MODE = "trips.jsonl", 0o666
@@ -168,7 +167,7 @@ def _take(line: Mapping[str, Any], found: dict[str, _Kept]) -> None:
 
 
 def _keys(entry: InterlockEntry) -> frozenset[str]:
-    return frozenset(contact_names(entry.address, entry.options))
+    return frozenset(entry.driver.contact_names(entry.address, entry.options))
 
 
 def _now() -> str:

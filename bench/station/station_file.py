@@ -175,9 +175,9 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
             file.way_down, {role: entry.driver.name == MANUAL for role, entry in entries.items()}, source
         ),
         file.guardian,
-        interlocks_of(file.interlocks, source),
+        interlocks_of(file.interlocks, source, catalogues.interlocks),
         file.fixture,
-        relays_of(file.watchdog_relays, entries, source),
+        relays_of(file.watchdog_relays, entries, source, catalogues.watchdog_relays),
         catalogues,
         tuple(file.plugins.records),
     )

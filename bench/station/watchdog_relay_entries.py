@@ -6,12 +6,13 @@ from typing import Any
 
 from pydantic import Field
 
-from bench.files.toml_file import Section, nearest, validate
+from bench.files.toml_file import Section, validate
 from bench.i18n.errors import InputError
+from bench.plugins.catalogue import Catalogue
 from bench.station.driver_options import read_options
 from bench.station.shutdown_sequence import OFF_BY
-from drivers.beckhoff.catalogue import RelayDriver, find_relay, relay_names
 from drivers.interfaces.text import text
+from drivers.safety_devices import RelayDriver
 from procedures.core.bench import Role
 
 #: Keys of a relay's table that are not its driver's.
@@ -35,8 +36,10 @@ class RelayEntry:
     options: object
 
 
-def relays_of(tables: Mapping[str, Mapping[str, Any]], there: Collection[Role], source: str) -> tuple[RelayEntry, ...]:
-    """Return a station's relays with a watchdog; `there` are its instruments' roles.
+def relays_of(
+    tables: Mapping[str, Mapping[str, Any]], there: Collection[Role], source: str, known: Catalogue[RelayDriver]
+) -> tuple[RelayEntry, ...]:
+    """Return a station's relays with a watchdog; `there` are its instruments' roles, `known` the drivers to be had.
 
     Raises InputError naming file, key, what was given and what is allowed.
     """
@@ -44,16 +47,18 @@ def relays_of(tables: Mapping[str, Mapping[str, Any]], there: Collection[Role], 
     for name, table in tables.items():
         prefix = f"watchdog_relays.{name}"
         common = validate(_Relay, {key: table[key] for key in _COMMON if key in table}, source, prefix)
-        if common.driver not in relay_names():
-            raise InputError(
+        driver = known.need(
+            common.driver,
+            lambda why, prefix=prefix, name=common.driver: InputError(  # type: ignore[misc]
                 text(
                     "{source}: {prefix}.driver = {driver!r} is no driver for a relay with a watchdog; {hint}",
                     source=source,
                     prefix=prefix,
-                    driver=common.driver,
-                    hint=nearest(common.driver, relay_names()),
+                    driver=name,
+                    hint=why,
                 )
-            )
+            ),
+        )
         allowed = [role.value for role in OFF_BY if role in there]
         for role in common.roles:
             if role.value not in allowed:
@@ -66,7 +71,6 @@ def relays_of(tables: Mapping[str, Mapping[str, Any]], there: Collection[Role], 
                         allowed=allowed,
                     )
                 )
-        driver = find_relay(common.driver)
         own = {key: value for key, value in table.items() if key not in _COMMON}
         options = read_options(driver.options, own, source, prefix)
         entries.append(RelayEntry(name, driver, common.address, frozenset(common.roles), options))

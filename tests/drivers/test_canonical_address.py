@@ -7,7 +7,7 @@ from pyvisa.rname import ResourceName
 
 from drivers.cia402.options import CanInterlockOptions
 from drivers.delta.options import ModbusInterlockOptions
-from drivers.interlocks.catalogue import contact_names
+from drivers.interlocks.catalogue import CAN, MODBUS
 from drivers.transport.canonical_address import addresses_of, canonical_addresses, is_serial_line
 
 HOSTS = {"scope.lab": ["192.0.2.7", "fe80::7"], "bridge": ["192.0.2.8"]}
@@ -110,11 +110,17 @@ def test_names_agree_with_pyvisas_reading(address: str) -> None:
 
 def test_contacts_have_names() -> None:
     stop = ModbusInterlockOptions(3)
-    assert set(contact_names("tcp://192.0.2.9:502", stop)) == set(contact_names("tcp://192.0.2.9", stop))
-    assert contact_names("tcp://192.0.2.9", stop) != contact_names("tcp://192.0.2.9", ModbusInterlockOptions(4))
-    assert contact_names("rtu:///dev/none", stop) != contact_names("rtu:///dev/none", ModbusInterlockOptions(3, unit=2))
+    assert set(MODBUS.contact_names("tcp://192.0.2.9:502", stop)) == set(MODBUS.contact_names("tcp://192.0.2.9", stop))
+    assert MODBUS.contact_names("tcp://192.0.2.9", stop) != MODBUS.contact_names(
+        "tcp://192.0.2.9", ModbusInterlockOptions(4)
+    )
+    assert MODBUS.contact_names("rtu:///dev/none", stop) != MODBUS.contact_names(
+        "rtu:///dev/none", ModbusInterlockOptions(3, unit=2)
+    )
     door = CanInterlockOptions(0x1A0, 0, 1)
-    assert contact_names("can://socketcan/can0", door) == contact_names("can://socketcan/can0?bitrate=250000", door)
-    assert contact_names("can://socketcan/can0", door) != contact_names(
+    assert CAN.contact_names("can://socketcan/can0", door) == CAN.contact_names(
+        "can://socketcan/can0?bitrate=250000", door
+    )
+    assert CAN.contact_names("can://socketcan/can0", door) != CAN.contact_names(
         "can://socketcan/can0", CanInterlockOptions(0x1A0, 0, 2)
     )

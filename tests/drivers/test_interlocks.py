@@ -12,7 +12,8 @@ import pytest
 from drivers.cia402.options import CanInterlockOptions
 from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import CommunicationError, Interlock, ReportedError, SetpointError
-from drivers.interlocks.catalogue import InterlockOptions, open_interlock, options_for
+from drivers.interlocks.catalogue import CAN as CAN_FRAME
+from drivers.interlocks.catalogue import MODBUS
 
 
 class Module:
@@ -66,6 +67,14 @@ def opened() -> Iterator[list[Interlock]]:
     for interlock in made:
         interlock.close()
         interlock.close()
+
+
+InterlockOptions = ModbusInterlockOptions | CanInterlockOptions
+
+
+def open_interlock(address: str, options: InterlockOptions, *, name: str) -> Interlock:
+    driver = CAN_FRAME if isinstance(options, CanInterlockOptions) else MODBUS
+    return driver.open(address, options, name=name)
 
 
 def contact(opened: list[Interlock], address: str, options: InterlockOptions) -> Interlock:
@@ -184,10 +193,3 @@ def test_what_cannot_be_is_refused(
 ) -> None:
     with pytest.raises(error, match=message):
         open_interlock(address, options, name="door")
-
-
-def test_the_scheme_says_which_kind() -> None:
-    assert options_for("tcp://192.0.2.1:502") is options_for("rtu:///dev/ttyS0") is ModbusInterlockOptions
-    assert options_for("can://socketcan/can0") is CanInterlockOptions
-    with pytest.raises(ValueError, match="write tcp://host:port"):
-        options_for("TCPIP0::192.0.2.1::INSTR")

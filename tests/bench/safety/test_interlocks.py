@@ -11,7 +11,6 @@ from bench.cli.station import check, reset
 from bench.i18n.errors import InputError, UsageError
 from bench.journal.codec import data_of
 from bench.journal.events.safety import InterlocksStart
-from bench.safety import interlocks as module
 from bench.safety.interlocks import Delays, Interlocks, Uninterlocked, ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.state_folder import state_folder
@@ -22,6 +21,8 @@ from bench.virtual.virtual_station import virtual_station
 from drivers.cia402.options import CanInterlockOptions
 from drivers.delta.options import ModbusInterlockOptions
 from drivers.interfaces import CommunicationError
+from drivers.interlocks.catalogue import CAN, MODBUS
+from drivers.safety_devices import InterlockDriver
 from procedures.core.events import Event
 
 STATION = """
@@ -59,7 +60,7 @@ class Contact:
 @pytest.fixture
 def contacts(monkeypatch: pytest.MonkeyPatch) -> dict[str, Contact]:
     made = {"emergency_stop": Contact(), "door": Contact()}
-    monkeypatch.setattr(module, "open_interlock", lambda *_, name: made[name.split()[-1]])
+    monkeypatch.setattr(InterlockDriver, "open", lambda *_, name: made[name.split()[-1]])
     return made
 
 
@@ -93,8 +94,8 @@ class Journal:
 
 def test_a_station_has_its_interlocks(station: Path) -> None:
     assert load_station(station).interlocks == (
-        InterlockEntry("emergency_stop", "tcp://192.0.2.9:502", ModbusInterlockOptions(3)),
-        InterlockEntry("door", "can://socketcan/can0", CanInterlockOptions(0x1A0, 0, 1, closed=False)),
+        InterlockEntry("emergency_stop", MODBUS, "tcp://192.0.2.9:502", ModbusInterlockOptions(3)),
+        InterlockEntry("door", CAN, "can://socketcan/can0", CanInterlockOptions(0x1A0, 0, 1, closed=False)),
     )
 
 
@@ -176,10 +177,10 @@ def test_a_reader_that_was_late_itself_reads_once_more(
     monkeypatch: pytest.MonkeyPatch, late: bool, silent: int, trips: bool
 ) -> None:
     door = Woken(silent)
-    monkeypatch.setattr(module, "open_interlock", lambda *_, **__: door)
+    monkeypatch.setattr(InterlockDriver, "open", lambda *_, **__: door)
     monkeypatch.setattr(Delays, "since", lambda *_: late)
     tripped = threading.Event()
-    interlocks = Interlocks([InterlockEntry("door", "tcp://h", ModbusInterlockOptions(0))])
+    interlocks = Interlocks([InterlockEntry("door", MODBUS, "tcp://h", ModbusInterlockOptions(0))])
     interlocks.watch(lambda *_: tripped.set())
     assert (tripped if trips else door.read).wait(10.0)
     interlocks.close()
@@ -269,13 +270,15 @@ def test_the_stations_check_tells_how_they_are(
 def test_those_that_are_open_are_let_go_of_where_another_cannot_be_opened(monkeypatch: pytest.MonkeyPatch) -> None:
     first = Contact()
 
-    def opening(address: str, options: object, name: str) -> Contact:
+    def opening(_: InterlockDriver, address: str, options: object, name: str) -> Contact:
         if "door" in name:
             raise CommunicationError(name, "no such bus")
         return first
 
-    monkeypatch.setattr(module, "open_interlock", opening)
-    entries = [InterlockEntry(name, "tcp://h", ModbusInterlockOptions(0)) for name in ("emergency_stop", "door")]
+    monkeypatch.setattr(InterlockDriver, "open", opening)
+    entries = [
+        InterlockEntry(name, MODBUS, "tcp://h", ModbusInterlockOptions(0)) for name in ("emergency_stop", "door")
+    ]
     with pytest.raises(CommunicationError, match="no such bus"):
         Interlocks(entries)
     assert first.ended == 1

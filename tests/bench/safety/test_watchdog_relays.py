@@ -16,9 +16,9 @@ from bench.safety.watchdog_relays import FedRelay, RelayedGuard, relays_ready
 from bench.safety.watchdogs import armed_watchdogs, planned_watchdogs
 from bench.station.station_file import Station, make_station
 from bench.station.watchdog_relay_entries import RelayEntry
-from drivers.beckhoff.catalogue import RelayDriver, find_relay
 from drivers.delta.options import BeckhoffRelayOptions
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog, WhenSilent
+from drivers.safety_devices import RelayDriver
 from procedures.core.bench import Role
 from procedures.core.events import Event
 from tests.journals import event
@@ -297,8 +297,3 @@ def test_what_is_armed_by_role() -> None:
         (Role.SUPPLY, "enable"),
     ]
     assert replace(told[2], relay="").words != told[2].words
-
-
-def test_a_driver_that_there_is_not() -> None:
-    with pytest.raises(KeyError, match="no driver 'x' for a relay with a watchdog; there are beckhoff-bk9000"):
-        find_relay("x")

@@ -1,0 +1,85 @@
+"""What drivers of watchdog relays and interlock contacts declare of themselves; importing this imports no transport library.
+
+They are found by the entry-point groups `motorbench.watchdog_relays` and `motorbench.interlocks`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pkgutil import resolve_name
+from typing import Any
+
+from drivers.interfaces import InstrumentError, Interlock, WatchdogRelay
+from drivers.interfaces.text import text
+from drivers.transport.canonical_address import canonical_addresses
+
+
+@dataclass(frozen=True)
+class RelayDriver:
+    """One driver of a relay with a watchdog.
+
+    `options` is the dataclass of what a station file may say of it. `opener` is called with address, options and `name=`; written
+    as `module:object` its module is imported when a relay is opened.
+    """
+
+    name: str
+    options: type[Any]
+    opener: str | Callable[..., WatchdogRelay]
+
+    def open(self, address: str, options: object, *, name: str) -> WatchdogRelay:
+        """Open the relay; `name` stands for it in messages.
+
+        Raises InstrumentError where what is opened is no WatchdogRelay, and what the driver's own opener raises.
+        """
+        relay: WatchdogRelay = _opened(self, WatchdogRelay, address, options, name)
+        return relay
+
+
+@dataclass(frozen=True)
+class InterlockDriver:
+    """One driver of interlock contacts; `options` and `opener` as for a RelayDriver.
+
+    It takes contacts at addresses of its `schemes` where a station file names no driver. `contact` tells which contact it is
+    behind an address, by its options, as station files that write the rest otherwise would say it too.
+    """
+
+    name: str
+    options: type[Any]
+    opener: str | Callable[..., Interlock]
+    schemes: tuple[str, ...] = ()
+    contact: Callable[[str, Any], str] | None = None
+
+    def open(self, address: str, options: object, *, name: str) -> Interlock:
+        """Open the contact; `name` stands for it in messages.
+
+        Raises InstrumentError where what is opened is no Interlock, and what the driver's own opener raises.
+        """
+        interlock: Interlock = _opened(self, Interlock, address, options, name)
+        return interlock
+
+    def contact_names(self, address: str, options: Any) -> tuple[str, ...]:
+        """Return the names of a contact; however its address is written, one contact has one in common."""
+        contact = repr(options) if self.contact is None else self.contact(address, options)
+        places = canonical_addresses(address, units=getattr(options, "units", ()))
+        return tuple(f"{place} {contact}" for place in places)
+
+
+def _opened(
+    driver: RelayDriver | InterlockDriver, interface: type[Any], address: str, options: object, name: str
+) -> Any:
+    opener = resolve_name(driver.opener) if isinstance(driver.opener, str) else driver.opener
+    try:
+        made = opener(address, options, name=name)
+    except TypeError as error:
+        raise InstrumentError(name, text("driver {driver}: {error}", driver=driver.name, error=error)) from error
+    missing = [each for each in vars(interface) if not each.startswith("_") and each not in dir(made)]
+    if missing:
+        kinds = {"driver": driver.name, "kind": type(made).__name__, "interface": interface.__name__}
+        raise InstrumentError(
+            name,
+            text(
+                "driver {driver} makes a {kind}, which is no {interface}: it has no {missing}",
+                missing=missing,
+                **kinds,
+            ),
+        )
+    return made
