@@ -128,7 +128,7 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
         instruments: StationInstruments
 
         def own(name: str, parameter: str) -> Limit:
-            return _own_limit(context.station, instruments, name, parameter)
+            return _own_limit(station, instruments, name, parameter)
 
         names = {role.value: entry.name for role, entry in context.station.entries.items()}
         script = Script(context.clock.now, lambda: context.operator.hand_time, own, names, translate)

@@ -18,13 +18,13 @@ from bench.station.station_file import Entry, Station
 from bench.virtual.simulated_units import OF_THE_UNIT, stated_options, unit_of, why_no_unit
 from bench.virtual.virtual_station import as_text, virtual_station
 from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData
-from drivers.catalogue import Driver
+from drivers.catalogue import MANUAL, Driver
 from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import Text, text
 from drivers.keysight.options import Probe
 from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
-from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, Options, SimulatedUnit, find
+from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, Options, SimulatedInstrument, SimulatedUnit, find
 from sim_instruments.six_step.machine import virtual_motor
 
 #: What an instrument allows, with its unit: an instrument of another make in its place is bounded by it too.
@@ -118,10 +118,37 @@ def _counterpart(entry: Entry, catalogues: Catalogues) -> _Counterpart:
         return _Counterpart(entry, unit, generic, tuple(said))
     kind = find({**STANDARD, **SIX_STEP}[role.value])
     unit = SimulatedUnit(kind, role.value, {"pole_pairs": 1, **options})
-    said.append(
-        text("{role}: {virtual} stands for the station's {real}", role=role.value, virtual=kind.name, real=driver.name)
-    )
+    said.append(_replaced(entry, kind))
     return _Counterpart(entry, unit, None, (*said, *_shortfalls(entry, unit, options)))
+
+
+def _replaced(entry: Entry, kind: SimulatedInstrument) -> Text:
+    """Say what stands for an instrument without a counterpart, with which ratings, and what would make it stand better."""
+    about: dict[str, Any] = {"role": entry.role.value, "virtual": kind.name, "real": entry.driver.name}
+    if entry.driver.name == MANUAL:
+        return text("{role}: {virtual} stands for the station's {real}", **about)
+    usual = virtual_station({entry.role.value: "-"}).entries[entry.role].options
+    bounds = [name for name in _BOUNDS if hasattr(usual, name)]
+    ratings = _stated({name: bound for name, bound in stated_options(entry).items() if name in bounds})
+    if ratings:
+        return text(
+            "{role}: {real} has no simulated counterpart; a generic instrument with its driver's ratings stands for it, "
+            "at most {ratings}; it reads as accurately as {virtual}",
+            **about,
+            ratings=ratings,
+        )
+    if bounds:
+        return text(
+            "{role}: {real} has no simulated counterpart and declares no ratings; {virtual} stands for it, with its own ranges and "
+            "accuracies: give Driver(ratings=…) {bounds}, or name a simulated instrument of its own by Driver(simulated=…)",
+            **about,
+            bounds=bounds,
+        )
+    return text(
+        "{role}: {real} has no simulated counterpart; {virtual} stands for it, with its own ranges and accuracies, which "
+        "ratings cannot tell: name a simulated instrument of its own by Driver(simulated=…)",
+        **about,
+    )
 
 
 def _generic_supply(options: Options) -> Driver | None:
@@ -177,12 +204,11 @@ def _entry(counterpart: _Counterpart, virtual: Entry, address: str) -> Entry:
         # Of another make: what bounds it, how it is read, and how well.
         options = virtual.options if driver is None else driver.options()
         known = {option.name for option in fields(options)}  # type: ignore[arg-type]
-        own = {option.name for option in fields(entry.options) if getattr(entry.options, option.name) is not None}  # type: ignore[arg-type]
         stated = counterpart.unit.options
         given = {
             name: value
             for name, value in stated.items()
-            if name in known and name in own and (name in _BOUNDS or name.endswith("_accuracy"))
+            if name in known and (name in _BOUNDS or name.endswith("_accuracy"))
         }
         if "probes" in known and stated.get("probes"):
             given["probes"] = _probes(stated["probes"])

@@ -10,13 +10,12 @@ _RATED_CURRENT = 10.0
 
 
 def _stage(options: Options) -> InverterStage:
-    if options.get("maximum_current") is None:
-        return InverterStage()
-    frequency = options["maximum_frequency"]
+    usual = InverterStage()
+    frequency = options.get("maximum_frequency")
     return InverterStage(
-        maximum_current=options["maximum_current"],
-        maximum_frequency=frequency,
-        frequency_ramp=max(20.0, frequency / 50.0),
+        maximum_current=options.get("maximum_current") or usual.maximum_current,
+        maximum_frequency=frequency or usual.maximum_frequency,
+        frequency_ramp=max(20.0, frequency / 50.0) if frequency else usual.frequency_ramp,
     )
 
 

@@ -14,9 +14,11 @@ def _rated_torque(options: Options) -> float:
 
 
 def _machine(options: Options) -> DynamometerMachine:
-    if options.get("maximum_speed") is None:
-        return DynamometerMachine()
-    return DynamometerMachine(maximum_speed=options["maximum_speed"], maximum_torque=_OVERLOAD * _rated_torque(options))
+    usual = DynamometerMachine()
+    if options.get("maximum_speed") is None and options.get("maximum_torque") is None:
+        return usual
+    speed = options.get("maximum_speed") or usual.maximum_speed
+    return DynamometerMachine(maximum_speed=speed, maximum_torque=_OVERLOAD * _rated_torque(options))
 
 
 def _dynamometer(place: BenchPlace) -> Any:
