@@ -18,6 +18,15 @@ if TYPE_CHECKING:
     from pyvisa import ResourceManager
 
 MANUAL = "manual"
+#: What an instrument allows at most, by the names of ratings and of the options that may lower them, with its unit.
+RATING_UNITS: Mapping[str, str] = {
+    "maximum_voltage": "V",
+    "maximum_current": "A",
+    "maximum_frequency": "Hz",
+    "maximum_speed": "rad/s",
+    "maximum_torque": "N·m",
+    "maximum_level": "V rms",
+}
 #: How long (s) an energised instrument may take to answer unless its driver or the station says otherwise.
 REPLY_TIME = 0.6
 

@@ -6,6 +6,8 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
+from drivers.interfaces.strangers_code import strangers_code
+
 if TYPE_CHECKING:
     from procedures.core.procedure import Procedure
 
@@ -43,6 +45,6 @@ def catalogue() -> "Mapping[str, type[Procedure[Any]]]":
     places = {name: place for place, name in enumerate(ORDER)}
     found: dict[str, Any] = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: places.get(point.name, len(places))):
-        with suppress(Exception, SystemExit):
+        with suppress(Exception), strangers_code():
             found.setdefault(point.name, point.load())
     return found

@@ -65,7 +65,7 @@ def export(
     if json:
         print_json({"file": str(out), "format": format_, "motors": count})
     else:
-        print(f"{out}: {count} motors")
+        print(f"{out}: motors: {count}")
     return 0
 
 

@@ -179,7 +179,7 @@ def _print(console: "Console", summary: dict[str, Any]) -> None:
         else ""
     )
     console.file.write(
-        f"{motors} motors: {summary['pass']} pass, {summary['fail']} fail, {summary['error']} error, {summary['aborted']} aborted"
-        f"{f'; yield {share}' if share else ''}; {summary['refused']} serial numbers refused\n"
+        f"motors: {motors}; {summary['pass']} pass, {summary['fail']} fail, {summary['error']} error, {summary['aborted']} aborted"
+        f"{f'; yield {share}' if share else ''}; serial numbers refused: {summary['refused']}\n"
         f"{summary['wall_time']:.1f} s, {summary['motors_per_second']:.2f} motors a second\n"
     )

@@ -50,7 +50,7 @@ def print_statistics(
     batches = ", ".join(selection.batches[:5]) + (" …" if len(selection.batches) > 5 else "")
     say(
         text(
-            "{model}: {count} motors, batches: {names}",
+            "{model}, motors: {count}, batches: {names}",
             model=selection.model,
             count=selection.count,
             names=batches,
@@ -268,7 +268,7 @@ def _print_golden(say: Callable[[Text], None], label: Text, each: ParameterStati
         scale, found = scale_for(each), golden.drift
         say(
             text(
-                "{parameter}: golden motor {serial}: {count} times, mean {mean}, s {s} {unit}, drift {slope} ({low} … {high}) "
+                "{parameter}: golden motor {serial}: {count} ×, mean {mean}, s {s} {unit}, drift {slope} ({low} … {high}) "
                 "{unit} a day: {said}",
                 parameter=label,
                 serial=golden.serial_number,

@@ -24,6 +24,8 @@ def make_app() -> App:
         result_action="return_value",
         # The help is plain text: nothing is to be rendered, and the renderer takes as long as all the rest.
         help_format="plaintext",
+        # Who is interrupted is told so.
+        suppress_keyboard_interrupt=False,
     )
     app.command("bench.cli.results:command", name="results", help="Show a run, list runs, or prove one untouched.")
     lists = Parameter(negative=(), consume_multiple=True)

@@ -1,10 +1,11 @@
 """Strict TOML files: whatever is wrong is named with file, key, what was given and what is allowed."""
 
 import difflib
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -112,7 +113,7 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
             "{key} = {given} is text, not a number; {number}, allowed is {wanted}",
             key=key,
             given=repr(given),
-            number=text("give a number in {unit}", unit=unit) if unit else text("give a number without a unit"),
+            number=_number_in(unit, given),
             wanted=_wanted(field),
         )
     return text(
@@ -121,6 +122,18 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
         given=_shown(given),
         wanted=_wanted(field),
         also=_also(fault),
+    )
+
+
+def _number_in(unit: str, given: str) -> Text:
+    """Ask for a number in a unit; where the text was one in that unit, show it."""
+    if not unit:
+        return text("give a number without a unit")
+    bare = given.strip().removesuffix(unit).strip()
+    return (
+        text("give a number in {unit}, such as {example}", unit=unit, example=bare)
+        if re.fullmatch(r"\d+(\.\d+)?", bare)
+        else text("give a number in {unit}", unit=unit)
     )
 
 
@@ -264,6 +277,8 @@ def _choices(annotation: object) -> Text | str:
         return text("a finite number")
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return text("a table with {keys}", keys=list(annotation.model_fields))
+    if get_origin(annotation) is Annotated:
+        return _choices(get_args(annotation)[0])
     inner = [argument for argument in get_args(annotation) if argument is not type(None)]
     if inner and all(isinstance(choice, str) for choice in inner):
         return _either([repr(choice) for choice in inner])

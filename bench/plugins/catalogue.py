@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
+from drivers.interfaces.strangers_code import strangers_code
 from drivers.interfaces.text import Text, lines, text, text_of
 
 T = TypeVar("T")
@@ -97,9 +98,9 @@ class Catalogue(Mapping[str, T], Generic[T]):
                 raise KeyError(name)
             try:
                 # What a plug-in prints must not end up in JSON, nor in what a guardian says.
-                with redirect_stdout(sys.stderr):
+                with redirect_stdout(sys.stderr), strangers_code():
                     self._loaded[name] = self._accept(name, entry.load())
-            except (Exception, SystemExit) as error:
+            except Exception as error:
                 self._broken[name, entry.origin] = BrokenPlugin(name, entry.origin, reason(error))
                 raise KeyError(name) from error
         return self._loaded[name]

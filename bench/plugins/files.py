@@ -17,6 +17,7 @@ from bench.plugins.catalogue import Entry, Origin, PluginFile, reason
 from bench.plugins.catalogues import GROUPS, Catalogues, installed
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
+from drivers.interfaces.strangers_code import strangers_code
 from drivers.interfaces.text import text
 from drivers.safety_devices import InterlockDriver, RelayDriver
 
@@ -85,8 +86,9 @@ def load_file(path: Path, source: str) -> PluginFile:
     origin = Origin(str(path.resolve()), sha256=_sha256(content))
     name = f"motorbench_plugin_{hashlib.sha256(str(origin).encode() + content).hexdigest()[:16]}"
     try:
-        module = sys.modules.get(name) or _import(name, path.resolve(), content)
-    except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+        with strangers_code():
+            module = sys.modules.get(name) or _import(name, path.resolve(), content)
+    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything
         return PluginFile(origin, error=reason(error))
     entries: dict[str, list[Entry]] = {group: [] for group in GROUPS}
     for group, declared, value in _declarations(module):

@@ -54,7 +54,9 @@ class RecordOutputs:
         for output in self._outputs:
             if output.thread.is_alive():
                 self._failed(
-                    text("output {name}: {left} records were not taken in time", name=output.name, left=output.left)
+                    text(
+                        "output {name}: records that were not taken in time: {left}", name=output.name, left=output.left
+                    )
                 )
 
     def _tell(self) -> None:

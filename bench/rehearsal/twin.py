@@ -18,7 +18,7 @@ from bench.station.station_file import Entry, Station
 from bench.virtual.simulated_units import OF_THE_UNIT, stated_options, unit_of, why_no_unit
 from bench.virtual.virtual_station import as_text, virtual_station
 from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData
-from drivers.catalogue import MANUAL, Driver
+from drivers.catalogue import MANUAL, RATING_UNITS, Driver
 from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import Text, text
 from drivers.keysight.options import Probe
@@ -27,15 +27,6 @@ from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, Options, SimulatedInstrument, SimulatedUnit, find
 from sim_instruments.six_step.machine import virtual_motor
 
-#: What an instrument allows, with its unit: an instrument of another make in its place is bounded by it too.
-_BOUNDS = {
-    "maximum_voltage": "V",
-    "maximum_current": "A",
-    "maximum_frequency": "Hz",
-    "maximum_speed": "rad/s",
-    "maximum_torque": "N·m",
-    "maximum_level": "V rms",
-}
 _ATTENUATION = 10.0
 #: Accuracy of the generic supply's meters, relative to its range, where the station file states none.
 _METER = 1.0e-3
@@ -128,7 +119,7 @@ def _replaced(entry: Entry, kind: SimulatedInstrument) -> Text:
     if entry.driver.name == MANUAL:
         return text("{role}: {virtual} stands for the station's {real}", **about)
     usual = virtual_station({entry.role.value: "-"}).entries[entry.role].options
-    bounds = [name for name in _BOUNDS if hasattr(usual, name)]
+    bounds = [name for name in RATING_UNITS if hasattr(usual, name)]
     ratings = _stated({name: bound for name, bound in stated_options(entry).items() if name in bounds})
     if ratings:
         return text(
@@ -180,13 +171,13 @@ def _shortfalls(entry: Entry, unit: SimulatedUnit, options: Options) -> Iterator
                 role=role,
                 name=name,
                 wanted=wanted,
-                unit=_BOUNDS.get(name, ""),
+                unit=RATING_UNITS.get(name, ""),
                 bound=bound,
             )
 
 
 def _stated(ratings: Mapping[str, Any]) -> list[str]:
-    return [f"{ratings[name]:g} {unit}" for name, unit in _BOUNDS.items() if ratings.get(name) is not None]
+    return [f"{ratings[name]:g} {unit}" for name, unit in RATING_UNITS.items() if ratings.get(name) is not None]
 
 
 def _entry(counterpart: _Counterpart, virtual: Entry, address: str) -> Entry:
@@ -208,7 +199,7 @@ def _entry(counterpart: _Counterpart, virtual: Entry, address: str) -> Entry:
         given = {
             name: value
             for name, value in stated.items()
-            if name in known and (name in _BOUNDS or name.endswith("_accuracy"))
+            if name in known and (name in RATING_UNITS or name.endswith("_accuracy"))
         }
         if "probes" in known and stated.get("probes"):
             given["probes"] = _probes(stated["probes"])

@@ -47,7 +47,7 @@ class RoleWatchdog:
         if self.by_hand:
             return text("{role}: set by hand, and switched off by hand", role=role)
         if self.error:
-            return text("{role}: whether it has a watchdog is not known ({error})", role=role, error=self.error)
+            return text("{role}: whether it has a watchdog is not known, for it could not be opened", role=role)
         if self.watchdog is None:
             return text("{role}: no watchdog; it stays on where run and guardian die together", role=role)
         told = {"role": role, "time": self.watchdog.time, "setting": self.watchdog.setting}

@@ -11,8 +11,10 @@ from pydantic import Strict, create_model
 
 from bench.files.toml_file import Section, validate
 from bench.i18n.errors import InputError, at
+from drivers.catalogue import RATING_UNITS
 
 T = TypeVar("T")
+_OTHER_UNITS = {"maximum_resistance": "Ω", "maximum_inductance": "H", "rated_torque": "N·m"}
 
 
 def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: str) -> T:
@@ -29,15 +31,23 @@ def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: s
 def _model(options: type[Any]) -> type[Section]:
     hints = get_type_hints(options)
     members: dict[str, Any] = {
-        field.name: (_annotation(hints[field.name]), _default(field)) for field in fields(options) if field.init
+        field.name: (_annotation(hints[field.name]), _field(field, hints[field.name]))
+        for field in fields(options)
+        if field.init
     }
     return create_model(options.__name__, __base__=Section, **members)
 
 
-def _default(field: "Field[Any]") -> Any:
+def _field(field: "Field[Any]", hint: Any) -> Any:
+    """Return a field with its default, and of a largest value that it is above zero, and its unit."""
+    number = float in (hint, *get_args(hint))
+    unit = {**RATING_UNITS, **_OTHER_UNITS}.get(field.name) if number else None
+    about: dict[str, Any] = {"json_schema_extra": {"unit": unit}} if unit else {}
+    if number and field.name.startswith("maximum_"):
+        about["gt"] = 0.0
     # Defaults are checked by nobody: the dataclass fills them in itself.
     required = field.default is MISSING and field.default_factory is MISSING
-    return ModelField(...) if required else ModelField(None, validate_default=False)
+    return ModelField(..., **about) if required else ModelField(None, validate_default=False, **about)
 
 
 def _annotation(hint: Any) -> Any:

@@ -19,7 +19,8 @@ class InstrumentError(Exception):
         self.remedy = remedy
         values = {"instrument": word(instrument), "command": command, "what": self.what}
         self.text = text("{instrument} after '{command}': {what}" if command else "{instrument}: {what}", **values)
-        if remedy:
+        # What was wrapped may say it already.
+        if remedy and str(word(remedy)) not in str(self.text):
             self.text = text("{finding}. {remedy}", finding=self.text, remedy=remedy)
         super().__init__(self.text)
 

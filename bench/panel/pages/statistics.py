@@ -238,7 +238,7 @@ class _Statistics:
         say, chart, scale = self._reader.say, each.chart, scale_for(each)
         name = self._labels[each.distribution.parameter]
         title = text(
-            "Control chart: {parameter}, last {count} motors",
+            "Control chart: {parameter}, latest motors: {count}",
             parameter=name,
             count=len(each.values),
         )
@@ -312,7 +312,7 @@ def _beside() -> ui.element:
 def _selected(statistics: "LineStatistics") -> Text:
     selection = statistics.selection
     return text(
-        "{model}: {count} motors, batches: {names}",
+        "{model}, motors: {count}, batches: {names}",
         model=selection.model,
         count=selection.count,
         names=", ".join(selection.batches[:5]) + (" …" if len(selection.batches) > 5 else ""),

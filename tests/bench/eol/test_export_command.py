@@ -94,7 +94,7 @@ def test_json_lines_come_back_as_they_were(records: Records, export) -> None:
     for each in created:
         records.save(each)
     code, path, printed = export("jsonl", "B1")
-    assert (code, printed) == (0, f"{path}: 3 motors\n")
+    assert (code, printed) == (0, f"{path}: motors: 3\n")
     with path.open("rb") as file:
         assert [repr(read_json_line(line)) for line in file] == [repr(each) for each in created if each.batch == "B1"]
 

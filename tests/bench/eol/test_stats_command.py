@@ -52,7 +52,7 @@ def test_what_a_line_is_told(call: Call, put: Put) -> None:
         "Stator resistance",
         "Ppk",
         "rule 1, a point beyond 3 sigma: P-0040",
-        "GOLD: 1 times",
+        "GOLD: 1 ×",
     ):
         assert words in out
     assert "最终合格" in call("--language", "zh")[1]

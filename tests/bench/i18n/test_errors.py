@@ -34,14 +34,14 @@ rated_sped_rpm = 3000.0
 """
 ENGLISH = [
     "nameplate.name = ''; allowed is the motor's name, text in quotes (String should have at least 1 character)",
-    "nameplate.rated_current = '10 A' is text, not a number; give a number in A, "
+    "nameplate.rated_current = '10 A' is text, not a number; give a number in A, such as 10, "
     "allowed is a number above 0 and up to 10000 A (phase, peak)",
     "nameplate.maximum_current = 100000.0; allowed is a number above 0 and up to 10000 A (phase, peak)",
     "unknown key nameplate.rated_sped_rpm; did you mean rated_speed_rpm?",
 ]
 IN_CHINESE = [
     "nameplate.name = ''；允许值：电机名称，带引号的文本（文本至少应有 1 个字符）",
-    "nameplate.rated_current = '10 A' 是文本，不是数；请给出以 A 为单位的数，允许值：大于 0 且不超过 10000 A 的数（相，峰值）",
+    "nameplate.rated_current = '10 A' 是文本，不是数；请给出以 A 为单位的数，例如 10，允许值：大于 0 且不超过 10000 A 的数（相，峰值）",
     "nameplate.maximum_current = 100000.0；允许值：大于 0 且不超过 10000 A 的数（相，峰值）",
     "未知的键 nameplate.rated_sped_rpm；是否指 rated_speed_rpm？",
 ]

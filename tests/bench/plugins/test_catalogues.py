@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -132,15 +133,33 @@ def test_plug_ins_in_wheels(tmp_path: Path) -> None:
         ("x = (", "SyntaxError: '(' was never closed"),
         ("x = 1", "it declares nothing"),
         ("raise SystemExit", "SystemExit: "),
+        ("raise KeyboardInterrupt", "KeyboardInterrupt: "),
+        ("raise GeneratorExit", "GeneratorExit: "),
     ],
 )
 def test_a_file_that_cannot_be_used_is_named_and_takes_nothing_else_down(made: Made, code: str, said: str) -> None:
+    listens = signal.getsignal(signal.SIGINT)
     catalogues = made(code)
+    assert signal.getsignal(signal.SIGINT) is listens
     (broken,) = catalogues.unusable
     assert said in str(broken.sentence)
     assert "plugin.py cannot be used" in str(broken.sentence)
     assert "\n" not in str(broken.sentence)
     assert catalogues.driver("manual", Role.SUPPLY) is not None
+
+
+def test_ctrl_c_while_a_file_is_loaded_ends_the_command(tmp_path: Path) -> None:
+    (tmp_path / "plugin.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhile True: pass\n")
+    (tmp_path / "station.toml").write_text('[station]\nname = "s"\n[plugins]\nfiles = ["plugin.py"]\n')
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", "station", "drivers", "--station", "station.toml"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert done.stderr == "motorbench: interrupted by Ctrl-C\n"
 
 
 @pytest.mark.parametrize(
@@ -257,4 +276,4 @@ def test_an_output_that_fails_or_hangs_is_named_and_holds_up_no_other(tmp_path: 
     assert [line for line in said if "fails" in line] == [
         f"output fails did not take the record of {name}: OSError: no route" for name in ("A1", "A2")
     ]
-    assert any(line.startswith("output hangs: 2 records were not taken in time") for line in said)
+    assert any(line.startswith("output hangs: records that were not taken in time: 2") for line in said)

@@ -280,7 +280,7 @@ def test_what_is_armed_by_role() -> None:
     told = armed_watchdogs(station(), {Role.DRIVE: drive}, {Role.SUPPLY: "no answer"})
     assert [(str(one.words), one.missing) for one in told] == [
         ("drive: no watchdog; it stays on where run and guardian die together", True),
-        ("supply: whether it has a watchdog is not known (no answer)", True),
+        ("supply: whether it has a watchdog is not known, for it could not be opened", True),
     ]
     drive.watchdog = Watchdog(0.5, WhenSilent.AS_SET_UP, "0x1016")
     (one, _) = armed_watchdogs(station(), {Role.DRIVE: drive}, {})

@@ -1,0 +1,41 @@
+"""What is loaded from somebody else may end in any way; only a person's Ctrl-C ends who loads it."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+class LeftError(ValueError):
+    """A stranger's code wanted to end the whole program."""
+
+
+@contextmanager
+def strangers_code() -> Iterator[None]:
+    """Run a stranger's code in the block.
+
+    Raises what it raises; LeftError in place of SystemExit, KeyboardInterrupt and GeneratorExit, unless Ctrl-C was pressed.
+    """
+    pressed = False
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal pressed
+        pressed = True
+        if callable(before):
+            before(number, frame)
+
+    before = signal.getsignal(signal.SIGINT)
+    # Python hands signals to the main thread only.
+    listens = threading.current_thread() is threading.main_thread() and callable(before)
+    if listens:
+        signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    except (SystemExit, KeyboardInterrupt, GeneratorExit) as error:
+        if pressed:
+            raise
+        raise LeftError(f"{type(error).__name__}: {error}") from error
+    finally:
+        if listens:
+            signal.signal(signal.SIGINT, before)
