@@ -27,14 +27,14 @@ def check(
     seed: Seed = 0,
     json: bool = False,
 ) -> int:
-    """Try a plan on virtual benches: predicted time against the physical floor, limits that cannot be decided.
+    """Try a plan on virtual benches, twins of a station that is named: time against the physical floor, limits that cannot be decided.
 
     Parameters
     ----------
     plan
         The plan's file.
     station
-        The line's station file, of which nothing is opened, or `virtual`.
+        The line's station file, whose drivers are tried on simulated instruments and of which nothing is opened, or `virtual`.
     sockets
         How many sockets, where the station file does not say.
     motors
@@ -88,10 +88,12 @@ def _print(console: "Console", done: DryRun) -> None:
     console.print(
         f"Cycle {done.cycle:.1f} s a motor ({done.waits:.1f} s of it waiting for other sockets and in the shutdown); "
         f"physical floor {done.floor:.1f} s, overhead {100.0 * done.overhead:.1f} %{much}\n"
-        f"{done.sockets} sockets: {done.per_hour:.0f} motors an hour",
+        f"Sockets: {done.sockets}; {done.per_hour:.0f} motors an hour",
         markup=False,
     )
     if done.assumed:
         console.print(f"Assumed of the motor, for its file has no [virtual]: {', '.join(done.assumed)}", markup=False)
+    for difference in done.differences:
+        console.print(f"! {difference}", markup=False)
     for trouble in done.troubles:
         console.print(f"✗ {trouble}", markup=False)

@@ -4,7 +4,7 @@ import io
 import math
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from bench.eol.limits import GuardBand, Limits
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch import run_prepared
 from bench.eol.line.batch_listener import BatchListener
-from bench.eol.line.line_file import LineSocket
+from bench.eol.line.line_file import Line, LineSocket
 from bench.eol.line.preparation import BatchRequest, Prepared, prepare
 from bench.eol.line.procedure_times import read_times
 from bench.eol.line.worker_process import ForkServer
@@ -21,6 +21,7 @@ from bench.eol.plan import Plan, SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.i18n.errors import InputError
 from bench.rehearsal.assumed import assumed_motor
+from bench.rehearsal.counterparts import counterparts_of
 from drivers.interfaces.text import Text
 
 
@@ -56,7 +57,8 @@ class LimitFinding:
 class DryRun:
     """What a plan comes to: `cycle` (s) is a motor's mean time at its socket, of which it `waits` for what others have.
 
-    `per_hour` is what the line of all sockets measures; `troubles` are causes of motors that did not pass.
+    `per_hour` is what the line of all sockets measures; `troubles` are causes of motors that did not pass, `differences` those
+    between the station and what stood for it.
     """
 
     plan: str
@@ -70,6 +72,7 @@ class DryRun:
     limits: tuple[LimitFinding, ...]
     troubles: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+    differences: tuple[str, ...] = ()
 
     @property
     def overhead(self) -> float:
@@ -120,7 +123,7 @@ def _virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
         truth, assumptions = assumed_motor(motor.nameplate)
         motor = replace(motor, virtual=truth)
         assumed = tuple(sorted(assumption.name for assumption in assumptions))
-    sockets = tuple(LineSocket(socket.name, None) for socket in line.sockets)
+    sockets = tuple(LineSocket(socket.name, None, socket.station) for socket in line.sockets)
     plan = replace(
         prepared.plan,
         spread=SpreadSection(),
@@ -128,6 +131,7 @@ def _virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
         keep_waveforms="none",
         # One that fails must not hide the others.
         checks=tuple(replace(check, on_failure="go_on") for check in prepared.plan.checks),
+        plugins=prepared.plan.plugins.model_copy(update={"records": []}),
     )
     return replace(prepared, plan=plan, motor=motor, line=replace(line, sockets=sockets)), assumed
 
@@ -162,7 +166,15 @@ def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[
         limits=tuple(_limits(prepared.plan, prepared.limits, records)),
         troubles=tuple(dict.fromkeys(record.cause for record in records if record.cause)),
         assumed=assumed,
+        differences=tuple(dict.fromkeys(_differences(prepared.line))),
     )
+
+
+def _differences(line: Line) -> Iterator[str]:
+    """Say what stands for the instruments of the line's stations, where that is not their own counterpart."""
+    for socket in line.sockets:
+        for counterpart in (counterparts_of(socket.twin_of) if socket.twin_of else {}).values():
+            yield from (str(difference) for difference in counterpart.differences)
 
 
 def _limits(plan: Plan, limits: dict[str, Limits], records: Sequence[MotorRecord]) -> list[LimitFinding]:

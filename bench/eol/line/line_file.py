@@ -51,10 +51,11 @@ class _Socket(Section):
 
 @dataclass(frozen=True)
 class LineSocket:
-    """One place for a motor: its name, and its station, None on a virtual bench."""
+    """One place for a motor: its name, and its station, None on a virtual bench; that may be the twin of a station."""
 
     name: str
     station: Station | None
+    twin_of: Station | None = None
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,8 @@ class WorkerSetup:
     """The first message to a worker: the batch, and its socket, one of so many `sockets`.
 
     `content` is the text of the socket's station from the file `source`, empty on a virtual bench; `shared` are the roles
-    that sockets use in turn. `owner_name` is the name of the batch's claims; a line of virtual benches has none.
+    that sockets use in turn. `twin_of` is the text of the station whose twin a virtual bench is.
+    `owner_name` is the name of the batch's claims; a line of virtual benches has none.
     """
 
     batch: Batch
@@ -42,6 +43,7 @@ class WorkerSetup:
     content: str
     shared: tuple[str, ...]
     owner_name: str = ""
+    twin_of: str = ""
 
 
 @dataclass(frozen=True)

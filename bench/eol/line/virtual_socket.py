@@ -1,7 +1,7 @@
 """A socket of virtual benches: for each motor a bench of its own, with that motor drawn from the spread of its type."""
 
 import hashlib
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 
@@ -10,25 +10,34 @@ import numpy as np
 from bench.eol.line.messages import Batch
 from bench.eol.plan import SpreadSection
 from bench.operators.virtual import VirtualOperator
+from bench.rehearsal.counterparts import counterparts_of, twin_station
 from bench.run.context import RunContext, with_fixture
 from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
 from bench.safety.station_instruments import system_visa
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
-from bench.virtual.virtual_station import Address, virtual_station
+from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
+from sim_instruments.catalogue import FIXTURE, SimulatedUnit, find
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor import VirtualMotor
 
 
 class VirtualSocket:
-    """Makes a virtual bench for each motor of a socket; its instruments' errors stay, those of `shared` ones in all sockets."""
+    """Makes a virtual bench for each motor of a socket; its instruments' errors stay, those of `shared` ones in all sockets.
 
-    def __init__(self, batch: Batch, socket: int, shared: Collection[Role]) -> None:
+    It has the counterparts of the instruments of a station that it is the `twin` of, else the usual ones.
+    """
+
+    def __init__(self, batch: Batch, socket: int, shared: Collection[Role], twin: Station | None = None) -> None:
         self._batch = batch
+        self._twin = twin
+        self._counterparts = counterparts_of(twin) if twin else {}
+        if batch.motor.six_step is None:
+            self._counterparts.pop(Role.DRIVE, None)
         own, common = (Errors.drawn(np.random.default_rng([batch.request.seed, unit])) for unit in (socket + 1, 0))
         names = {role.value for role in shared}
         self._errors = Errors(
@@ -48,11 +57,17 @@ class VirtualSocket:
         # Relays and an actuator work in place of virtual hands.
         fixture = batch.request.operator != "virtual"
         with VirtualBench(
-            motor, seed=seed, errors=self._errors, six_step=six_step, sockets=False, fixture=fixture
+            motor,
+            self._units(fixture=fixture),
+            seed=seed,
+            errors=self._errors,
+            six_step=six_step,
+            sockets=False,
+            fixture=fixture,
         ) as bench:
             bench.clock.on_advance(on_advance)
             context = RunContext(
-                self._station(bench.addresses()),
+                self._station(bench),
                 bench.clock,
                 VirtualHands.of(VirtualOperator(bench.world, seed)),
                 system_visa(bench.visa_library),
@@ -63,11 +78,22 @@ class VirtualSocket:
                 with_fixture(context, lambda: float(bench.world.truth()["winding_temperature"])) if fixture else context
             )
 
-    def _station(self, addresses: Mapping[str, Address]) -> Station:
-        """Return the station of a bench at these addresses, by role, made once: one bench is like another."""
+    def _units(self, *, fixture: bool) -> Sequence[SimulatedUnit] | None:
+        if self._twin is None:
+            return None
+        hands = [SimulatedUnit(find(name)) for name in FIXTURE.values()] if fixture else []
+        return [*(each.unit for each in self._counterparts.values()), *hands]
+
+    def _station(self, bench: VirtualBench) -> Station:
+        """Return the station of a bench, made once for the same addresses: one bench is like another."""
+        addresses = bench.addresses()
         key = tuple((role, str(address)) for role, address in addresses.items())
         if key not in self._stations:
-            self._stations = {key: virtual_station(addresses)}
+            station = virtual_station(addresses)
+            if self._twin is not None:
+                made = twin_station(self._twin, self._counterparts, bench)
+                station = replace(station, entries=made.entries, way_down=made.way_down, catalogues=made.catalogues)
+            self._stations = {key: station}
         return self._stations[key]
 
 

@@ -132,13 +132,15 @@ class Worker:
         self._setup, self._batch = setup, setup.batch
         self._shared = frozenset(Role(role) for role in setup.shared)
         self._station = station_of(setup.content, setup.source) if setup.content else None
-        self._virtual_socket = VirtualSocket(setup.batch, setup.number, self._shared)
+        twin = station_of(setup.twin_of, setup.source) if setup.twin_of else None
+        self._virtual_socket = VirtualSocket(setup.batch, setup.number, self._shared, twin)
         self._lifeline = lifeline
         self._status = WorkerStatus(status, setup.sockets)
         self._owner: Ownership = Unowned()
         if setup.owner_name:
             self._owner = Owner(state_folder(), setup.owner_name, owner)
-        self._catalogues = self._batch.plan.catalogues(self._station.catalogues if self._station else None)
+        known = self._station or twin
+        self._catalogues = self._batch.plan.catalogues(known.catalogues if known else None)
         self._versions = software(self._catalogues)
         self._plans: dict[tuple[str, ...], list[Planned]] = {}
         self._interrupts = Interrupts()
@@ -255,6 +257,7 @@ class Worker:
 def _recording(context: RunContext) -> bool:
     """Tell whether a virtual bench's oscilloscope is taking a record."""
     simulation = context.simulation
-    return isinstance(simulation, InProcessSimulation) and bool(
-        simulation.bench.instrument("oscilloscope").acquisition.state == "SING"
-    )
+    if not isinstance(simulation, InProcessSimulation) or "oscilloscope" not in simulation.bench.roles:
+        return False
+    acquisition = getattr(simulation.bench.instrument("oscilloscope"), "acquisition", None)
+    return acquisition is not None and bool(acquisition.state == "SING")

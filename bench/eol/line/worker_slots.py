@@ -89,6 +89,7 @@ class WorkerSlots:
             content=socket.station.content if socket.station else "",
             shared=tuple(sorted(role.value for role in self._line.shared)),
             owner_name=self._owner.identifier if self._owner else "",
+            twin_of=socket.twin_of.content if socket.twin_of else "",
         )
         descriptors = self._owner.descriptors if self._owner else ()
         process = WorkerProcess(self._fork_server, setup, self._descriptor, descriptors)

@@ -139,6 +139,23 @@ def test_a_run_and_a_line_on_real_sockets(call: Call, folder: Path) -> None:
     assert json.loads(record.read_text(encoding="utf-8"))["verdict"] == "pass"
 
 
+def test_a_plan_is_tried_by_the_station_s_own_drivers_and_procedures(call: Call, folder: Path) -> None:
+    station = stations("add-a-driver.md")[0]
+    (folder / "station.toml").write_text(station.replace('files = ["', 'files = ["cold_lines.py", "'), encoding="utf-8")
+    (folder / "plan.toml").write_text(PLAN.replace('"cold_lines.py", ', ""), encoding="utf-8")
+    code, out, err = call("eol", "check", "plan.toml", "--station", "station.toml", "--json")
+    told = json.loads(out)
+    assert (code, told["differences"], told["troubles"]) == (0, [], []), err
+    # Nothing of it is handed to the plan's outputs.
+    assert not list(folder.glob("**/mes-*"))
+    # A driver that asks for something else than its instrument understands is found out.
+    meter = folder / "acme_meter.py"
+    meter.write_text(meter.read_text(encoding="utf-8").replace('query_number("VOLTS?")', 'query_number("AMPERES?")'))
+    code, out, _ = call("eol", "check", "plan.toml", "--station", "station.toml", "--json")
+    assert code == 1
+    assert "AMPERES" in " ".join(json.loads(out)["troubles"])
+
+
 def test_a_procedure_of_ones_own(call: Call, folder: Path) -> None:
     station = """
 [station]
