@@ -17,7 +17,7 @@ from bench.captures import Capture, CaptureChannel, CaptureError, read_capture
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import text
 from procedures.estimation.fitting.fit import Fit
-from procedures.estimation.mechanics.inertia import SHARED, Ramp, fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.inertia import SHARED, SpeedRamp, fit_coast_down, fit_ramps
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 _RATES = ("coulomb_deceleration", "viscous_rate")
@@ -38,7 +38,7 @@ class _Record:
         """What the torque is called; empty for none."""
         return self.torque.name if isinstance(self.torque, CaptureChannel) else _GIVEN * bool(self.torque)
 
-    def ramp(self, error: ErrorInput | None = None, by: float = 0.0) -> Ramp:
+    def ramp(self, error: ErrorInput | None = None, by: float = 0.0) -> SpeedRamp:
         """Return the ramp as recorded, or off by an error at its limit times `by`."""
         torque = (
             self.torque.values if isinstance(self.torque, CaptureChannel) else np.asarray(self.torque, dtype=np.float64)
@@ -48,7 +48,7 @@ class _Record:
             time = error.on("time", "time", time, by)
             speed = error.on("speed", self.speed.name, speed, by)
             torque = error.on("torque", self.torque_name, torque, by)
-        return Ramp(time, speed, torque if torque.ndim else float(torque), self.speed.resolution)
+        return SpeedRamp(time, speed, torque if torque.ndim else float(torque), self.speed.resolution)
 
 
 def analyze_coast_down(
@@ -159,7 +159,7 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[CaptureC
     return channel, [f"speed '{channel.name}' taken to be in rad/s"]
 
 
-def _split(ramp: Ramp) -> list[Ramp]:
+def _split(ramp: SpeedRamp) -> list[SpeedRamp]:
     """Part a record with a torque column where the drive lets go: before it a driven ramp, after it a coast-down."""
     torque = np.asarray(ramp.torque, dtype=np.float64)
     if torque.ndim == 0:
@@ -174,4 +174,4 @@ def _split(ramp: Ramp) -> list[Ramp]:
     rest = torque[begin:]
     quiet = float(np.mean(np.abs(rest))) < 0.1 * level
     parts = [(slice(0, end), torque[:end]), (slice(begin, None), np.zeros(rest.size) if quiet else rest)]
-    return [Ramp(ramp.time[s], ramp.speed[s], t, ramp.speed_resolution) for s, t in parts]
+    return [SpeedRamp(ramp.time[s], ramp.speed[s], t, ramp.speed_resolution) for s, t in parts]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from bench.rehearsal.rehearse import SCRIPT, Rehearsed
-from bench.rehearsal.script import Line, ProcedureScript
+from bench.rehearsal.script import ProcedureScript, ScriptLine
 from bench.run.console import console_on
 from bench.safety.limits.bounds import RPM, SetPoint
 from drivers.interfaces.text import Text, Translate, text
@@ -87,7 +87,7 @@ def _print_procedure(console: "Console", procedure: ProcedureScript, translate: 
             console.print(f"    {line}", markup=False, soft_wrap=True)
 
 
-def _together(lines: Sequence[Line], translate: Translate) -> Iterator[str]:
+def _together(lines: Sequence[ScriptLine], translate: Translate) -> Iterator[str]:
     """Say what happens in a step, the set points of one call in one line."""
     points: list[SetPoint] = []
     for line, following in zip(lines, [*lines[1:], None], strict=False):
@@ -102,15 +102,15 @@ def _together(lines: Sequence[Line], translate: Translate) -> Iterator[str]:
             points = []
 
 
-def _of_one_call(line: Line, following: Line) -> bool:
+def _of_one_call(line: ScriptLine, following: ScriptLine) -> bool:
     return following.set_point is not None and (following.instrument, following.call) == (line.instrument, line.call)
 
 
-def _parameter(line: Line) -> str:
+def _parameter(line: ScriptLine) -> str:
     return line.set_point.parameter if line.set_point else ""
 
 
-def _said(line: Line, translate: Translate) -> str:
+def _said(line: ScriptLine, translate: Translate) -> str:
     times = f"  ×{line.times}" if line.times > 1 else ""
     if line.kind == "action":
         head, *rest = line.words

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from bench.cli.output import print_json
 from bench.journal.run_folder import existing_run_folder
-from bench.journal.verification import Verdict
+from bench.journal.verification import Integrity
 from bench.journal.verify import verify as verify_run
 
 
@@ -45,4 +45,4 @@ def verify(run: str, *, sha256: str = "", json: bool = False, runs: Path = Path(
             print(f"  {found.unproven}")
         print(f"  journal    {found.events} whole events, the last with SHA-256 {found.last_hash or 'none'}")
         print(f"  waveforms  {found.waveforms} files compared")
-    return 0 if found.verdict is Verdict.UNTOUCHED else 1
+    return 0 if found.verdict is Integrity.UNTOUCHED else 1

@@ -22,7 +22,7 @@ class GuardBand(Enum):
 
 
 @dataclass(frozen=True)
-class Limits:
+class ParameterLimits:
     """The interval in which a parameter must lie, in its unit; an open side is infinite."""
 
     low: float = -math.inf
@@ -49,7 +49,7 @@ class LimitJudgement:
     ratio: float
 
 
-def judge(value: float, expanded: float, limits: Limits, guard: GuardBand) -> LimitJudgement:
+def judge(value: float, expanded: float, limits: ParameterLimits, guard: GuardBand) -> LimitJudgement:
     """Return the verdict on a value with its expanded uncertainty (95 %, half the interval; 0 for a count).
 
     A value that is no number is an error. GuardBand bands that meet leave nothing to accept.

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from bench.eol.limits import GuardBand, Limits
+from bench.eol.limits import GuardBand, ParameterLimits
 from bench.files.toml_file import Section, read, validate
 from bench.i18n.errors import InputError
 from bench.plugins.catalogues import Catalogues
@@ -169,7 +169,7 @@ class PlanFile(Section):
 
 
 @dataclass(frozen=True)
-class Check:
+class PlannedCheck:
     """One procedure of a plan: its settings, of every how many-th motor, and what follows a failure."""
 
     name: str
@@ -193,9 +193,9 @@ class Plan:
     guard: GuardBand
     minimum_ratio: float
     order: str
-    checks: tuple[Check, ...]
+    checks: tuple[PlannedCheck, ...]
     relative: Mapping[str, float]
-    absolute: Mapping[str, Limits]
+    absolute: Mapping[str, ParameterLimits]
     keep_waveforms: KeepWaveforms = "all"
     spread: SpreadSection = field(default_factory=SpreadSection)
     plugins: PluginsSection = field(default_factory=PluginsSection)
@@ -209,7 +209,7 @@ class Plan:
         """The parameters with limits."""
         return frozenset(self.absolute) | frozenset(self.relative)
 
-    def limits(self, expected: Mapping[str, float]) -> dict[str, Limits]:
+    def limits(self, expected: Mapping[str, float]) -> dict[str, ParameterLimits]:
         """Return all limits, per cent taken of the type's `expected` values. Raises InputError where one is missing."""
         limits = dict(self.absolute)
         for parameter, percent in self.relative.items():
@@ -260,7 +260,7 @@ def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
             )
     plan = file.plan
     absolute = {
-        limit.parameter: Limits(
+        limit.parameter: ParameterLimits(
             -math.inf if limit.low is None else limit.low, math.inf if limit.high is None else limit.high
         )
         for limit in file.limit
@@ -282,7 +282,7 @@ def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
         minimum_ratio=plan.minimum_ratio,
         order=plan.order,
         checks=tuple(
-            Check(
+            PlannedCheck(
                 p.name, p.settings, p.every, p.on_failure or plan.on_failure, p.retries or plan.retries, tuple(p.after)
             )
             for p in file.procedure
@@ -302,6 +302,6 @@ def plan_schema() -> dict[str, Any]:
     return PlanFile.model_json_schema()
 
 
-def _about(reference: float, percent: float) -> Limits:
+def _about(reference: float, percent: float) -> ParameterLimits:
     spread = abs(reference) * percent / 100.0
-    return Limits(reference - spread, reference + spread)
+    return ParameterLimits(reference - spread, reference + spread)

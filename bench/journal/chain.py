@@ -3,18 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from bench.journal.journal_file import Line
+from bench.journal.journal_file import JournalLine
 
 
 @dataclass(frozen=True)
-class Fault:
+class ChainFault:
     """A line, from 1, and what is wrong with it."""
 
     line: int
     what: str
 
 
-def first_fault(lines: Sequence[Line], known: Mapping[int, str]) -> Fault | None:
+def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> ChainFault | None:
     """Return what is wrong first in the lines of a journal, None where each follows from the one before.
 
     `known` holds hashes of lines, by place, that the result holds: with them even the last line can be told from a changed one.
@@ -22,7 +22,7 @@ def first_fault(lines: Sequence[Line], known: Mapping[int, str]) -> Fault | None
     for index, line in enumerate(lines):
         due = index + 1
         if line.event is None or line.torn:
-            return Fault(due, "was changed: it is no event")
+            return ChainFault(due, "was changed: it is no event")
         number = line.event.number
         before = lines[index - 1] if index else None
         if number < due:
@@ -31,35 +31,35 @@ def first_fault(lines: Sequence[Line], known: Mapping[int, str]) -> Fault | None
             return _missing(lines, index)
         if line.previous != (before.sha256 if before else ""):
             if before is None:
-                return Fault(
+                return ChainFault(
                     due, "was changed: it is not the first that was written, or carries a hash of none before it"
                 )
             if _vouched_for(lines, index, known):
-                return Fault(before.place, "was changed: the next line carries the hash of another")
-            return Fault(before.place, "was changed, or the next line was, which carries the hash of another")
+                return ChainFault(before.place, "was changed: the next line carries the hash of another")
+            return ChainFault(before.place, "was changed, or the next line was, which carries the hash of another")
     last = len(lines)
     if last in known and lines and lines[-1].sha256 != known[last]:
-        return Fault(last, f"was changed, or result.json was, which holds the hash {known[last][:12]}… of it")
+        return ChainFault(last, f"was changed, or result.json was, which holds the hash {known[last][:12]}… of it")
     return None
 
 
-def _vouched_for(lines: Sequence[Line], index: int, known: Mapping[int, str]) -> bool:
+def _vouched_for(lines: Sequence[JournalLine], index: int, known: Mapping[int, str]) -> bool:
     """Whether the line after this one, or the result that holds its hash, shows that it is as it was."""
     if index + 1 < len(lines):
         return lines[index + 1].previous == lines[index].sha256
     return known.get(index + 1) == lines[index].sha256
 
 
-def _put_in(lines: Sequence[Line], index: int) -> Fault:
+def _put_in(lines: Sequence[JournalLine], index: int) -> ChainFault:
     line = lines[index]
     number = line.event.number if line.event else 0
     if number == index and line.previous == (lines[index - 2].sha256 if index >= 2 else ""):
         # This one follows from the last but one: what stands between them does not belong there.
-        return Fault(index, "was put in: the next line follows from the line before it")
-    return Fault(index + 1, f"holds event {number} where {index + 1} is due: it was put in, or put elsewhere")
+        return ChainFault(index, "was put in: the next line follows from the line before it")
+    return ChainFault(index + 1, f"holds event {number} where {index + 1} is due: it was put in, or put elsewhere")
 
 
-def _missing(lines: Sequence[Line], index: int) -> Fault:
+def _missing(lines: Sequence[JournalLine], index: int) -> ChainFault:
     due = index + 1
     event = lines[index].event
     number = event.number if event else due
@@ -68,5 +68,5 @@ def _missing(lines: Sequence[Line], index: int) -> Fault:
     said = f"holds event {number} where {due} is due: "
     if gone:
         events = f"event {due} was" if number == due + 1 else f"events {due} to {number - 1} were"
-        return Fault(due, f"{said}{events} removed")
-    return Fault(due, f"{said}lines were put into another order")
+        return ChainFault(due, f"{said}{events} removed")
+    return ChainFault(due, f"{said}lines were put into another order")

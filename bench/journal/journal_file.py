@@ -17,7 +17,7 @@ _TAIL = 64 * 1024
 
 
 @dataclass(frozen=True)
-class Line:
+class JournalLine:
     """One line as read: its place in the file from 1, its length (bytes), and the SHA-256 that the next one must carry.
 
     `event` is None for what is no event, `previous` the hash it carries of the line before; a line that does not end
@@ -47,7 +47,7 @@ class JournalFile:
         return self.torn_bytes > 0
 
 
-def read_lines(path: Path) -> Iterator[Line]:
+def read_lines(path: Path) -> Iterator[JournalLine]:
     """Give a journal's lines in order, whatever they hold. Raises InputError where the file cannot be read."""
     try:
         with path.open("rb") as file:
@@ -97,7 +97,7 @@ def read_journal(path: Path) -> JournalFile:
     return JournalFile(tuple(events), torn, length, last_hash)
 
 
-def last_whole_line(path: Path) -> Line | None:
+def last_whole_line(path: Path) -> JournalLine | None:
     """Return a journal's last line that was written to its end, None where there is none; its place is its event's number.
 
     Raises OSError.
@@ -119,9 +119,9 @@ def last_whole_line(path: Path) -> Line | None:
     return replace(line, place=line.event.number) if line.event else None
 
 
-def parse_line(place: int, content: bytes) -> Line:
+def parse_line(place: int, content: bytes) -> JournalLine:
     """Return what stands in a line of a journal, with its end or torn off."""
     whole = content.endswith(b"\n")
     body = content[:-1] if whole else content
     event, previous = decode(body) or (None, "")
-    return Line(place, len(content), hashlib.sha256(body).hexdigest(), not whole, event, previous)
+    return JournalLine(place, len(content), hashlib.sha256(body).hexdigest(), not whole, event, previous)

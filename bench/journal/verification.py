@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 
-class Verdict(Enum):
+class Integrity(Enum):
     """What became of a run: all as it was written, as it was written but without a proven end, or changed afterwards."""
 
     UNTOUCHED = "untouched"
@@ -38,11 +38,11 @@ class Verification:
     unproven: str = ""
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> Integrity:
         """The whole in a word."""
         if self.findings:
-            return Verdict.CHANGED
-        return Verdict.UNFINISHED if self.unproven else Verdict.UNTOUCHED
+            return Integrity.CHANGED
+        return Integrity.UNFINISHED if self.unproven else Integrity.UNTOUCHED
 
     def doubt(self, why: str) -> None:
         """Add why something is not vouched for."""

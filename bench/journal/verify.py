@@ -14,7 +14,7 @@ from bench.journal.codec import RecordedEvent
 from bench.journal.encoding import plain
 from bench.journal.events.instruments import WaveformsTaken
 from bench.journal.events.run import RunBegun, RunFinished
-from bench.journal.journal_file import JournalFile, Line, read_lines
+from bench.journal.journal_file import JournalFile, JournalLine, read_lines
 from bench.journal.run_folder import RunFolder, stored_form
 from bench.journal.run_result import result_of
 from bench.journal.verification import Finding, Verification
@@ -68,7 +68,7 @@ def verify(folder: RunFolder, noted: str = "") -> Verification:
     return found
 
 
-def _take_torn(lines: list[Line]) -> int:
+def _take_torn(lines: list[JournalLine]) -> int:
     """Take what was cut off in writing from the end; return its length (bytes)."""
     torn = 0
     while lines and (lines[-1].torn or lines[-1].event is None):

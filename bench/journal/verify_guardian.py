@@ -10,7 +10,7 @@ from bench.journal.codec import RecordedEvent
 from bench.journal.events.run import RunBegun, RunFinished
 from bench.journal.events.safety import UNTOLD, GuardianEnd, GuardianLeft, GuardianReady, GuardianStarted
 from bench.journal.guardian_record import FILE, sealed
-from bench.journal.journal_file import Line, read_lines
+from bench.journal.journal_file import JournalLine, read_lines
 from bench.journal.verification import Finding, Verification
 from bench.station.station_file import VIRTUAL
 from drivers.catalogue import MANUAL
@@ -128,7 +128,7 @@ def _missing(sessions: Sequence[_Session], found: Verification) -> None:
             return
 
 
-def _read(path: Path) -> tuple[list[Line], bytes]:
+def _read(path: Path) -> tuple[list[JournalLine], bytes]:
     """Return the whole lines, and what follows them: zeros are room that was not used."""
     lines = list(read_lines(path))
     if not lines or not lines[-1].torn:
@@ -139,7 +139,7 @@ def _read(path: Path) -> tuple[list[Line], bytes]:
         return lines, file.read()
 
 
-def _against_anchor(anchor: _Anchor, lines: Sequence[Line]) -> Finding | None:
+def _against_anchor(anchor: _Anchor, lines: Sequence[JournalLine]) -> Finding | None:
     """Return what differs from what the journal says of the record."""
     if anchor.line > len(lines):
         what = f"is missing: event {anchor.event} of the journal holds its hash, so the record's end was changed or removed"
@@ -153,12 +153,12 @@ def _against_anchor(anchor: _Anchor, lines: Sequence[Line]) -> Finding | None:
     return None
 
 
-def _is_sealed(line: Line) -> bool:
+def _is_sealed(line: JournalLine) -> bool:
     # One that cannot be read is one that does not hold its own digest.
     return line.event is not None and line.event.kind == GuardianLeft.kind and "journal" in line.event.data
 
 
-def _against_seal(line: Line, hashes: Sequence[str]) -> Finding | None:
+def _against_seal(line: JournalLine, hashes: Sequence[str]) -> Finding | None:
     """Return what differs from what a closing event says of itself and of the journal."""
     event = line.event.event if line.event is not None else None
     if (
@@ -179,7 +179,9 @@ def _against_seal(line: Line, hashes: Sequence[str]) -> Finding | None:
     return None
 
 
-def _check_end(lines: Sequence[Line], rest: bytes, closed: set[int], told: set[int], found: Verification) -> None:
+def _check_end(
+    lines: Sequence[JournalLine], rest: bytes, closed: set[int], told: set[int], found: Verification
+) -> None:
     """Look at what follows the last line; the run was `told` where the record ends after its room had been given back."""
     if not rest:
         return
@@ -194,7 +196,7 @@ def _check_end(lines: Sequence[Line], rest: bytes, closed: set[int], told: set[i
 
 
 def _check_blocks(
-    lines: Sequence[Line],
+    lines: Sequence[JournalLine],
     sessions: Sequence[_Session],
     covered: int,
     closed: set[int],
@@ -239,7 +241,7 @@ def _check_blocks(
             )
 
 
-def _blocks(lines: Sequence[Line]) -> Iterator[tuple[int, int]]:
+def _blocks(lines: Sequence[JournalLine]) -> Iterator[tuple[int, int]]:
     """Give from which index to before which one each guardian's events stand."""
     starts = [index for index, line in enumerate(lines) if line.event and isinstance(line.event.event, GuardianStarted)]
     starts = starts if starts[:1] == [0] else [0, *starts]

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from bench.files.toml_file import Section
 from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
-from sim_instruments.physics.hall import HallSensors
+from sim_instruments.physics.hall import SimulatedHallSensors
 
 Sensor = Annotated[int, Field(ge=1, le=3, strict=True)]
 Placement = Annotated[float, Field(ge=-math.pi, le=math.pi, strict=True)]
@@ -42,9 +42,9 @@ class HallSection(Section):
         self.sensors()
         return self
 
-    def sensors(self) -> HallSensors:
+    def sensors(self) -> SimulatedHallSensors:
         """Return them as the virtual motor takes them. Raises ValueError for an order that is none."""
-        return HallSensors(
+        return SimulatedHallSensors(
             self.offset,
             self.placements,
             self.order,

@@ -69,14 +69,14 @@ class Offer:
 
 
 @dataclass(frozen=True)
-class Rehearsed:
+class RehearsalEstimate:
     """What a rehearsal says: bench time and hands' time (s) by procedure, and what would not go well."""
 
     times: Mapping[str, tuple[float, float]]
     objections: tuple[str, ...]
 
 
-async def rehearse(procedures: Sequence[str], station: str, motor: str, language: str) -> Rehearsed:
+async def rehearse(procedures: Sequence[str], station: str, motor: str, language: str) -> RehearsalEstimate:
     """Return what `motorbench run … --rehearse` says of a plan. Raises InputError with its message."""
     with tempfile.TemporaryDirectory() as folder:
         reply = await _command(
@@ -96,7 +96,7 @@ async def rehearse(procedures: Sequence[str], station: str, motor: str, language
     failed = [f"{one['name']}: {one['cause']}" for one in reply["procedures"] if one["cause"]]
     passed = [f"{one['procedure']}: {one['message']}" for one in reply["violations"]]
     times = {one["name"]: (float(one["bench_time"]), float(one["hand_time"])) for one in reply["procedures"]}
-    return Rehearsed(times, tuple(dict.fromkeys([*passed, *failed])))
+    return RehearsalEstimate(times, tuple(dict.fromkeys([*passed, *failed])))
 
 
 async def check_station(station: Path, language: str) -> Mapping[str, Any]:

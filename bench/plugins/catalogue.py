@@ -31,7 +31,7 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class Entry:
+class UnloadedDeclaration:
     """A declaration that is not loaded yet."""
 
     name: str
@@ -44,7 +44,7 @@ class PluginFile:
     """A plug-in file that was read: what it declares by group, and why it cannot be used where it cannot."""
 
     origin: Origin
-    entries: Mapping[str, Sequence[Entry]] = field(default_factory=dict, compare=False)
+    entries: Mapping[str, Sequence[UnloadedDeclaration]] = field(default_factory=dict, compare=False)
     error: Text | None = field(default=None, compare=False)
 
 
@@ -78,10 +78,13 @@ class Catalogue(Mapping[str, T], Generic[T]):
     """
 
     def __init__(
-        self, entries: Iterable[Entry], accept: Callable[[str, object], T], unusable: Sequence[BrokenPlugin] = ()
+        self,
+        entries: Iterable[UnloadedDeclaration],
+        accept: Callable[[str, object], T],
+        unusable: Sequence[BrokenPlugin] = (),
     ) -> None:
         self._accept = accept
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, UnloadedDeclaration] = {}
         self._loaded: dict[str, T] = {}
         self._unusable = tuple(unusable)
         self._broken: dict[tuple[str, Origin], BrokenPlugin] = {}

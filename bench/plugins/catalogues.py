@@ -6,7 +6,7 @@ from functools import cache
 from importlib.metadata import distributions
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from bench.plugins.catalogue import BrokenPlugin, Catalogue, Entry, Origin, PluginFile
+from bench.plugins.catalogue import BrokenPlugin, Catalogue, Origin, PluginFile, UnloadedDeclaration
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
 from drivers.interfaces import Role
@@ -37,7 +37,7 @@ GROUPS = ("drivers", "watchdog_relays", "interlocks", "simulated_instruments", "
 class Catalogues:
     """The catalogues, one a group, and the plug-in files among what they were made of."""
 
-    entries: dict[str, tuple[Entry, ...]]
+    entries: dict[str, tuple[UnloadedDeclaration, ...]]
     unusable: tuple[BrokenPlugin, ...] = ()
     files: tuple[PluginFile, ...] = ()
     drivers: Catalogue[tuple[Driver, ...]] = field(init=False)
@@ -87,7 +87,7 @@ class Catalogues:
 @cache
 def installed() -> Catalogues:
     """Return what the installed distributions declare in the entry-point groups `motorbench.*`, ours first."""
-    found: dict[str, list[Entry]] = {group: [] for group in GROUPS}
+    found: dict[str, list[UnloadedDeclaration]] = {group: [] for group in GROUPS}
     seen: set[str] = set()
     for distribution in distributions():
         declared = distribution.read_text("entry_points.txt")
@@ -101,7 +101,7 @@ def installed() -> Catalogues:
         for point in distribution.entry_points:
             group = point.group.removeprefix(_PREFIX)
             if point.group.startswith(_PREFIX) and group in found:
-                found[group].append(Entry(point.name, origin, point.load))
+                found[group].append(UnloadedDeclaration(point.name, origin, point.load))
     for entries in found.values():
         entries.sort(key=lambda entry: (entry.origin.name != OURS, entry.origin.name))
     places = {name: place for place, name in enumerate(ORDER)}

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from bench.files.toml_file import Section
 from bench.i18n.errors import InputError
-from bench.plugins.catalogue import Entry, Origin, PluginFile, reason
+from bench.plugins.catalogue import Origin, PluginFile, UnloadedDeclaration, reason
 from bench.plugins.catalogues import GROUPS, Catalogues, installed
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
@@ -90,9 +90,9 @@ def load_file(path: Path, source: str) -> PluginFile:
             module = sys.modules.get(name) or _import(name, path.resolve(), content)
     except Exception as error:  # noqa: BLE001  a stranger's code may raise anything
         return PluginFile(origin, error=reason(error))
-    entries: dict[str, list[Entry]] = {group: [] for group in GROUPS}
+    entries: dict[str, list[UnloadedDeclaration]] = {group: [] for group in GROUPS}
     for group, declared, value in _declarations(module):
-        entries[group].append(Entry(declared, origin, lambda value=value: value))  # type: ignore[misc]
+        entries[group].append(UnloadedDeclaration(declared, origin, lambda value=value: value))  # type: ignore[misc]
     if not any(entries.values()):
         return PluginFile(
             origin,

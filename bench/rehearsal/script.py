@@ -22,7 +22,7 @@ Own = Callable[[str, str], Limit]
 
 
 @dataclass(frozen=True)
-class Line:
+class ScriptLine:
     """One thing that happens: `kind` is action, set point, on, off or setting; `times` counts it where it is repeated at once."""
 
     kind: str
@@ -51,9 +51,9 @@ class StepScript:
     identifier: str
     sentence: str
     began: float
-    lines: list[Line] = field(default_factory=list)
+    lines: list[ScriptLine] = field(default_factory=list)
 
-    def add(self, line: Line) -> None:
+    def add(self, line: ScriptLine) -> None:
         """Append a line, or count the last one where it is the same."""
         if self.lines and replace(self.lines[-1], times=1) == line:
             self.lines[-1] = replace(line, times=self.lines[-1].times + 1)
@@ -119,17 +119,17 @@ class Script:
             case StepFinished() | StepFailed():
                 self._open.pop()
             case ActionStarted():
-                self._add(Line("action", words=self._lines(event)))
+                self._add(ScriptLine("action", words=self._lines(event)))
             case SettingDone():
                 self._setting(event)
             case ReadingTaken():
                 self._reading(event)
             case Energised():
-                self._add(Line("on", self._names[event.instrument], event.call))
+                self._add(ScriptLine("on", self._names[event.instrument], event.call))
             case DeEnergised():
                 # A block that could not be entered tells why when it ends.
                 self._refused(event.instrument, event.error or "")
-                self._add(Line("off", self._names[event.instrument], event.call))
+                self._add(ScriptLine("off", self._names[event.instrument], event.call))
             case InstrumentFailed():
                 self._refused(event.instrument, event.error)
 
@@ -138,7 +138,7 @@ class Script:
         own = self._own(point.instrument, point.parameter)
         if own.value < point.bound:
             point = replace(point, bound=own.value, owner=own.owner)
-        self._add(Line("set point", point.instrument, point.call, set_point=point))
+        self._add(ScriptLine("set point", point.instrument, point.call, set_point=point))
         key = (point.instrument, point.parameter)
         before = self.highest.get(key)
         if math.isfinite(point.value) and (before is None or abs(point.value) > abs(before.value)):
@@ -157,7 +157,7 @@ class Script:
         # What was held against limits stands there as a set point already.
         if event.instrument not in _LIMITED:
             said = tuple(_short(value) for value in (*event.arguments, *event.named.values()))
-            self._add(Line("setting", self._names[event.instrument], event.call, said))
+            self._add(ScriptLine("setting", self._names[event.instrument], event.call, said))
 
     def _reading(self, event: ReadingTaken) -> None:
         value = event.value
@@ -176,7 +176,7 @@ class Script:
     def _where(self) -> str:
         return self.procedures[-1].name if self.procedures else ""
 
-    def _add(self, line: Line) -> None:
+    def _add(self, line: ScriptLine) -> None:
         # A block that was entered in one step may be left between two: that belongs to the one before.
         steps = self._open or (self.procedures[-1].steps if self.procedures else [])
         if steps:

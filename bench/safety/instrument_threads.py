@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 T = TypeVar("T")
 
 
-class Call(Generic[T]):
+class ThreadCall(Generic[T]):
     """One call under way: what it gave, or the error, once `done` is set."""
 
     def __init__(self, work: Callable[[], T]) -> None:
@@ -34,10 +34,10 @@ class InstrumentThreads:
     """
 
     def __init__(self) -> None:
-        self._queues: dict[str, queue.SimpleQueue[Call[Any] | None]] = {}
-        self._latest: dict[str, Call[Any]] = {}
+        self._queues: dict[str, queue.SimpleQueue[ThreadCall[Any] | None]] = {}
+        self._latest: dict[str, ThreadCall[Any]] = {}
 
-    def submit(self, name: str, call: Call[Any]) -> None:
+    def submit(self, name: str, call: ThreadCall[Any]) -> None:
         """Have a call made after those before it."""
         if name not in self._queues:
             self._queues[name] = queue.SimpleQueue()
@@ -57,6 +57,6 @@ class InstrumentThreads:
             calls.put(None)
 
     @staticmethod
-    def _run(calls: "queue.SimpleQueue[Call[Any] | None]") -> None:
+    def _run(calls: "queue.SimpleQueue[ThreadCall[Any] | None]") -> None:
         while (call := calls.get()) is not None:
             call.run()

@@ -9,7 +9,7 @@ from time import monotonic
 from typing import Any
 
 from bench.journal.events.safety import MadeSafe
-from bench.safety.instrument_threads import Call, InstrumentThreads
+from bench.safety.instrument_threads import InstrumentThreads, ThreadCall
 from bench.safety.interrupts import Flag
 from bench.safety.shutdown_items import Hurry, Measured, NotReachedError, perform
 from bench.station.shutdown_sequence import Do, Item, ShutdownSequence
@@ -120,7 +120,7 @@ class _Shutdown:
         self._patience = patience
         self._longest = longest
         self._threads = threads
-        self._calls: list[Call[Any]] = []
+        self._calls: list[ThreadCall[Any]] = []
 
     def is_set(self) -> bool:
         """Say whether nobody waits any more: somebody is in a hurry, or this walk was broken off."""
@@ -137,12 +137,12 @@ class _Shutdown:
             raise
 
     def _run(self, wanted: Callable[[Item], bool]) -> list[Outcome]:
-        late: list[tuple[Item, Call[Any]]] = []
+        late: list[tuple[Item, ThreadCall[Any]]] = []
         outcomes = []
         for item in self._items:
             if not wanted(item):
                 continue
-            call: Call[Any] = Call(partial(perform, item, self._instruments[item.role], self._clock, self))
+            call: ThreadCall[Any] = ThreadCall(partial(perform, item, self._instruments[item.role], self._clock, self))
             self._calls.append(call)
             # One person answers one question at a time.
             self._threads.submit(_BY_HAND if item.role in self._by_hand else item.role.value, call)
@@ -160,7 +160,7 @@ class _Shutdown:
             outcomes.append(self._outcome(item, call))
         return outcomes
 
-    def _wait(self, item: Item, call: Call[Any], seconds: float) -> bool:
+    def _wait(self, item: Item, call: ThreadCall[Any], seconds: float) -> bool:
         # What measures waits in the bench's time, which may be another than the wall's.
         now = self._clock.now if item.measures else monotonic
         deadline = now() + seconds
@@ -169,7 +169,7 @@ class _Shutdown:
                 return call.done.is_set()
         return True
 
-    def _outcome(self, item: Item, call: Call[Any]) -> Outcome:
+    def _outcome(self, item: Item, call: ThreadCall[Any]) -> Outcome:
         found, error = call.value, ""
         if not call.done.is_set():
             error = "no answer in time"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from bench.eol.limits import Limits
+from bench.eol.limits import ParameterLimits
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.preparation import check_parameters, planned_of
 from bench.eol.plan import Plan, load_plan
@@ -132,7 +132,7 @@ class PlanUnderTest:
         self._planned = planned_of(self.plan.checks, self.plan.source, known)
         check_parameters(self.plan, self._planned, known)
         self.motor = load_motor(self.plan.motor, known)
-        self.limits: Mapping[str, Limits] = self.plan.limits(self.motor.nameplate.expected)
+        self.limits: Mapping[str, ParameterLimits] = self.plan.limits(self.motor.nameplate.expected)
 
     def measure(
         self, motor: MotorFile | None = None, *, seed: int = 0, faults: Sequence[str] = (), **truth: Any

@@ -21,7 +21,7 @@ DRIVE_PROFILE = 0x0192
 VELOCITY_COUNTS = 100
 
 
-class Connection(Protocol):
+class BusConnection(Protocol):
     """The way to the bus: renewed after an error, let go of at the end."""
 
     def reopen(self) -> None:
@@ -51,7 +51,7 @@ class Cia402Node:
         name: str,
         traffic: Traffic | None = None,
         calls: Calls = UNWATCHED,
-        connection: Connection | None = None,
+        connection: BusConnection | None = None,
         guarding: bool = False,
     ) -> None:
         self.objects = NodeObjects(client, name, traffic=traffic, calls=calls)

@@ -43,7 +43,7 @@ class WindingBalanceSettings(WiringSettings):
 
 
 @dataclass(frozen=True)
-class Lines:
+class LineQuantity:
     """One quantity between AB, BC and CA: all readings, and the bridge's accuracy there."""
 
     readings: Sequence[Sequence[float]]
@@ -87,7 +87,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         "Between AB, BC and CA: resistance at {resistance_frequency:g} Hz, inductance at {inductance_frequency:g} Hz",
         by_hand=True,
     )
-    def read_lines(self) -> tuple[Lines, Lines]:
+    def read_lines(self) -> tuple[LineQuantity, LineQuantity]:
         """Return resistances (Ω) and inductances (H), each line connected once."""
         bridge, settings = self.bench.lcr_meter, self.settings
         count = 1 if bridge.read_by_hand else settings.repeats
@@ -100,18 +100,18 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
             by_inductance.append([bridge.measure(Wanted.INDUCTANCE) for _ in range(count)])
         return (
-            Lines(
+            LineQuantity(
                 [[r.resistance for r in read] for read in by_resistance],
                 [r[0].resistance_accuracy for r in by_resistance],
             ),
-            Lines(
+            LineQuantity(
                 [[r.inductance for r in read] for read in by_inductance],
                 [r[0].inductance_accuracy for r in by_inductance],
             ),
         )
 
     @step("L1/3", "Resistance: the largest deviation of a line from the mean of the three, over the mean")
-    def compare_resistances(self, lines: Lines) -> None:
+    def compare_resistances(self, lines: LineQuantity) -> None:
         """Report it; the phases' own resistances stand in the findings."""
         values = self._report("resistance_unbalance", "R", "resistance", lines)
         ab, bc, ca = values
@@ -123,7 +123,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         self.findings["phase_resistances"] = self.by_winding(phases)
 
     @step("L1/4", "Inductance: the same; the influence of the rotor's saliency is part of the uncertainty")
-    def compare_inductances(self, lines: Lines) -> None:
+    def compare_inductances(self, lines: LineQuantity) -> None:
         """Report it, with the rotor's saliency in the budget where both axes' inductances are known."""
         saliency = self._saliency()
         if saliency is None:
@@ -140,7 +140,9 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         d, q = (self.known_value(name) or self.nameplate.expected.get(name) for name in _AXES)
         return saliency_share(d, q) if d and q else None
 
-    def _report(self, name: str, symbol: str, quantity: str, lines: Lines, saliency: float = 0.0) -> Sequence[float]:
+    def _report(
+        self, name: str, symbol: str, quantity: str, lines: LineQuantity, saliency: float = 0.0
+    ) -> Sequence[float]:
         """Report the largest deviation in per cent, known no better than ± `saliency` (per cent); return the lines' means."""
         unc, labels = self.bench.uncertainties, [label_of(pair) for pair in LINE_PAIRS]
         found = pooled(lines.readings)

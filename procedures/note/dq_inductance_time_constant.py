@@ -87,7 +87,7 @@ class DqInductanceTimeConstantSettings(SupplyWiringSettings):
 
 
 @dataclass(frozen=True)
-class StepRecord:
+class RecordedStep:
     """Voltage and current of one step, and the time constant that it shows."""
 
     voltage: Waveform
@@ -168,12 +168,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._step_voltage(alignment)
 
     @step("3.3.1-d/4", "Switch on and record the current's step response")
-    def record_d(self, voltage: float, alignment: Alignment) -> list[StepRecord]:
+    def record_d(self, voltage: float, alignment: Alignment) -> list[RecordedStep]:
         """Return the recorded steps."""
         return self._record("d", voltage, alignment, forward=self.settings.polarity is Polarity.ALONG)
 
     @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
-    def conclude_d(self, voltage: float, steps: list[StepRecord]) -> None:
+    def conclude_d(self, voltage: float, steps: list[RecordedStep]) -> None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
         self._conclude("d_axis_inductance", "d", voltage, steps)
 
@@ -205,12 +205,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._step_voltage(alignment)
 
     @step("3.3.1-q/4", "Switch on and record the current's step response")
-    def record_q(self, voltage: float, alignment: Alignment) -> list[StepRecord]:
+    def record_q(self, voltage: float, alignment: Alignment) -> list[RecordedStep]:
         """Return the recorded steps."""
         return self._record("q", voltage, alignment, forward=True)
 
     @step("3.3.1-q/5", "Lq is two thirds of time constant times resistance")
-    def conclude_q(self, voltage: float, steps: list[StepRecord]) -> None:
+    def conclude_q(self, voltage: float, steps: list[RecordedStep]) -> None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
         self._conclude("q_axis_inductance", "q", voltage, steps)
 
@@ -262,7 +262,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                 )
         self.findings.setdefault("curve", {})[axis] = sorted(points, key=lambda point: point["current"])
 
-    def _record(self, axis: str, voltage: float, alignment: Alignment, *, forward: bool) -> list[StepRecord]:
+    def _record(self, axis: str, voltage: float, alignment: Alignment, *, forward: bool) -> list[RecordedStep]:
         """Step until the record's length fits the time constant, then repeat."""
         scope = self.bench.oscilloscope
         v_channel = scope.channels(ProbeKind.VOLTAGE)[0]
@@ -286,7 +286,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         # The limit is a safety net that must not act on the step.
         limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
 
-        def once(record_time: float) -> StepRecord:
+        def once(record_time: float) -> RecordedStep:
             # The current of the step before must have died away: the loop is as slow to fall as to rise.
             self.bench.clock.sleep(record_time)
             scope.configure_acquisition(record_time, _POINTS, _PRE_TRIGGER)
@@ -297,7 +297,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                 timeout=10.0 + 2.0 * record_time,
                 event=lambda: self.bench.supply.energised(voltage, limit),
             )
-            return StepRecord(waves[v_channel], waves[i_channel])
+            return RecordedStep(waves[v_channel], waves[i_channel])
 
         record_time = self.settings.record_time or self._expected(axis)
         for _ in range(_ATTEMPTS):
@@ -314,7 +314,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             return _FIRST_GUESS
         return 1.3 * _TIME_CONSTANTS * inductance / resistance
 
-    def _conclude(self, name: str, axis: str, voltage: float, steps: list[StepRecord]) -> None:
+    def _conclude(self, name: str, axis: str, voltage: float, steps: list[RecordedStep]) -> None:
         fits = [
             fit_step_response(
                 s.current.time,
@@ -364,7 +364,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
         return self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
 
-    def _with_probes(self, quantity: UncertainReal, recorded: StepRecord) -> UncertainReal:
+    def _with_probes(self, quantity: UncertainReal, recorded: RecordedStep) -> UncertainReal:
         """Put on the gains of the voltage and the current channel; their offsets are fitted."""
         for wave in (recorded.voltage, recorded.current):
             gain = Accuracy(gain=wave.accuracy.gain, source=wave.accuracy.source)
@@ -396,7 +396,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             )
 
 
-def _wanted(taken: StepRecord) -> float:
+def _wanted(taken: RecordedStep) -> float:
     """Return how long (s) a record must be to hold a step like this one."""
     seen = look_at_step(taken.current.time, taken.voltage.values, taken.current.values)
     lead, ramp = max(-seen.begin, 0.0), seen.end - seen.begin

@@ -337,12 +337,12 @@ class Inertia(Procedure[InertiaSettings]):
             )
 
 
-def _to_fit(ramps: Ramps) -> list[estimation.Ramp]:
+def _to_fit(ramps: Ramps) -> list[estimation.SpeedRamp]:
     """Return both ramps as the estimator takes them."""
     driven, coast = ramps.driven, ramps.coast
     return [
-        estimation.Ramp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution),
-        estimation.Ramp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution),
+        estimation.SpeedRamp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution),
+        estimation.SpeedRamp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution),
     ]
 
 

@@ -6,7 +6,7 @@ from drivers.interfaces import ImpedanceReading, LcrMeter, OverloadError, Wanted
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect
 from procedures.estimation.fitting.intervals import Interval, around
-from procedures.estimation.winding.wiring import Kind, Leads, Mistake, Outcome, Pole, mistakes, odd_line
+from procedures.estimation.winding.wiring import Kind, Mistake, Pole, SensingLeads, WiringOutcome, mistakes, odd_line
 from procedures.verification.check import Check, mistake_record, records
 from procedures.verification.lines import Reference
 from procedures.verification.two_poles import NO_PATH, THIRD, expected, loop, one_of_three, poles_of
@@ -47,15 +47,15 @@ def judged(connect: Connect, reading: ImpedanceReading | None, reference: Refere
         mistakes(poles_of(connect)), lambda known: [loop(resistance, known, touching)], reference
     )
     reason = ""
-    if found.outcome is Outcome.UNVERIFIED:
+    if found.outcome is WiringOutcome.UNVERIFIED:
         reason = "too close" if reference else "unknown"
     evidence = _evidence(reading, expected(connect, reference))
-    return Check(found.outcome, "lcr_meter", records(found, earlier, Leads()), readings, reason, evidence)
+    return Check(found.outcome, "lcr_meter", records(found, earlier, SensingLeads()), readings, reason, evidence)
 
 
 def compared(lines: Sequence[float], which: int) -> Check:
     """Hold one of three line readings (Ω) against the other two, which stand for what it should be."""
-    joined = mistake_record(Mistake(Kind.JOINED, (THIRD[which],), (Pole.OPEN,) * 3), Leads())
+    joined = mistake_record(Mistake(Kind.JOINED, (THIRD[which],), (Pole.OPEN,) * 3), SensingLeads())
     return one_of_three("lcr_meter", lines, which, joined, odd=odd_line(lines) == which)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from drivers.interfaces import Aperture, ImpedanceReading, SetpointError
 from procedures.core.actions import Connect, LinePair, meter_across
-from procedures.estimation.winding.wiring import Outcome
+from procedures.estimation.winding.wiring import WiringOutcome
 from procedures.verification import bridge_evidence
 from procedures.verification.check import Check
 from procedures.verification.lines import Reference
@@ -31,7 +31,7 @@ class BridgeWiring:
         bridge = self._bench.lcr_meter
         self._bench.perform(connect)
         if bridge.read_by_hand:
-            self._verifier.verify(connect, lambda: Check(Outcome.UNVERIFIED, "lcr_meter", reason="by hand"))
+            self._verifier.verify(connect, lambda: Check(WiringOutcome.UNVERIFIED, "lcr_meter", reason="by hand"))
             return
         if frequency > _NEARLY_DIRECT:
             low = self._verifier.lines.bridge_frequency or _LOW

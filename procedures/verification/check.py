@@ -15,7 +15,7 @@ from procedures.core.actions import (
     Terminal,
     VoltageProbe,
 )
-from procedures.estimation.winding.wiring import Judgement, Kind, Leads, Mistake, Outcome
+from procedures.estimation.winding.wiring import Judgement, Kind, Mistake, SensingLeads, WiringOutcome
 
 TERMINALS = tuple(Terminal)
 Connection = Connect | ConnectProbes | ConnectVoltmeter
@@ -30,7 +30,7 @@ class Check:
     `correctable_now` false where it shows too late to be mended.
     """
 
-    outcome: Outcome
+    outcome: WiringOutcome
     by: str
     possible: tuple[Mapping[str, Any], ...] = ()
     read: Mapping[str, float] = field(default_factory=dict)
@@ -91,7 +91,7 @@ def _probe(probe: VoltageProbe | CurrentProbe) -> dict[str, Any]:
 
 
 def mistake_record(
-    mistake: Mistake, expected: Leads, channels: tuple[int | None, int | None] = (None, None)
+    mistake: Mistake, expected: SensingLeads, channels: tuple[int | None, int | None] = (None, None)
 ) -> dict[str, Any]:
     """Return a mistake as a record; `channels` are those of a voltage and of a current probe, None for a voltmeter."""
     entry: dict[str, Any] = {"kind": mistake.kind.value, "terminals": _names(mistake.terminals)}
@@ -110,7 +110,7 @@ def mistake_record(
 def records(
     judgement: Judgement,
     earlier: Sequence[Mistake],
-    expected: Leads,
+    expected: SensingLeads,
     channels: tuple[int | None, int | None] = (None, None),
 ) -> tuple[dict[str, Any], ...]:
     """Return the records of a judgement, and of mistakes that an earlier connection may have had instead."""

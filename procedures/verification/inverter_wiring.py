@@ -11,7 +11,7 @@ from procedures.core.actions import Connect, ConnectProbes, CurrentProbe
 from procedures.core.bench import Role
 from procedures.estimation.emf.probed_phases import LEAST_STEPS
 from procedures.estimation.fitting.fit import Fit
-from procedures.estimation.winding.wiring import Kind, Outcome
+from procedures.estimation.winding.wiring import Kind, WiringOutcome
 from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.techniques.steady_signals import alternating
 from procedures.verification.check import Check
@@ -59,7 +59,7 @@ class InverterWiring:
 
         def check() -> Check:
             start()
-            return Check(Outcome.UNVERIFIED, Role.DRIVE.value, reason="full voltage")
+            return Check(WiringOutcome.UNVERIFIED, Role.DRIVE.value, reason="full voltage")
 
         self._verifier.verify(connect, lambda: _unless_refused(Role.DRIVE, check), probes)
 
@@ -67,7 +67,7 @@ class InverterWiring:
         """Prove a current probe on a running six-step drive by the current (A) out of its source."""
         line = float(np.sqrt(np.mean(np.square(wave.values))))
         readings = {"sensed_current": line, "current": bus}
-        found = Check(Outcome.VERIFIED, Role.OSCILLOSCOPE.value, read=readings)
+        found = Check(WiringOutcome.VERIFIED, Role.OSCILLOSCOPE.value, read=readings)
         if line < _NO_LINE * bus:
             evidence = text(
                 "the drive takes {bus:.3g} A, channel {channel} shows {line:.3g} A",
@@ -76,7 +76,7 @@ class InverterWiring:
                 line=line,
             )
             found = Check(
-                Outcome.WRONG,
+                WiringOutcome.WRONG,
                 Role.OSCILLOSCOPE.value,
                 (_no_current(probe),),
                 readings,
@@ -89,7 +89,7 @@ class InverterWiring:
     def _by_probe(self, probe: CurrentProbe) -> Check:
         bench = self._bench
         if bench.inverter.read_by_hand or not bench.oscilloscope.gives_waveforms:
-            return Check(Outcome.UNVERIFIED, Role.INVERTER.value, reason="by hand")
+            return Check(WiringOutcome.UNVERIFIED, Role.INVERTER.value, reason="by hand")
         level = self._harmless()
 
         def shown() -> float:
@@ -106,7 +106,7 @@ class InverterWiring:
     def _by_torque(self) -> Check:
         bench = self._bench
         if bench.inverter.read_by_hand or bench.dynamometer.read_by_hand:
-            return Check(Outcome.UNVERIFIED, Role.DYNAMOMETER.value, reason="by hand")
+            return Check(WiringOutcome.UNVERIFIED, Role.DYNAMOMETER.value, reason="by hand")
         speed = driving_speed_rad(bench, self._verifier.nameplate, self._verifier.settings.wiring_speed_share)
         level = self._harmless()
 
@@ -125,7 +125,7 @@ class InverterWiring:
             return _torque_judged(forwards, backwards, level, bench.dynamometer.measure().torque_accuracy.resolution)
 
         found = _unless_refused(Role.INVERTER, judged)
-        if found.outcome is Outcome.WRONG:
+        if found.outcome is WiringOutcome.WRONG:
             # Hands are going to mend it.
             bench.dynamometer.stop()
         return found
@@ -144,12 +144,12 @@ def _unless_refused(role: Role, judged: Callable[[], Check]) -> Check:
         if error.instrument != role.value:
             raise
         said = text("it reports: {what}", what=error.what)
-        return Check(Outcome.WRONG, role.value, ({"kind": "refused", "by": role.value},), evidence=said)
+        return Check(WiringOutcome.WRONG, role.value, ({"kind": "refused", "by": role.value},), evidence=said)
 
 
 def _probe_judged(probe: CurrentProbe, shown: float, level: float) -> Check:
     if math.isnan(shown):
-        return Check(Outcome.UNVERIFIED, Role.OSCILLOSCOPE.value, reason="weak")
+        return Check(WiringOutcome.UNVERIFIED, Role.OSCILLOSCOPE.value, reason="weak")
     readings = {"sensed_current": shown, "current": level}
     evidence: Text = text(
         "channel {channel} shows {shown:.3g} A, the inverter drives {level:.3g} A",
@@ -159,10 +159,12 @@ def _probe_judged(probe: CurrentProbe, shown: float, level: float) -> Check:
     )
     if shown < _NONE * level:
         open_wire = {"kind": Kind.OPEN.value, "terminals": [probe.terminal.value]}
-        return Check(Outcome.WRONG, Role.OSCILLOSCOPE.value, (_no_current(probe), open_wire), readings, "", evidence)
+        return Check(
+            WiringOutcome.WRONG, Role.OSCILLOSCOPE.value, (_no_current(probe), open_wire), readings, "", evidence
+        )
     if _SAME[0] * level <= shown <= _SAME[1] * level:
-        return Check(Outcome.UNVERIFIED, Role.OSCILLOSCOPE.value, read=readings, reason="one line")
-    return Check(Outcome.UNEXPLAINED, Role.OSCILLOSCOPE.value, read=readings, evidence=evidence)
+        return Check(WiringOutcome.UNVERIFIED, Role.OSCILLOSCOPE.value, read=readings, reason="one line")
+    return Check(WiringOutcome.UNEXPLAINED, Role.OSCILLOSCOPE.value, read=readings, evidence=evidence)
 
 
 def _torque_judged(forwards: np.ndarray, backwards: np.ndarray, level: float, resolution: float) -> Check:
@@ -170,16 +172,16 @@ def _torque_judged(forwards: np.ndarray, backwards: np.ndarray, level: float, re
     scatter = float(np.hypot(np.std(forwards, ddof=1), np.std(backwards, ddof=1)) / math.sqrt(_READINGS)) + resolution
     readings = {"torque": 0.5 * difference, "current": level}
     if abs(difference) < _CLEAR * scatter:
-        return Check(Outcome.UNVERIFIED, Role.DYNAMOMETER.value, read=readings, reason="weak")
+        return Check(WiringOutcome.UNVERIFIED, Role.DYNAMOMETER.value, read=readings, reason="weak")
     if difference > 0.0:
-        return Check(Outcome.VERIFIED, Role.DYNAMOMETER.value, read=readings)
+        return Check(WiringOutcome.VERIFIED, Role.DYNAMOMETER.value, read=readings)
     return _against(0.5 * difference / level, readings)
 
 
 def _against(slope: float, readings: dict[str, float] | None = None) -> Check:
     evidence = text("the torque falls by {slope:.3g} N·m for each additional ampere", slope=abs(slope))
     return Check(
-        Outcome.WRONG,
+        WiringOutcome.WRONG,
         Role.DYNAMOMETER.value,
         ({"kind": "order"},),
         readings or {"torque_constant": slope},

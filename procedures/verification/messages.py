@@ -4,18 +4,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from drivers.interfaces.text import Text, text
-from procedures.estimation.emf.probed_phases import Fault
-from procedures.estimation.winding.wiring import Kind, Outcome
+from procedures.estimation.emf.probed_phases import ProbingFault
+from procedures.estimation.winding.wiring import Kind, WiringOutcome
 
 Colours = Mapping[str, str]
 
 #: Outcomes as records of earlier versions name them.
-_EARLIER_OUTCOMES = {"proved": Outcome.VERIFIED.value, "not proved": Outcome.UNVERIFIED.value}
+_EARLIER_OUTCOMES = {"proved": WiringOutcome.VERIFIED.value, "not proved": WiringOutcome.UNVERIFIED.value}
 OUTCOMES: Mapping[str, Text] = {
-    Outcome.VERIFIED.value: text("connection verified"),
-    Outcome.UNVERIFIED.value: text("connection not verified"),
-    Outcome.UNEXPLAINED.value: text("connection not as expected, cause not found"),
-    Outcome.WRONG.value: text("connection wrong"),
+    WiringOutcome.VERIFIED.value: text("connection verified"),
+    WiringOutcome.UNVERIFIED.value: text("connection not verified"),
+    WiringOutcome.UNEXPLAINED.value: text("connection not as expected, cause not found"),
+    WiringOutcome.WRONG.value: text("connection wrong"),
 }
 
 #: Why a connection is not verified, or what else there is to say of a check.
@@ -111,24 +111,24 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
                 place=place,
                 wanted=wires[0],
             )
-        case Fault.SILENT.value:
+        case ProbingFault.SILENT.value:
             return text(
                 "channel {channel} shows no voltage: its tip or its reference is not connected",
                 channel=entry["channel"],
             )
-        case Fault.REVERSED.value:
+        case ProbingFault.REVERSED.value:
             return text("channel {channel}: tip and reference are interchanged", channel=entry["channel"])
-        case Fault.TIP.value:
+        case ProbingFault.TIP.value:
             return text("the tip of channel {channel} is on {place}", channel=entry["channel"], place=wires[0])
-        case Fault.REFERENCE.value:
+        case ProbingFault.REFERENCE.value:
             return text(
                 "the reference of channel {channel} is on {place}, not on the artificial star point",
                 channel=entry["channel"],
                 place=wires[0],
             )
-        case Fault.JOINED.value:
+        case ProbingFault.JOINED.value:
             return text("{one} and {other} are connected to each other", one=wires[0], other=wires[1])
-        case Fault.SEQUENCE.value:
+        case ProbingFault.SEQUENCE.value:
             return text("two channels or two wires are interchanged, or the dynamometer turns the other way")
         case "third":
             return text(
@@ -163,7 +163,7 @@ def _lead(entry: Mapping[str, Any]) -> Text:
 def outcome(entry: Mapping[str, Any], colours: Colours) -> Text:
     """Return a check's outcome in words from its record: the reason where it is not verified, the mistake where it was wrong."""
     said = OUTCOMES[_EARLIER_OUTCOMES.get(entry["outcome"], entry["outcome"])]
-    if entry["outcome"] == Outcome.WRONG.value:
+    if entry["outcome"] == WiringOutcome.WRONG.value:
         return Text("{said}: {found}", {"said": said, "found": found(entry["possible"], colours)})
     reason = REASONS.get(entry["reason"])
     return said if reason is None else Text("{said}: {reason}", {"said": said, "reason": reason})

@@ -8,10 +8,10 @@ from procedures.core.actions import Connect, ConnectVoltmeter, CurrentProbe, Nod
 from procedures.estimation.fitting.intervals import ANY, Interval, around
 from procedures.estimation.winding.wiring import (
     Kind,
-    Leads,
     Mistake,
     Observation,
-    Outcome,
+    SensingLeads,
+    WiringOutcome,
     current_sensed,
     loop_resistance,
     mistakes,
@@ -38,19 +38,24 @@ class Sensed:
     current_channel: int | None = None
 
 
-def of_voltmeter(action: ConnectVoltmeter) -> Leads:
+def of_voltmeter(action: ConnectVoltmeter) -> SensingLeads:
     """Return where a voltmeter's leads should be."""
-    return Leads(voltage=(TERMINALS.index(action.positive), TERMINALS.index(action.negative)))
+    return SensingLeads(voltage=(TERMINALS.index(action.positive), TERMINALS.index(action.negative)))
 
 
-def of_probes(voltage: VoltageProbe, current: CurrentProbe) -> Leads:
+def of_probes(voltage: VoltageProbe, current: CurrentProbe) -> SensingLeads:
     """Return where a voltage probe between two terminals and a current probe should be."""
     positive, negative = (TERMINALS.index(_terminal(node)) for node in (voltage.positive, voltage.negative))
-    return Leads((positive, negative), (TERMINALS.index(current.terminal), 1))
+    return SensingLeads((positive, negative), (TERMINALS.index(current.terminal), 1))
 
 
 def judged(
-    connect: Connect, leads: Leads, read: SupplyReading, sensed: Sensed, reference: Reference | None, longest: float
+    connect: Connect,
+    leads: SensingLeads,
+    read: SupplyReading,
+    sensed: Sensed,
+    reference: Reference | None,
+    longest: float,
 ) -> Check:
     """Hold the supply's readings and what is sensed against the connection as intended; the supply's leads have at most `longest` Ω."""
     between = reference.leads if reference else Interval(0.0, longest)
@@ -71,7 +76,7 @@ def judged(
     found, earlier = judged_alike(mistakes(poles_of(connect), leads), observe, reference)
     channels = (sensed.voltage_channel, sensed.current_channel)
     reason = ""
-    if found.outcome is Outcome.UNVERIFIED:
+    if found.outcome is WiringOutcome.UNVERIFIED:
         reason = "too close" if reference else "unknown"
     return Check(
         found.outcome,
@@ -93,7 +98,7 @@ def both_ways(connect: Connect, forwards: float, backwards: float) -> Check:
     """Hold four-wire readings (Ω) of one pair in both polarities against each other."""
     readings = {"forwards": forwards, "backwards": backwards}
     if min(readings.values()) > 0.0 and alike((forwards, backwards)):
-        return Check(Outcome.VERIFIED, "voltmeter", (), readings)
+        return Check(WiringOutcome.VERIFIED, "voltmeter", (), readings)
     (third,) = (t.value for t, socket in connect.complete().items() if socket is Socket.OPEN)
     evidence = text(
         "the four-wire reading is {forwards:.4g} Ω in one polarity and {backwards:.4g} Ω in the other",
@@ -101,7 +106,7 @@ def both_ways(connect: Connect, forwards: float, backwards: float) -> Check:
         backwards=backwards,
     )
     entry = {"kind": "third", "terminals": [third]}
-    return Check(Outcome.WRONG, "voltmeter", (entry,), readings, "", evidence, correctable_now=False)
+    return Check(WiringOutcome.WRONG, "voltmeter", (entry,), readings, "", evidence, correctable_now=False)
 
 
 def _motor_share(read: SupplyReading, leads: Interval) -> Interval:

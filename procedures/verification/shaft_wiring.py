@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, ConnectProbes, Terminal, VoltageProbe
-from procedures.estimation.emf.probed_phases import LEAST_STEPS, Fault, Pattern, fitting, patterns, phasors
-from procedures.estimation.winding.wiring import Outcome
+from procedures.estimation.emf.probed_phases import LEAST_STEPS, Pattern, ProbingFault, fitting, patterns, phasors
+from procedures.estimation.winding.wiring import WiringOutcome
 from procedures.techniques.driven_shaft import DrivenRecord, expected_peak, record_driven
 from procedures.verification.check import Check
 from procedures.verification.verifier import ConnectionVerifier
@@ -28,9 +28,9 @@ class ShaftWiring:
         state = self._bench.state
         unchanged = state.verified and state.connection == ALL_OPEN
         self._bench.perform(ALL_OPEN)
-        check = Check(Outcome.VERIFIED, "", reason="unchanged")
+        check = Check(WiringOutcome.VERIFIED, "", reason="unchanged")
         if not unchanged:
-            check = Check(Outcome.UNVERIFIED, "", reason="no instrument")
+            check = Check(WiringOutcome.UNVERIFIED, "", reason="no instrument")
         self._verifier.verify(ALL_OPEN, lambda: check)
 
     def connect_probes(self, probes: Sequence[VoltageProbe], *, report_order: bool = True) -> None:
@@ -54,13 +54,13 @@ class ShaftWiring:
     def _turned(self, probes: Sequence[VoltageProbe]) -> Check:
         bench = self._bench
         if bench.dynamometer.read_by_hand or not bench.oscilloscope.gives_waveforms:
-            return Check(Outcome.UNVERIFIED, "oscilloscope", reason="by hand")
+            return Check(WiringOutcome.UNVERIFIED, "oscilloscope", reason="by hand")
         plate, share = self._verifier.nameplate, self._verifier.settings.wiring_speed_share
         pole_pairs = self._verifier.known.get("pole_pairs")
         channels = [probe.channel for probe in probes]
         record = record_driven(bench, plate, channels, share, pole_pairs.value if pole_pairs else None)
         check = _judged(probes, record, expected_peak(plate, share))
-        if check.outcome is Outcome.WRONG:
+        if check.outcome is WiringOutcome.WRONG:
             # Hands are going to correct it.
             bench.dynamometer.stop()
         return check
@@ -73,21 +73,23 @@ def _judged(probes: Sequence[VoltageProbe], record: DrivenRecord, expected: floa
     largest, least = max(sizes.values()), LEAST_STEPS * record.resolution
     if largest < least:
         if expected is None or largest > _NONE * expected or least > expected:
-            return Check(Outcome.UNVERIFIED, "oscilloscope", read=sizes, reason="weak")
-        silent = tuple({"kind": Fault.SILENT.value, "channel": probe.channel} for probe in probes)
+            return Check(WiringOutcome.UNVERIFIED, "oscilloscope", read=sizes, reason="weak")
+        silent = tuple({"kind": ProbingFault.SILENT.value, "channel": probe.channel} for probe in probes)
         turning = {"kind": "no voltage"}
-        return Check(Outcome.WRONG, "oscilloscope", silent if len(probes) == 1 else (turning,), sizes, "", evidence)
+        return Check(
+            WiringOutcome.WRONG, "oscilloscope", silent if len(probes) == 1 else (turning,), sizes, "", evidence
+        )
     if len(probes) != len(Terminal):
-        return Check(Outcome.UNVERIFIED, "oscilloscope", read=sizes, reason="one probe")
+        return Check(WiringOutcome.UNVERIFIED, "oscilloscope", read=sizes, reason="one probe")
     best = next(iter(fitting(seen, list(patterns()))), None)
     if best is None:
-        return Check(Outcome.UNEXPLAINED, "oscilloscope", read=sizes, evidence=evidence)
-    if best.fault is Fault.NONE:
-        return Check(Outcome.VERIFIED, "oscilloscope", read=sizes)
+        return Check(WiringOutcome.UNEXPLAINED, "oscilloscope", read=sizes, evidence=evidence)
+    if best.fault is ProbingFault.NONE:
+        return Check(WiringOutcome.VERIFIED, "oscilloscope", read=sizes)
     finding = (_finding(best, probes),)
-    if best.fault is Fault.SEQUENCE:
-        return Check(Outcome.VERIFIED, "oscilloscope", finding, sizes, SEQUENCE, evidence)
-    return Check(Outcome.WRONG, "oscilloscope", finding, sizes, "", evidence)
+    if best.fault is ProbingFault.SEQUENCE:
+        return Check(WiringOutcome.VERIFIED, "oscilloscope", finding, sizes, SEQUENCE, evidence)
+    return Check(WiringOutcome.WRONG, "oscilloscope", finding, sizes, "", evidence)
 
 
 def _finding(pattern: Pattern, probes: Sequence[VoltageProbe]) -> dict[str, object]:

@@ -8,7 +8,7 @@ from drivers.interfaces import OutputMode, Reading, Supply
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import Connect
 from procedures.estimation.fitting.intervals import Interval, around
-from procedures.estimation.winding.wiring import Leads, Outcome, mistakes
+from procedures.estimation.winding.wiring import SensingLeads, WiringOutcome, mistakes
 from procedures.verification.check import Check, records
 from procedures.verification.lines import Reference
 from procedures.verification.two_poles import ANY_PATH, NO_PATH, expected, loop, poles_of
@@ -63,9 +63,9 @@ def judged(
     return Check(
         found.outcome,
         "supply",
-        records(found, earlier, Leads()),
+        records(found, earlier, SensingLeads()),
         figures(read),
-        "" if found.outcome is not Outcome.UNVERIFIED else _reason(reference, swinging=swinging),
+        "" if found.outcome is not WiringOutcome.UNVERIFIED else _reason(reference, swinging=swinging),
         evidence(read, expected(connect, reference)),
     )
 

@@ -16,7 +16,7 @@ from procedures.core.actions import (
 )
 from procedures.estimation.fitting.intervals import ANY
 from procedures.estimation.winding.held_angle import Stands, explaining
-from procedures.estimation.winding.wiring import Kind, Leads, Outcome
+from procedures.estimation.winding.wiring import Kind, SensingLeads, WiringOutcome
 from procedures.techniques.steady_signals import again, direct, risen
 from procedures.verification import sensing_evidence, supply_evidence
 from procedures.verification.check import Check, mistake_record
@@ -63,14 +63,14 @@ class SupplyWiring:
         if not explaining_it:
             # Friction may hold a rotor off; the procedure itself judges how far is too far.
             return
-        possible = tuple(mistake_record(mistake, Leads()) for mistake in explaining_it)
+        possible = tuple(mistake_record(mistake, SensingLeads()) for mistake in explaining_it)
         right = explaining_it[0].kind is Kind.NONE
         evidence = text(
             "after aligning with this connection the rotor stands at {angle:.0f}° electrical from the axis of phase A",
             angle=math.degrees(stands.angle),
         )
         found = Check(
-            Outcome.VERIFIED if right else Outcome.WRONG,
+            WiringOutcome.VERIFIED if right else WiringOutcome.WRONG,
             "lcr_meter",
             () if right else possible,
             readings,
@@ -83,7 +83,7 @@ class SupplyWiring:
     def both_ways(self, connect: Connect, forwards: float, backwards: float) -> None:
         """Hold four-wire readings (Ω) of one pair in both polarities against each other, which only a clip elsewhere tells apart."""
         found = sensing_evidence.both_ways(connect, forwards, backwards)
-        if found.outcome is Outcome.WRONG:
+        if found.outcome is WiringOutcome.WRONG:
             self._verifier.verify(connect, lambda: found)
 
     def lines_to_repeat(self, lines: Mapping[LinePair, float]) -> tuple[LinePair, ...]:
@@ -117,7 +117,7 @@ class SupplyWiring:
     def _by_harmless_current(self, connect: Connect) -> Check:
         supply = self._bench.supply
         if supply.read_by_hand:
-            return Check(Outcome.UNVERIFIED, "supply", reason="by hand")
+            return Check(WiringOutcome.UNVERIFIED, "supply", reason="by hand")
         with supply.energised(*self._harmless(), Regulated.CURRENT):
             self._bench.clock.sleep(self._verifier.settings.wiring_settle)
             read = supply_evidence.read(supply)
@@ -126,7 +126,7 @@ class SupplyWiring:
     def _by_voltmeter(self, connect: Connect, action: ConnectVoltmeter, *, ranged: bool) -> Check:
         supply, voltmeter = self._bench.supply, self._bench.voltmeter
         if supply.read_by_hand or voltmeter.read_by_hand:
-            return Check(Outcome.UNVERIFIED, "voltmeter", reason="by hand")
+            return Check(WiringOutcome.UNVERIFIED, "voltmeter", reason="by hand")
         with supply.energised(*self._harmless(), Regulated.CURRENT):
             self._bench.clock.sleep(self._verifier.settings.wiring_settle)
             read = supply_evidence.read(supply)
@@ -138,7 +138,7 @@ class SupplyWiring:
     def _by_probes(self, connect: Connect, voltage: VoltageProbe, current: CurrentProbe) -> Check:
         supply, scope = self._bench.supply, self._bench.oscilloscope
         if supply.read_by_hand or not scope.gives_waveforms:
-            return Check(Outcome.UNVERIFIED, "oscilloscope", reason="by hand")
+            return Check(WiringOutcome.UNVERIFIED, "oscilloscope", reason="by hand")
         volts, amperes = self._harmless()
         with supply.energised(volts, amperes, Regulated.CURRENT):
             self._bench.clock.sleep(self._verifier.settings.wiring_settle)
@@ -163,7 +163,11 @@ class SupplyWiring:
         return found
 
     def _judge_leads(
-        self, connect: Connect, expected: Leads, read: supply_evidence.SupplyReading, sensed: sensing_evidence.Sensed
+        self,
+        connect: Connect,
+        expected: SensingLeads,
+        read: supply_evidence.SupplyReading,
+        sensed: sensing_evidence.Sensed,
     ) -> Check:
         leads = self._verifier.settings.wiring_leads
         reference = self._verifier.lines.for_supply(self._verifier.known, leads)

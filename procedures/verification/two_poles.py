@@ -12,9 +12,9 @@ from procedures.estimation.winding.wiring import (
     Kind,
     Mistake,
     Observation,
-    Outcome,
     Pole,
     Poles,
+    WiringOutcome,
     judge,
     loop_resistance,
     mistakes,
@@ -72,16 +72,20 @@ def judged(
     `observe` gives the observations with their predictions from a reference.
     """
     found = judge(candidates, observe(reference))
-    if reference is None or reference.before is None or found.outcome in (Outcome.VERIFIED, Outcome.UNVERIFIED):
+    if (
+        reference is None
+        or reference.before is None
+        or found.outcome in (WiringOutcome.VERIFIED, WiringOutcome.UNVERIFIED)
+    ):
         return found, []
     earlier = [
         mistake
         for mistake in mistakes(reference.before)
         if mistake.kind in (Kind.OPEN, Kind.JOINED)
         and math.isfinite(loop_resistance(ALIKE, mistake.poles))
-        and judge(candidates[:1], observe(reference.had_it_been(mistake.poles))).outcome is Outcome.VERIFIED
+        and judge(candidates[:1], observe(reference.had_it_been(mistake.poles))).outcome is WiringOutcome.VERIFIED
     ]
-    return (Judgement(Outcome.WRONG, found.possible), earlier) if earlier else (found, [])
+    return (Judgement(WiringOutcome.WRONG, found.possible), earlier) if earlier else (found, [])
 
 
 def alike(lines: Sequence[float]) -> bool:
@@ -94,13 +98,15 @@ def one_of_three(by: str, lines: Sequence[float], which: int, finding: Mapping[s
     reading = {"resistance": lines[which]}
     if not odd:
         like = alike(lines)
-        return Check(Outcome.VERIFIED if like else Outcome.UNVERIFIED, by, (), reading, "alike" if like else "unlike")
+        return Check(
+            WiringOutcome.VERIFIED if like else WiringOutcome.UNVERIFIED, by, (), reading, "alike" if like else "unlike"
+        )
     evidence = text(
         "the reading is {read:.4g} Ω between these terminals, {others} Ω between the others",
         read=lines[which],
         others=[f"{line:.4g}" for k, line in enumerate(lines) if k != which],
     )
-    return Check(Outcome.WRONG, by, (finding,), reading, "", evidence)
+    return Check(WiringOutcome.WRONG, by, (finding,), reading, "", evidence)
 
 
 def expected(connect: Connect, reference: Reference | None) -> float | None:

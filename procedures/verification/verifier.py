@@ -10,7 +10,7 @@ from procedures.core.bench import Bench, ProcedureError
 from procedures.core.events import WiringChecked
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter
-from procedures.estimation.winding.wiring import Outcome
+from procedures.estimation.winding.wiring import WiringOutcome
 from procedures.verification import messages as words
 from procedures.verification.check import Check, Connection, connection_record
 from procedures.verification.lines import Lines
@@ -47,12 +47,12 @@ class ConnectionVerifier:
         for left in reversed(range(self.settings.wiring_attempts)):
             result = check()
             self.record(connection, result, *beside)
-            if result.outcome is not Outcome.WRONG:
+            if result.outcome is not WiringOutcome.WRONG:
                 break
             self._have_corrected(result, (connection, *beside), last=not left)
         if isinstance(connection, Connect):
-            self.bench.state.verified = result.outcome is Outcome.VERIFIED
-        if result.outcome is Outcome.UNEXPLAINED and result.evidence is not None:
+            self.bench.state.verified = result.outcome is WiringOutcome.VERIFIED
+        if result.outcome is WiringOutcome.UNEXPLAINED and result.evidence is not None:
             self.notice(
                 "wiring",
                 text(
@@ -70,7 +70,8 @@ class ConnectionVerifier:
         Raises WiringError where it is not corrected, or a line was wrong as often as the settings allow.
         """
         wrong = next(
-            ((pair, check) for pair, check in zip(lines, checks, strict=True) if check.outcome is Outcome.WRONG), None
+            ((pair, check) for pair, check in zip(lines, checks, strict=True) if check.outcome is WiringOutcome.WRONG),
+            None,
         )
         if wrong is None:
             for connect, check in zip(lines.values(), checks, strict=True):

@@ -37,7 +37,7 @@ class Strict(BaseModel):
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class Message(Strict):
+class MessageCondition(Strict):
     """A message to an instrument: the `count`-th from now on, or the first in which `pattern` is found."""
 
     role: str
@@ -50,7 +50,7 @@ class Message(Strict):
         return pattern_checked(pattern)
 
     @model_validator(mode="after")
-    def _one(self) -> "Message":
+    def _one(self) -> "MessageCondition":
         if (self.pattern is None) == (self.count is None):
             raise ValueError("give either pattern or count of the message, one of the two")
         return self
@@ -68,7 +68,7 @@ class Description(Strict):
     step: Annotated[str | None, Field(min_length=1, description="a step's identifier like '3.2.2/3'")] = None
     procedure: Annotated[str | None, Field(min_length=1, description="a procedure's name")] = None
     occurrence: Count = 1
-    message: Message | None = None
+    message: MessageCondition | None = None
     after: Seconds = 0.0
     duration: MaybeSeconds = None
 

@@ -7,7 +7,7 @@ from operator import mul
 import numpy as np
 from scipy.integrate import RK45
 
-from sim_instruments.physics.integration_step import Begin, Step, relative_error
+from sim_instruments.physics.integration_step import Begin, IntegrationStep, relative_error
 from sim_instruments.physics.swing_equations import Law
 from sim_instruments.physics.windings import FloatArray
 
@@ -23,7 +23,7 @@ _P_COLUMNS = [[float(p) for p in column] for column in _P.T]
 
 
 @dataclass
-class ExplicitStep(Step):
+class ExplicitStep(IntegrationStep):
     """A step with the slopes of all states at each of the method's stages; `hurried` where a current would have taken less."""
 
     stages: list[list[float]]

@@ -14,7 +14,7 @@ _SPACING = 2.0 * math.pi / 3.0
 
 
 @dataclass(frozen=True)
-class HallSensors:
+class SimulatedHallSensors:
     """Three sensors, each high for half an electrical turn, 120° apart; the leads are H1, H2, H3 against H0.
 
     Turning forwards, sensor 1 rises where block commutation switches terminal A to plus, `offset` (rad, electrical) later

@@ -9,7 +9,7 @@ from operator import mul
 
 import numpy as np
 
-from sim_instruments.physics.integration_step import Begin, Step, relative_error
+from sim_instruments.physics.integration_step import Begin, IntegrationStep, relative_error
 from sim_instruments.physics.swing_equations import Law
 from sim_instruments.physics.windings import FloatArray
 
@@ -42,7 +42,7 @@ _CHANGE, _LEAST = 1e-7, 1e-3
 
 
 @dataclass
-class ImplicitStep(Step):
+class ImplicitStep(IntegrationStep):
     """A step with each state's results of the method's stages."""
 
     parts: Sequence[tuple[float, ...]]

@@ -14,7 +14,7 @@ _ANGLE, _SPEED, _CURRENT = 3e-7, 1e-8, 1e-6
 
 
 @dataclass
-class Step(ABC):
+class IntegrationStep(ABC):
     """From `state` at `start` (s) over `length` (s); `after`, `slopes` and `watched` hold at its end."""
 
     start: float
@@ -49,7 +49,7 @@ class Method(Protocol):
 
     exponent: float
 
-    def tried(self, law: Law, begin: Begin, length: float) -> tuple[Step, float]:
+    def tried(self, law: Law, begin: Begin, length: float) -> tuple[IntegrationStep, float]:
         """Return a step of a length (s), and its error relative to what is allowed."""
 
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from sim_instruments.physics.hall import HallSensors
+from sim_instruments.physics.hall import SimulatedHallSensors
 from sim_instruments.physics.saturation import Saturation
 
 Connection = Literal["wye", "delta"]
@@ -55,7 +55,7 @@ class VirtualMotor:
     cogging_phase: float = 0.0
     insulation_resistance: float = 2.0e9
     frame_capacitance: float = 1.0e-9
-    halls: HallSensors | None = None
+    halls: SimulatedHallSensors | None = None
     emf_shares: tuple[float, float, float] = (1.0, 1.0, 1.0)
     exchanged: tuple[Literal["A", "B", "C"], Literal["A", "B", "C"]] | None = None
 

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from sim_instruments.physics import explicit_step, implicit_step
 from sim_instruments.physics.explicit_step import DormandPrince, ExplicitStep
 from sim_instruments.physics.implicit_step import ImplicitStep, Rosenbrock
-from sim_instruments.physics.integration_step import Begin, Method, Step
+from sim_instruments.physics.integration_step import Begin, IntegrationStep, Method
 from sim_instruments.physics.swing_equations import SwingEquations
 from sim_instruments.physics.windings import FloatArray
 
@@ -39,7 +39,7 @@ class Rules:
 
 @dataclass
 class _Record:
-    steps: list[Step] = field(default_factory=list)
+    steps: list[IntegrationStep] = field(default_factory=list)
     reversals: list[float] = field(default_factory=list)
 
 
@@ -125,7 +125,7 @@ class Ringing:
                     method = Rosenbrock(equations.timed)
         return horizon, "horizon"
 
-    def _crossing(self, step: Step, watched: float, direction: int) -> float | None:
+    def _crossing(self, step: IntegrationStep, watched: float, direction: int) -> float | None:
         """Return the share of the step after which the threshold is passed, None where it is not."""
         rules, law = self._rules, self._equations.law
         if not rules.sense * (watched - rules.threshold) <= 0.0 < rules.sense * (step.watched - rules.threshold):
@@ -139,7 +139,7 @@ class Ringing:
         return float(brentq(beyond, 0.0, 1.0, xtol=1e-12)) if beyond(0.0) * beyond(1.0) < 0.0 else 1.0
 
 
-def _reversal(step: Step, direction: int) -> float:
+def _reversal(step: IntegrationStep, direction: int) -> float:
     """Return the share of the step after which the shaft stands, infinite where it goes on turning."""
     if direction * step.after[1] > 0.0:
         return math.inf

@@ -13,7 +13,7 @@ _KEPT = 256
 
 
 @dataclass(frozen=True)
-class Wiring:
+class WindingLoops:
     """Loops of a wiring: winding currents are w = `basis`·x. All arrays are shared and read-only.
 
     `source` is None where it has no closed path; `plus` are the windings' shares in its current, `drive` the loops',
@@ -33,7 +33,7 @@ class Wiring:
 
 
 @lru_cache(maxsize=_KEPT)
-def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | None) -> Wiring:
+def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | None) -> WindingLoops:
     """Return what a wiring is: the socket that each terminal meets, and the source's two sockets, + and −."""
     incidence = INCIDENCE[connection]
     groups: dict[str, list[int]] = {}
@@ -58,7 +58,7 @@ def wiring(connection: str, sockets: tuple[str, ...], source: tuple[str, str] | 
     arrays = (basis, plus, drive, reach, leads, np.outer(drive, drive))
     for shared in (*arrays, directions):
         shared.flags.writeable = False
-    return Wiring(closed, *arrays, (present, directions))
+    return WindingLoops(closed, *arrays, (present, directions))
 
 
 def _principal(basis: FloatArray, drive: FloatArray) -> tuple[tuple[bool, bool, bool], FloatArray]:

@@ -23,7 +23,7 @@ Step = tuple[Handler, Call]
 Message = tuple[tuple[Step, ...], str]
 
 
-class Clock(Protocol):
+class InstrumentClock(Protocol):
     """The virtual time (s)."""
 
     def now(self) -> float:
@@ -54,7 +54,7 @@ class MessageExchange:
 
     channels = 1
 
-    def __init__(self, clock: Clock, generator: np.random.Generator) -> None:
+    def __init__(self, clock: InstrumentClock, generator: np.random.Generator) -> None:
         self.clock = clock
         self.tree = CommandTree()
         self.faults = Faults()

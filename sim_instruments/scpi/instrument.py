@@ -3,7 +3,7 @@
 import numpy as np
 
 from sim_instruments.scpi.errors import ErrorQueue, ScpiError
-from sim_instruments.scpi.exchange import Clock, MessageExchange
+from sim_instruments.scpi.exchange import InstrumentClock, MessageExchange
 from sim_instruments.scpi.parameters import exactly, integer
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
@@ -21,7 +21,7 @@ class ScpiInstrument(MessageExchange):
 
     def __init__(
         self,
-        clock: Clock,
+        clock: InstrumentClock,
         generator: np.random.Generator,
         identity: str,
         *,

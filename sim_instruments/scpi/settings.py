@@ -57,7 +57,7 @@ class Setting:
         return self.reply(self.values[index])
 
 
-class Settings:
+class ScpiSettings:
     """The settings of an instrument under short names; creating one registers its header."""
 
     def __init__(self, tree: CommandTree, number_format: str) -> None:

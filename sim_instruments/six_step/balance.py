@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from sim_instruments.six_step.circuit import Idle, Observables, Real
-from sim_instruments.six_step.segment import Segment
+from sim_instruments.six_step.segment import ConductionSegment
 from sim_instruments.six_step.steady_state import SteadyState
 
 
@@ -72,7 +72,7 @@ def losses(steady: SteadyState) -> Losses:
     )
 
 
-def _bridge_losses(steady: SteadyState, segment: Segment) -> tuple[float, float]:
+def _bridge_losses(steady: SteadyState, segment: ConductionSegment) -> tuple[float, float]:
     """Energy in J that transistors and diodes take during a segment."""
     drive, conduction = steady.drive, segment.circuit.conduction
     observables = segment.circuit.observables

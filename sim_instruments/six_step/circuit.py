@@ -63,7 +63,7 @@ class Observables:
 
 
 @dataclass(frozen=True)
-class Circuit:
+class ConductionCircuit:
     """One conduction as decoupled first-order modes: dz/dt = −rates·z + drive − ω·Re(emf·exp(j·orders·θ)).
 
     Winding currents are `shapes`·z, and z = `weights`·currents (which also projects onto what the circuit allows).
@@ -108,7 +108,7 @@ def _freedom(drive: SixStepDrive, idle: Idle) -> Real:
     return np.array([[1.0], [0.0], [-1.0]]) if idle is Idle.OPEN else np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, -1.0]])
 
 
-def build_circuit(drive: SixStepDrive, conduction: Conduction) -> Circuit:
+def build_circuit(drive: SixStepDrive, conduction: Conduction) -> ConductionCircuit:
     """Build the circuit of `conduction`; exact, by the generalised symmetric eigenproblem of resistance and inductance."""
     idle, drop = conduction.idle, drive.diode_drop
     D, M = line_matrix(drive), inductance_matrix(drive)
@@ -162,7 +162,7 @@ def build_circuit(drive: SixStepDrive, conduction: Conduction) -> Circuit:
     )
     watches, tolerances, successors = _watches(drive, conduction, line, legs, bus)
     weights = X.T @ N.T @ M
-    return Circuit(conduction, rates, W, weights, forcing, emf, watches, tolerances, successors, observables)
+    return ConductionCircuit(conduction, rates, W, weights, forcing, emf, watches, tolerances, successors, observables)
 
 
 def _watches(

@@ -2,7 +2,7 @@
 
 import math
 
-from sim_instruments.physics.hall import HallSensors
+from sim_instruments.physics.hall import SimulatedHallSensors
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 
@@ -29,5 +29,5 @@ def virtual_motor(drive: SixStepDrive) -> VirtualMotor:
         inertia=drive.inertia,
         coulomb_friction=drive.coulomb_friction,
         viscous_friction=drive.viscous_friction,
-        halls=HallSensors(offset=-drive.advance_angle),
+        halls=SimulatedHallSensors(offset=-drive.advance_angle),
     )

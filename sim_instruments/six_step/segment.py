@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_instruments.six_step.circuit import Circuit, Complex, LinearForm, Real
+from sim_instruments.six_step.circuit import Complex, ConductionCircuit, LinearForm, Real
 
 
 @dataclass(frozen=True)
-class Segment:
+class ConductionSegment:
     """Solution of one circuit from a local time 0 on, at constant speed.
 
     Every quantity is Re Σ coefficient·exp(exponent·t); `modes` holds the coefficients of the modal currents,
@@ -18,7 +18,7 @@ class Segment:
     exp(j·orders·θ) at the local time 0. Times in s, speed in mechanical rad/s.
     """
 
-    circuit: Circuit
+    circuit: ConductionCircuit
     start: float
     duration: float
     speed: float
@@ -73,7 +73,7 @@ class Segment:
 
 
 def make_segment(
-    circuit: Circuit,
+    circuit: ConductionCircuit,
     orders: Real,
     pole_pairs: int,
     speed: float,
@@ -81,7 +81,7 @@ def make_segment(
     start: float,
     currents: Real,
     duration: float = math.inf,
-) -> Segment:
+) -> ConductionSegment:
     """Solve `circuit` from winding `currents` in A at the electrical `angle` in rad, at mechanical `speed` in rad/s."""
     n = len(circuit.rates)
     swing = 1j * pole_pairs * speed * orders
@@ -93,7 +93,7 @@ def make_segment(
     modes[:, n] = steady
     modes[:, n + 1 :] = forced
     exponents = np.concatenate([-circuit.rates, [0.0], swing])
-    return Segment(circuit, start, duration, speed, exponents, phase, modes)
+    return ConductionSegment(circuit, start, duration, speed, exponents, phase, modes)
 
 
 def _integral(exponents: Complex, duration: float) -> NDArray[np.complex128]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sim_instruments.six_step.circuit import (
-    Circuit,
     Conduction,
+    ConductionCircuit,
     Idle,
     LinearForm,
     Real,
@@ -19,7 +19,7 @@ from sim_instruments.six_step.circuit import (
 from sim_instruments.six_step.drive import SixStepDrive, SixStepError
 from sim_instruments.six_step.emf import emf_phasors
 from sim_instruments.six_step.events import first_below_zero
-from sim_instruments.six_step.segment import Segment, make_segment
+from sim_instruments.six_step.segment import ConductionSegment, make_segment
 
 _MOST_SEGMENTS = 200
 
@@ -28,7 +28,7 @@ _MOST_SEGMENTS = 200
 class Passage:
     """A stretch of the state T1T2: its segments, the winding currents at its end and their sensitivity to the start."""
 
-    segments: tuple[Segment, ...]
+    segments: tuple[ConductionSegment, ...]
     end_currents: Real
     transition: Real
 
@@ -42,7 +42,7 @@ class Bridge:
 
     drive: SixStepDrive
     orders: Real = field(init=False)
-    _circuits: dict[Conduction, Circuit] = field(init=False, default_factory=dict)
+    _circuits: dict[Conduction, ConductionCircuit] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         drive = self.drive
@@ -59,7 +59,7 @@ class Bridge:
         freedom = np.eye(3) if drive.connection == "delta" else np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, -1.0]])
         self._kick = freedom @ np.linalg.solve(freedom.T @ self.inductance @ freedom, freedom.T @ self._lines[1])
 
-    def circuit(self, conduction: Conduction) -> Circuit:
+    def circuit(self, conduction: Conduction) -> ConductionCircuit:
         """Look up, or build, the circuit of a conduction."""
         circuit = self._circuits.get(conduction)
         if circuit is None:
@@ -77,7 +77,7 @@ class Bridge:
         circuit of this kind can.
         """
         electrical_speed = self.drive.pole_pairs * speed
-        segments: list[Segment] = []
+        segments: list[ConductionSegment] = []
         transition = np.eye(3)
         conduction = self._initial(currents, speed, angle)
         elapsed = 0.0
@@ -103,12 +103,14 @@ class Bridge:
             if Idle.OPEN not in (before.idle, conduction.idle) and before.idle is not conduction.idle:
                 transition = self._reversal(segment, length, conduction, speed, angle, elapsed, currents) @ transition
 
-    def _segment(self, circuit: Circuit, speed: float, angle: float, start: float, currents: Real) -> Segment:
+    def _segment(
+        self, circuit: ConductionCircuit, speed: float, angle: float, start: float, currents: Real
+    ) -> ConductionSegment:
         return make_segment(circuit, self.orders, self.drive.pole_pairs, speed, angle, start, currents)
 
     @staticmethod
-    def _with_duration(segment: Segment, duration: float) -> Segment:
-        return Segment(
+    def _with_duration(segment: ConductionSegment, duration: float) -> ConductionSegment:
+        return ConductionSegment(
             segment.circuit,
             segment.start,
             duration,
@@ -152,7 +154,7 @@ class Bridge:
 
     def _reversal(
         self,
-        old: Segment,
+        old: ConductionSegment,
         length: float,
         conduction: Conduction,
         speed: float,
@@ -172,7 +174,7 @@ class Bridge:
         return np.asarray(np.eye(3) - jump)
 
 
-def _slopes(segment: Segment, time: float) -> Real:
+def _slopes(segment: ConductionSegment, time: float) -> Real:
     rates = (segment.modes @ (segment.exponents * np.exp(segment.exponents * time))).real
     return np.asarray(segment.circuit.shapes @ rates)
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from sim_instruments.six_step.circuit import Observables, Real
 from sim_instruments.six_step.drive import SixStepDrive, SixStepError
-from sim_instruments.six_step.segment import Segment
+from sim_instruments.six_step.segment import ConductionSegment
 from sim_instruments.six_step.state import Bridge, Passage
 
 _STATE_ANGLE = math.pi / 3
@@ -41,7 +41,7 @@ class SteadyState:
 
     bridge: Bridge
     speed: float
-    segments: tuple[Segment, ...]
+    segments: tuple[ConductionSegment, ...]
     start_currents: Real
     end_currents: Real
 

@@ -7,7 +7,7 @@ from sim_instruments.physics.network import Network
 from sim_instruments.physics.swing import Shaft
 from sim_instruments.physics.windings import Windings
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
-from sim_instruments.world.settings import Settings
+from sim_instruments.world.settings import WorldSettings
 from sim_instruments.world.sources.six_step_stage import SixStepStage
 
 SUPPLY_POLES = ("supply+", "supply-")
@@ -30,7 +30,7 @@ class Constants:
     six_step: SixStepStage | None = None
     driven_cogging: bool = False
 
-    def shaft(self, settings: Settings, torque: float = 0.0) -> Shaft:
+    def shaft(self, settings: WorldSettings, torque: float = 0.0) -> Shaft:
         """Return what turns together: the motor, and the dynamometer's machine where it is coupled."""
         motor, machine = self.motor, self.dynamometer
         coupled = 1.0 if settings.shaft.coupled else 0.0
@@ -41,7 +41,7 @@ class Constants:
             torque,
         )
 
-    def network(self, windings: Windings, settings: Settings, *, supplied: bool) -> Network:
+    def network(self, windings: Windings, settings: WorldSettings, *, supplied: bool) -> Network:
         """Return the circuit of the present wiring, with the supply's output connected or open."""
         return Network(
             windings,
@@ -52,11 +52,11 @@ class Constants:
             held=settings.rotor_held,
         )
 
-    def bridge_network(self, windings: Windings, settings: Settings) -> Network:
+    def bridge_network(self, windings: Windings, settings: WorldSettings) -> Network:
         """Return the circuit as the bridge's four-terminal leads see it; its fixture's residual is apart."""
         return Network(windings, settings.sockets(), BRIDGE_POLES, lead_resistance=0.0)
 
-    def inverter_direction(self, settings: Settings) -> int:
+    def inverter_direction(self, settings: WorldSettings) -> int:
         """Return +1 or -1 for a positive or negative phase sequence at the motor, 0 where a phase is missing."""
         sockets = settings.sockets()
         if sorted(sockets) != sorted(INVERTER_POLES):

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from sim_instruments.world.probes import CurrentProbe, Node, VoltageProbe
+from sim_instruments.world.probes import Node, PlacedCurrentProbe, PlacedVoltageProbe
 from sim_instruments.world.settings import Socket, Terminal
 
 
@@ -80,14 +80,14 @@ class Miswirings:
         ]
         return real
 
-    def voltage(self, channel: int | None, requested: VoltageProbe) -> VoltageProbe:
+    def voltage(self, channel: int | None, requested: PlacedVoltageProbe) -> PlacedVoltageProbe:
         """Return where a channel's voltage probe, or the voltmeter, is."""
         miswiring = self._senses.get(channel, _Sense())
-        return VoltageProbe(miswiring.positive or requested.positive, miswiring.negative or requested.negative)
+        return PlacedVoltageProbe(miswiring.positive or requested.positive, miswiring.negative or requested.negative)
 
-    def current(self, channel: int, requested: CurrentProbe) -> CurrentProbe:
+    def current(self, channel: int, requested: PlacedCurrentProbe) -> PlacedCurrentProbe:
         """Return where a channel's current probe is."""
         miswiring = self._senses.get(channel, _Sense())
-        return CurrentProbe(
+        return PlacedCurrentProbe(
             miswiring.terminal or requested.terminal, -requested.sign if miswiring.turned else requested.sign
         )

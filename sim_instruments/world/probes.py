@@ -13,7 +13,7 @@ HALL_NODES: tuple[Node, ...] = ("H1", "H2", "H3", "H0")
 
 
 @dataclass(frozen=True)
-class VoltageProbe:
+class PlacedVoltageProbe:
     """Differential voltage between two nodes; none where a lead is loose."""
 
     positive: Node
@@ -26,11 +26,11 @@ class VoltageProbe:
 
 
 @dataclass(frozen=True)
-class CurrentProbe:
+class PlacedCurrentProbe:
     """Current into a terminal, `sign` −1 where the probe is the wrong way round."""
 
     terminal: Terminal
     sign: int = 1
 
 
-Probe = VoltageProbe | CurrentProbe
+Probe = PlacedVoltageProbe | PlacedCurrentProbe

@@ -13,7 +13,7 @@ from sim_instruments.physics.windings import Windings
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.segment_inputs import SegmentInputs, dynamometer_ramp
-from sim_instruments.world.settings import Settings, SupplySettings
+from sim_instruments.world.settings import SupplySettings, WorldSettings
 from sim_instruments.world.shaft import free_shaft
 from sim_instruments.world.sources import inverter_drive, six_step_drive
 from sim_instruments.world.sources.supply_regime import Regime, is_open, over_voltage, regime
@@ -23,7 +23,7 @@ from sim_instruments.world.thermal import next_update
 _HAND_RATE = 2.0 * math.pi * 0.7
 
 
-def plan(constants: Constants, settings: Settings, state: State, time: float) -> Segment:
+def plan(constants: Constants, settings: WorldSettings, state: State, time: float) -> Segment:
     """Return the segment that starts at `time` (s) from a state.
 
     What a protection does at once (a trip, a fault of the inverter or the six-step drive) is written into the settings first.
@@ -48,7 +48,7 @@ def plan(constants: Constants, settings: Settings, state: State, time: float) ->
 
 
 def _supplied(
-    constants: Constants, settings: Settings, state: State, time: float, windings: Windings
+    constants: Constants, settings: WorldSettings, state: State, time: float, windings: Windings
 ) -> tuple[Regime | None, Network]:
     """Return what the supply's output does, None where it is open, and the circuit that it is or is not part of."""
     # What turns the shaft outlasts the output's fall by far.
@@ -126,7 +126,7 @@ def turning(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerL
     return replace(segment, supply_mode="cv") if segment.supply_mode == "cc" else segment
 
 
-def _turned_from_outside(settings: Settings) -> bool:
+def _turned_from_outside(settings: WorldSettings) -> bool:
     drive = settings.dynamometer
     by_drive = settings.shaft.coupled and drive.enabled and settings.dynamometer_mode == "speed"
     fed = settings.inverter.enabled or settings.six_step.enabled

@@ -15,7 +15,7 @@ from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment, State
-from sim_instruments.world.settings import Settings
+from sim_instruments.world.settings import WorldSettings
 from sim_instruments.world.sources.supply_regime import Regime
 
 StandingCircuit = LinearTransient | SaturatedTransient
@@ -26,7 +26,7 @@ class SegmentInputs:
     """Constants, settings and state at a time (s), with the circuit that they make; `output` None is an open output."""
 
     constants: Constants
-    settings: Settings
+    settings: WorldSettings
     state: State
     time: float
     windings: Windings

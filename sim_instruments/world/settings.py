@@ -131,7 +131,7 @@ class ShaftSettings:
 
 
 @dataclass
-class Settings:
+class WorldSettings:
     """Everything set on the bench. `exchanged` are two terminals whose wires are exchanged inside the motor."""
 
     wiring: dict[Terminal, Contact] = field(default_factory=lambda: {"A": "open", "B": "open", "C": "open"})

@@ -19,7 +19,7 @@ from sim_instruments.world.history import Past, Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.segment import FieldState, Segment, State
 from sim_instruments.world.segment_choice import plan
-from sim_instruments.world.settings import Settings, Snapshot
+from sim_instruments.world.settings import Snapshot, WorldSettings
 from sim_instruments.world.sources.six_step_stage import SixStepStage
 from sim_instruments.world.thermal import temperature_after
 
@@ -51,7 +51,7 @@ class Timeline:
     ) -> None:
         self.lock = threading.RLock()
         self.constants = Constants(motor, supply, dynamometer, inverter, leads, six_step, driven_cogging)
-        self.settings = Settings(ambient_temperature=ambient_temperature, exchanged=motor.exchanged)
+        self.settings = WorldSettings(ambient_temperature=ambient_temperature, exchanged=motor.exchanged)
         self._clock = clock
         self.now = clock.now()
         #: The state at the present time, None where nobody has asked for it yet.
@@ -97,7 +97,7 @@ class Timeline:
         """Hold the lock, with the bench brought to the present."""
         return self._observing
 
-    def changing(self) -> AbstractContextManager[Settings]:
+    def changing(self) -> AbstractContextManager[WorldSettings]:
         """Hold the lock, give the settings to change, and go on from the present with what they make of it.
 
         What is changed at one and the same time takes effect together, once somebody looks or time goes on. What is set as
@@ -330,18 +330,18 @@ class _Observing(AbstractContextManager[None]):
         self._lock.release()
 
 
-class _Changing(AbstractContextManager[Settings]):
+class _Changing(AbstractContextManager[WorldSettings]):
     """Holds a timeline's lock for one change of the settings; an error in the block leaves the laws as they are."""
 
     def __init__(
-        self, lock: threading.RLock, settings: Settings, begin: Callable[[], Before], end: Callable[[Before], None]
+        self, lock: threading.RLock, settings: WorldSettings, begin: Callable[[], Before], end: Callable[[Before], None]
     ) -> None:
         self._lock = lock
         self._settings = settings
         self._begin = begin
         self._end = end
 
-    def __enter__(self) -> Settings:
+    def __enter__(self) -> WorldSettings:
         self._lock.acquire()
         try:
             self._before = self._begin()

@@ -16,7 +16,7 @@ from sim_instruments.world import impedance
 from sim_instruments.world.held_probes import FIRST_HALL, HeldProbes, InTerminal, Place
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.miswiring import Miswirings
-from sim_instruments.world.probes import HALL_NODES, NODES, CurrentProbe, Node, Probe, VoltageProbe
+from sim_instruments.world.probes import HALL_NODES, NODES, Node, PlacedCurrentProbe, PlacedVoltageProbe, Probe
 from sim_instruments.world.segment import Segment
 from sim_instruments.world.settings import SOCKETS, TERMINALS, Contact, FloatArray, Socket, Terminal
 from sim_instruments.world.shaft import hand
@@ -95,7 +95,7 @@ class World:
         #: The insulation tester's output; None on a bench without a fixture.
         self.insulation = InsulationOutput(self._timeline, self.damage) if fixture else None
         self._probes: dict[int, Probe] = {}
-        self._sense: VoltageProbe | None = None
+        self._sense: PlacedVoltageProbe | None = None
         #: Miswirings that hands will make.
         self.miswirings = Miswirings()
 
@@ -138,13 +138,13 @@ class World:
             if node == "N" and not self.star_point_accessible:
                 raise ValueError("node 'N': this motor's star point is not accessible; use the artificial 'star'")
         with self.lock:
-            self._probes[channel] = self.miswirings.voltage(channel, VoltageProbe(positive, negative))
+            self._probes[channel] = self.miswirings.voltage(channel, PlacedVoltageProbe(positive, negative))
 
     def attach_current_probe(self, channel: int, terminal: Terminal) -> None:
         """Clip a channel's current probe round the wire into a terminal. Raises ValueError for an unknown one."""
         self._check_terminal(terminal)
         with self.lock:
-            self._probes[channel] = self.miswirings.current(channel, CurrentProbe(terminal))
+            self._probes[channel] = self.miswirings.current(channel, PlacedCurrentProbe(terminal))
 
     def detach_probe(self, channel: int) -> None:
         """Take a channel's probe off; it then senses nothing."""
@@ -161,7 +161,7 @@ class World:
         if positive == negative:
             raise ValueError(f"the voltmeter's leads must be on two different terminals, not {positive} twice")
         with self.lock:
-            self._sense = self.miswirings.voltage(None, VoltageProbe(positive, negative))
+            self._sense = self.miswirings.voltage(None, PlacedVoltageProbe(positive, negative))
 
     def detach_voltmeter(self) -> None:
         """Take the voltmeter's leads off; it then senses nothing."""
@@ -423,7 +423,7 @@ class World:
 
     def _place(self, probe: Probe) -> Place | None:
         """Return what a probe is on, None for one with a loose lead: it senses nothing."""
-        if isinstance(probe, CurrentProbe):
+        if isinstance(probe, PlacedCurrentProbe):
             return InTerminal(TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal)), probe.sign)
         if probe.loose:
             return None

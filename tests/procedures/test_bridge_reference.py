@@ -4,7 +4,7 @@ import pytest
 
 from drivers.interfaces import Accuracy, ImpedanceReading
 from procedures.core.actions import Connect, Socket, Terminal
-from procedures.estimation.winding.wiring import Outcome
+from procedures.estimation.winding.wiring import WiringOutcome
 from procedures.verification import bridge_evidence
 from procedures.verification.lines import Lines
 
@@ -22,11 +22,11 @@ def test_a_bridge_within_its_limits_raises_no_alarm_against_four_wires(share: fl
     lines = Lines()
     lines.read_by_four_wires([2.0 * PHASE] * 3, 1e-3)
     told = bridge_evidence.judged(ALIGNED, reading(1.5 * PHASE + share * LIMIT), lines.for_bridge({}))
-    assert told.outcome is not Outcome.WRONG
+    assert told.outcome is not WiringOutcome.WRONG
 
 
 def test_against_its_own_lines_it_tells_one_connection_from_another() -> None:
     lines = Lines()
     lines.read_by_bridge([2.0 * PHASE + 0.7 * LIMIT] * 3, 1e-3, 20.0)
     told = bridge_evidence.judged(ALIGNED, reading(2.0 * PHASE + 0.7 * LIMIT), lines.for_bridge({}))
-    assert told.outcome is Outcome.WRONG
+    assert told.outcome is WiringOutcome.WRONG

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.core.curves import curve
-from procedures.estimation.mechanics.inertia import Ramp, fit_ramps, fitted_speeds
+from procedures.estimation.mechanics.inertia import SpeedRamp, fit_ramps, fitted_speeds
 
 
 @given(size=st.integers(0, 2000), points=st.integers(2, 400))
@@ -21,7 +21,7 @@ def test_fitted_speeds_belong_to_the_part_that_turns() -> None:
     time = np.linspace(0.0, 1.0, 101)
     driven = np.maximum(time - 0.2, 0.0) * 100.0
     coast = 80.0 - 20.0 * time
-    ramps = [Ramp(time, driven, 0.12), Ramp(time, coast, 0.0)]
+    ramps = [SpeedRamp(time, driven, 0.12), SpeedRamp(time, coast, 0.0)]
     fit = fit_ramps(ramps)
     (first, up), (second, down) = fitted_speeds(ramps, fit)
     assert 0.2 < first[0] < 0.25

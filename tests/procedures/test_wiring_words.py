@@ -17,13 +17,13 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.estimation.emf.probed_phases import patterns
-from procedures.estimation.winding.wiring import Kind, Leads, mistakes
+from procedures.estimation.winding.wiring import Kind, SensingLeads, mistakes
 from procedures.verification import messages as words
 from procedures.verification.check import connection_record, connections_of, mistake_record
 from procedures.verification.two_poles import poles_of
 
 COLOURS = {"A": "white", "C": "black"}
-TOLD = Leads((0, 1), (0, 1))
+TOLD = SensingLeads((0, 1), (0, 1))
 
 
 def records():

@@ -7,7 +7,7 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.hall import HallSensors
+from sim_instruments.physics.hall import SimulatedHallSensors
 from tests.runs.on_bench import measure, within
 
 FILE = load_motor("lg-400w")
@@ -23,7 +23,7 @@ def checked(halls, plate=PLATE, *settings):
 
 
 def test_sound_sensors_are_where_block_commutation_wants_them():
-    result, found = checked(HallSensors())
+    result, found = checked(SimulatedHallSensors())
     assert found["hall_faults"].value == 0.0
     for name in ("hall_offset", "hall_spacing_deviation", "hall_duty_deviation"):
         assert within(found[name], 0.0), name
@@ -33,13 +33,13 @@ def test_sound_sensors_are_where_block_commutation_wants_them():
 
 @pytest.mark.parametrize("offset", [-20.0, 12.0, 60.0])
 def test_an_offset_is_measured_in_electrical_degrees(offset):
-    _, found = checked(HallSensors(offset=math.radians(offset)))
+    _, found = checked(SimulatedHallSensors(offset=math.radians(offset)))
     assert found["hall_faults"].value == 0.0
     assert within(found["hall_offset"], offset)
 
 
 def test_a_sensor_glued_in_the_wrong_place():
-    _, found = checked(HallSensors(placements=(0.0, math.radians(9.0), 0.0)))
+    _, found = checked(SimulatedHallSensors(placements=(0.0, math.radians(9.0), 0.0)))
     assert within(found["hall_spacing_deviation"], 9.0)
     assert within(found["hall_offset"], 3.0)
 
@@ -47,12 +47,12 @@ def test_a_sensor_glued_in_the_wrong_place():
 @pytest.mark.parametrize(
     ("halls", "faults"),
     [
-        (HallSensors(order=(2, 1, 3)), ["H1: swapped", "H2: swapped"]),
-        (HallSensors(order=(1, 3, 2)), ["H2: swapped", "H3: swapped"]),
-        (HallSensors(inverted=(2,)), ["H2: inverted"]),
-        (HallSensors(stuck=((3, "high"),)), ["H3: dead"]),
-        (HallSensors(stuck=((1, "low"),), inverted=(2,)), ["H1: dead", "H2: inverted"]),
-        (HallSensors(order=(3, 2, 1), inverted=(1,)), ["H1: swapped", "H3: swapped", "H3: inverted"]),
+        (SimulatedHallSensors(order=(2, 1, 3)), ["H1: swapped", "H2: swapped"]),
+        (SimulatedHallSensors(order=(1, 3, 2)), ["H2: swapped", "H3: swapped"]),
+        (SimulatedHallSensors(inverted=(2,)), ["H2: inverted"]),
+        (SimulatedHallSensors(stuck=((3, "high"),)), ["H3: dead"]),
+        (SimulatedHallSensors(stuck=((1, "low"),), inverted=(2,)), ["H1: dead", "H2: inverted"]),
+        (SimulatedHallSensors(order=(3, 2, 1), inverted=(1,)), ["H1: swapped", "H3: swapped", "H3: inverted"]),
     ],
 )
 def test_each_fault_is_counted_and_named(halls, faults):
@@ -65,18 +65,18 @@ def test_each_fault_is_counted_and_named(halls, faults):
 
 
 def test_three_dead_ones_leave_nothing_else_to_measure():
-    result, found = checked(HallSensors(stuck=((1, "low"), (2, "low"), (3, "high"))))
+    result, found = checked(SimulatedHallSensors(stuck=((1, "low"), (2, "low"), (3, "high"))))
     assert set(found) == {"hall_faults"}
     assert found["hall_faults"].value == 3.0
     assert len(result.warnings) == 3
 
 
 def test_a_motor_made_for_another_offset_is_held_against_that():
-    _, found = checked(HallSensors(offset=math.radians(30.0)), PLATE, "offset=30")
+    _, found = checked(SimulatedHallSensors(offset=math.radians(30.0)), PLATE, "offset=30")
     assert within(found["hall_offset"], 0.0)
 
 
 def test_without_pole_pairs_it_is_only_less_certain():
-    _, found = checked(HallSensors(offset=math.radians(5.0)), FILE.nameplate)
+    _, found = checked(SimulatedHallSensors(offset=math.radians(5.0)), FILE.nameplate)
     assert within(found["hall_offset"], 5.0)
     assert found["hall_faults"].value == 0.0

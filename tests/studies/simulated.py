@@ -8,7 +8,7 @@ import numpy as np
 from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.fitting.fit import Fit, coverage_interval
-from procedures.estimation.mechanics.inertia import Ramp, fit_ramps, two_point
+from procedures.estimation.mechanics.inertia import SpeedRamp, fit_ramps, two_point
 from procedures.estimation.winding.rotor_sweep import axis_inductances, extremes, fit_rotor_sweep, saliency_significant
 from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
@@ -197,10 +197,10 @@ _UP, _DOWN = np.linspace(0, 0.3, 300), np.linspace(0, 0.8, 500)
 _TOP = float(ramp_speed(MECHANICS, _UP, TORQUE, 5.0)[-1])
 
 
-def ramps(random: Random) -> list[Ramp]:
+def ramps(random: Random) -> list[SpeedRamp]:
     up, down = ramp_speed(MECHANICS, _UP, TORQUE, 5.0), ramp_speed(MECHANICS, _DOWN, 0.0, _TOP)
     noisy = [w + random.normal(0, SPEED_NOISE, w.size) for w in (up, down)]
-    return [Ramp(_UP, noisy[0], TORQUE), Ramp(_DOWN, noisy[1])]
+    return [SpeedRamp(_UP, noisy[0], TORQUE), SpeedRamp(_DOWN, noisy[1])]
 
 
 def inertia_case(name: str) -> Case:

@@ -14,14 +14,14 @@ from bench.eol.line.admission import Admission, RefusedSerial
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.coordinator import Coordinator
-from bench.eol.line.line_file import Line, digest
+from bench.eol.line.line_file import ProductionLine, digest
 from bench.eol.line.messages import Batch
 from bench.eol.line.panel_channel import PanelChannel
 from bench.eol.line.preparation import BatchRequest, Prepared, by_time_over_failures, check_operator, prepare
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.line.serial_numbers import QueuedSerials, ScannedSerials, SerialNumbers, open_serials
 from bench.eol.line.worker_process import ForkServer
-from bench.eol.plan import Check, Plan
+from bench.eol.plan import Plan, PlannedCheck
 from bench.eol.record import MotorRecord
 from bench.eol.store.faults import StoreError
 from bench.eol.store.records import EarlierTest
@@ -150,7 +150,7 @@ def _run(
 
 
 @contextmanager
-def _panel_channel(serials: SerialNumbers, batch: Batch, line: Line) -> Iterator[tuple[PanelChannel, ...]]:
+def _panel_channel(serials: SerialNumbers, batch: Batch, line: ProductionLine) -> Iterator[tuple[PanelChannel, ...]]:
     """Give the channel to panels, where serial numbers come from them."""
     if not isinstance(serials, QueuedSerials) or isinstance(serials, ScannedSerials):
         yield ()
@@ -159,14 +159,14 @@ def _panel_channel(serials: SerialNumbers, batch: Batch, line: Line) -> Iterator
         yield (channel,)
 
 
-def _outputs(plan: Plan, line: Line, folder: Path, listener: BatchListener) -> RecordOutputs:
+def _outputs(plan: Plan, line: ProductionLine, folder: Path, listener: BatchListener) -> RecordOutputs:
     """Return what records are handed to, as plan and station name it."""
     known = plan.catalogues(line.catalogues).records
     names = dict.fromkeys((*plan.plugins.records, *line.outputs))
     return RecordOutputs([known[name] for name in names], folder, listener.trouble)
 
 
-def _ordered(plan: Plan, writer: RecordWriter) -> Sequence[Check]:
+def _ordered(plan: Plan, writer: RecordWriter) -> Sequence[PlannedCheck]:
     if plan.order == "listed":
         return plan.checks
     return by_time_over_failures(plan.checks, writer.experience(plan.name))

@@ -9,12 +9,12 @@ from bench.eol.line.admission import Admission
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.instrument_sharing import Arbiter, LeaseDecision, LeaseReply, LeaseRequest
-from bench.eol.line.line_file import Line
+from bench.eol.line.line_file import ProductionLine
 from bench.eol.line.messages import Leave, Task
 from bench.eol.line.preparation import sampled
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.line.worker_slots import WorkerSlot, WorkerSlots
-from bench.eol.plan import Check
+from bench.eol.plan import PlannedCheck
 
 
 class Dispatcher:
@@ -22,8 +22,8 @@ class Dispatcher:
 
     def __init__(
         self,
-        line: Line,
-        checks: Sequence[Check],
+        line: ProductionLine,
+        checks: Sequence[PlannedCheck],
         admission: Admission,
         log: BatchLog,
         listener: BatchListener,

@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bench.eol.limits import GuardBand, Limits
+from bench.eol.limits import GuardBand, ParameterLimits
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch import run_prepared
 from bench.eol.line.batch_listener import BatchListener
-from bench.eol.line.line_file import Line, LineSocket
+from bench.eol.line.line_file import LineSocket, ProductionLine
 from bench.eol.line.preparation import BatchRequest, Prepared, prepare
 from bench.eol.line.procedure_times import read_times
 from bench.eol.line.worker_process import ForkServer
@@ -170,14 +170,14 @@ def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[
     )
 
 
-def _differences(line: Line) -> Iterator[str]:
+def _differences(line: ProductionLine) -> Iterator[str]:
     """Say what stands for the instruments of the line's stations, where that is not their own counterpart."""
     for socket in line.sockets:
         for counterpart in (counterparts_of(socket.twin_of) if socket.twin_of else {}).values():
             yield from (str(difference) for difference in counterpart.differences)
 
 
-def _limits(plan: Plan, limits: dict[str, Limits], records: Sequence[MotorRecord]) -> list[LimitFinding]:
+def _limits(plan: Plan, limits: dict[str, ParameterLimits], records: Sequence[MotorRecord]) -> list[LimitFinding]:
     findings = []
     for parameter, bounds in sorted(limits.items()):
         figures = [figure for record in records for figure in record.measured if figure.parameter == parameter]
@@ -189,7 +189,7 @@ def _limits(plan: Plan, limits: dict[str, Limits], records: Sequence[MotorRecord
     return findings
 
 
-def _finding(plan: Plan, bounds: Limits, figure: MeasuredFigure) -> LimitFinding:
+def _finding(plan: Plan, bounds: ParameterLimits, figure: MeasuredFigure) -> LimitFinding:
     expanded = figure.expanded
     ratio = bounds.tolerance / (2.0 * expanded) if expanded > 0.0 else math.inf
     fault = ""

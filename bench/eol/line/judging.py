@@ -3,22 +3,26 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from bench.eol.limits import GuardBand, Limits, judge
-from bench.eol.plan import Check
+from bench.eol.limits import GuardBand, ParameterLimits, judge
+from bench.eol.plan import PlannedCheck
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict, together
 from bench.run.retry_policy import Attempt, Next
 from procedures.core.result import Parameter
 from procedures.verification.verifier import WiringError
 
-_NO_LIMITS = Limits()
+_NO_LIMITS = ParameterLimits()
 
 
 class MotorJudge:
     """Judges one motor by the limits of its plan; `minimum_ratio` is the least tolerance over the 95 % interval's width."""
 
     def __init__(
-        self, checks: Sequence[Check], limits: Mapping[str, Limits], guard: GuardBand, minimum_ratio: float
+        self,
+        checks: Sequence[PlannedCheck],
+        limits: Mapping[str, ParameterLimits],
+        guard: GuardBand,
+        minimum_ratio: float,
     ) -> None:
         self._checks = {check.name: check for check in checks}
         self._limits = limits

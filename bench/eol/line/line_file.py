@@ -59,7 +59,7 @@ class LineSocket:
 
 
 @dataclass(frozen=True)
-class Line:
+class ProductionLine:
     """A line that was read; `shared` are the roles that sockets use in turn, `timeout` (s) the longest wait for one."""
 
     source: str
@@ -84,7 +84,7 @@ class Line:
         return self.sockets[0].station is None
 
 
-def load_line(reference: str, sockets: int | None) -> Line:
+def load_line(reference: str, sockets: int | None) -> ProductionLine:
     """Return the line of a station file, or of `sockets` virtual benches for `virtual`.
 
     Raises InputError for a bad file, UsageError where the file says how many sockets there are and `sockets` says otherwise.
@@ -121,16 +121,18 @@ def load_line(reference: str, sockets: int | None) -> Line:
     return station_line
 
 
-def _virtual(line: _Line, source: str) -> Line:
+def _virtual(line: _Line, source: str) -> ProductionLine:
     virtual_sockets = tuple(LineSocket(str(number + 1), None) for number in range(line.sockets))
-    return Line(source, line.name, virtual_sockets, line.shared if line.sockets > 1 else frozenset(), line.timeout)
+    return ProductionLine(
+        source, line.name, virtual_sockets, line.shared if line.sockets > 1 else frozenset(), line.timeout
+    )
 
 
-def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> Line:
+def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> ProductionLine:
     tables = data.get("sockets")
     if tables is None:
         station = make_station({key: value for key, value in data.items() if key != "line"}, source, content)
-        return Line(source, station.name, (LineSocket("1", station),), frozenset(), line.timeout)
+        return ProductionLine(source, station.name, (LineSocket("1", station),), frozenset(), line.timeout)
     if not isinstance(tables, dict) or not 1 <= len(tables) <= MOST_SOCKETS:
         raise InputError(
             text(
@@ -168,7 +170,9 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
     check_addresses((relay for socket in sockets if socket.station for relay in socket.station.watchdog_relays), source)
     first = sockets[0].station
     name = first.name if first else ""
-    return Line(source, name, tuple(sockets), frozenset(shared) if len(sockets) > 1 else frozenset(), line.timeout)
+    return ProductionLine(
+        source, name, tuple(sockets), frozenset(shared) if len(sockets) > 1 else frozenset(), line.timeout
+    )
 
 
 def _socket_station(data: Mapping[str, Any], name: str, table: Any, source: str) -> Station:
@@ -209,7 +213,7 @@ def station_of(content: str, source: str) -> Station:
     return make_station(parse(raw, source), source, raw)
 
 
-def digest(line: Line) -> str:
+def digest(line: ProductionLine) -> str:
     """Return what identifies the line: a hash of its sockets' stations."""
     parts = [
         line.name,

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from bench.eol.limits import Limits
+from bench.eol.limits import ParameterLimits
 from bench.eol.line.instrument_sharing import LeaseRelease, LeaseReply, LeaseRequest
 from bench.eol.line.preparation import BatchRequest
-from bench.eol.plan import Check, Plan
+from bench.eol.plan import Plan, PlannedCheck
 from bench.eol.record import MotorRecord
 from bench.motor.motor_file import MotorFile
 from drivers.interfaces.text import Text
@@ -19,7 +19,7 @@ class Batch:
     name: str
     uid: str
     plan: Plan
-    limits: Mapping[str, Limits]
+    limits: Mapping[str, ParameterLimits]
     motor: MotorFile
     line: str
     folder: str
@@ -52,7 +52,7 @@ class Task:
 
     number: int
     serial_number: str
-    checks: tuple[Check, ...]
+    checks: tuple[PlannedCheck, ...]
     at: float
 
 

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench.eol.limits import Limits
-from bench.eol.line.line_file import Line, load_line
-from bench.eol.plan import Check, Plan, load_plan
+from bench.eol.limits import ParameterLimits
+from bench.eol.line.line_file import ProductionLine, load_line
+from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import InputError, UsageError
 from bench.motor.motor_file import MotorFile, load_motor
@@ -47,8 +47,8 @@ class Prepared:
 
     plan: Plan
     motor: MotorFile
-    line: Line
-    limits: dict[str, Limits]
+    line: ProductionLine
+    limits: dict[str, ParameterLimits]
 
 
 def prepare(plan_file: Path, station: str, sockets: int | None) -> Prepared:
@@ -65,7 +65,7 @@ def prepare(plan_file: Path, station: str, sockets: int | None) -> Prepared:
     return Prepared(plan, motor, line, plan.limits(motor.nameplate.expected))
 
 
-def planned_of(checks: Iterable[Check], source: str, known: Catalogue) -> list[Planned]:
+def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) -> list[Planned]:
     """Return checks as a run takes them, from the procedures there are. Raises InputError for settings that one does not allow."""
     return [
         Planned(
@@ -102,7 +102,7 @@ def check_parameters(plan: Plan, planned: Sequence[Planned], known: Catalogue) -
         )
 
 
-def check_station(line: Line, planned: Sequence[Planned]) -> None:
+def check_station(line: ProductionLine, planned: Sequence[Planned]) -> None:
     """Raise InputError where a socket has not the instruments that a procedure needs."""
     for socket in line.sockets:
         if socket.station is not None:
@@ -121,7 +121,7 @@ def check_station(line: Line, planned: Sequence[Planned]) -> None:
                 )
 
 
-def check_operator(request: BatchRequest, line: Line) -> None:
+def check_operator(request: BatchRequest, line: ProductionLine) -> None:
     """Raise UsageError for an operator that the line's sockets cannot have."""
     if request.operator not in ("", "fixture", "virtual", "terminal"):
         raise UsageError(
@@ -148,8 +148,8 @@ def check_operator(request: BatchRequest, line: Line) -> None:
 
 
 def by_time_over_failures(
-    checks: Sequence[Check], experience: Mapping[str, tuple[int, int, float]]
-) -> tuple[Check, ...]:
+    checks: Sequence[PlannedCheck], experience: Mapping[str, tuple[int, int, float]]
+) -> tuple[PlannedCheck, ...]:
     """Return the checks with the least time over failure rate first, none before those that it comes after.
 
     `experience` gives by procedure how many attempts were made, how many did not pass, and their mean time (s). The rate is
@@ -161,11 +161,11 @@ def by_time_over_failures(
     if any(check.name not in experience for check in checks):
         return tuple(checks)
 
-    def cost(check: Check) -> float:
+    def cost(check: PlannedCheck) -> float:
         attempts, failures, time = experience[check.name]
         return time * (attempts + 2) / (failures + 1)
 
-    remaining, ordered = list(checks), list[Check]()
+    remaining, ordered = list(checks), list[PlannedCheck]()
     while remaining:
         waiting = {check.name for check in remaining}
         free = [check for check in remaining if not waiting & set(check.after)]
@@ -175,6 +175,6 @@ def by_time_over_failures(
     return tuple(ordered)
 
 
-def sampled(checks: Sequence[Check], number: int) -> tuple[Check, ...]:
+def sampled(checks: Sequence[PlannedCheck], number: int) -> tuple[PlannedCheck, ...]:
     """Return the checks that a batch's motor of this number (from 1) has: those of every n-th begin with the first."""
     return tuple(check for check in checks if (number - 1) % check.every == 0)

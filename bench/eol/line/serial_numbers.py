@@ -8,7 +8,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import IO
 
-from bench.eol.line.line_file import Line
+from bench.eol.line.line_file import ProductionLine
 from bench.eol.line.preparation import BatchRequest
 from bench.eol.plan import Plan
 from bench.i18n.errors import InputError, UsageError
@@ -169,7 +169,7 @@ class ScannedSerials(QueuedSerials):
         self.end()
 
 
-def open_serials(request: BatchRequest, plan: Plan, line: Line, last: int, stream: IO[str]) -> SerialNumbers:
+def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, last: int, stream: IO[str]) -> SerialNumbers:
     """Return the batch's serial numbers; `last` is its highest motor so far, `stream` where they are typed or scanned.
 
     Raises UsageError where the request contradicts itself or the line, InputError for a file that cannot be read.

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from multiprocessing.connection import Connection
 from time import monotonic
 
-from bench.eol.line.line_file import Line
+from bench.eol.line.line_file import ProductionLine
 from bench.eol.line.messages import Batch, Task, WorkerSetup
 from bench.eol.line.worker_process import ForkServer, WorkerProcess
 from bench.eol.line.worker_status import Heartbeat, WorkerStatus
@@ -61,7 +61,7 @@ class WorkerSlots:
 
     def __init__(
         self,
-        line: Line,
+        line: ProductionLine,
         batch: Batch,
         fork_server: ForkServer,
         owner: Owner | None,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.eol.limits import Limits
+from bench.eol.limits import ParameterLimits
 from bench.eol.statistics.control_chart import D2
 
 
@@ -28,7 +28,13 @@ class Capability:
 
 
 def of_moments(
-    count: int, mean: float, spread: float, limits: Limits, confidence: float = 0.95, *, freedom: float | None = None
+    count: int,
+    mean: float,
+    spread: float,
+    limits: ParameterLimits,
+    confidence: float = 0.95,
+    *,
+    freedom: float | None = None,
 ) -> Capability:
     """Return the capability from count, mean and standard deviation with its degrees of freedom (n − 1 where none are given).
 

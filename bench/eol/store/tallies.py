@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Row, and_, func, select, true, union_all
 from sqlalchemy import literal as bound
 
-from bench.eol.limits import Limits
+from bench.eol.limits import ParameterLimits
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, NOT_PASSED
 from bench.eol.store.selection import Selection
 from bench.eol.verdict import Verdict
@@ -43,7 +43,7 @@ class Distribution:
 
     parameter: str
     unit: str
-    limits: Limits
+    limits: ParameterLimits
     changed: bool
     count: int
     mean: float
@@ -225,7 +225,7 @@ def _failures(rows: Sequence[Sequence[object]]) -> list[Failures]:
     return sorted(failures, key=lambda each: (-each.failed, -each.errors, each.name))
 
 
-def _edges(limits: Limits, middle: float, seen: Sequence[float]) -> list[float]:
+def _edges(limits: ParameterLimits, middle: float, seen: Sequence[float]) -> list[float]:
     """Return the bins' edges, open at both ends: the limits are edges themselves where there are two."""
     if math.isfinite(limits.tolerance) and limits.tolerance > 0.0:
         low, width = limits.low, limits.tolerance / _INSIDE
@@ -249,5 +249,5 @@ def _histogram(edges: Sequence[float], counts: Sequence[int]) -> Histogram:
     return Histogram(tuple(edges[1:-1]), tuple(inner))
 
 
-def _limits(low: float | None, high: float | None) -> Limits:
-    return Limits(-math.inf if low is None else low, math.inf if high is None else high)
+def _limits(low: float | None, high: float | None) -> ParameterLimits:
+    return ParameterLimits(-math.inf if low is None else low, math.inf if high is None else high)

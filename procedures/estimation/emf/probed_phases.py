@@ -16,7 +16,7 @@ _FITS = 0.2
 LEAST_STEPS = 6.0
 
 
-class Fault(Enum):
+class ProbingFault(Enum):
     """What may be wrong with probes, or with terminals that should be open."""
 
     NONE = "as told"
@@ -35,7 +35,7 @@ class Pattern:
     `channel` is the one concerned, `terminals` are 0, 1, 2 for A, B, C.
     """
 
-    fault: Fault
+    fault: ProbingFault
     phasors: tuple[complex, complex, complex]
     channel: int | None = None
     terminals: tuple[int, ...] = ()
@@ -48,14 +48,14 @@ def patterns() -> Iterator[Pattern]:
     """Give what is right first, then every single mistake that shows."""
     a, b, c = (complex(phase) for phase in _TURN)
     phases = (a, b, c)
-    yield Pattern(Fault.NONE, phases)
+    yield Pattern(ProbingFault.NONE, phases)
     for k in range(3):
-        yield Pattern(Fault.SILENT, _with(phases, k, 0j), k)
-        yield Pattern(Fault.REVERSED, _with(phases, k, -phases[k]), k)
+        yield Pattern(ProbingFault.SILENT, _with(phases, k, 0j), k)
+        yield Pattern(ProbingFault.REVERSED, _with(phases, k, -phases[k]), k)
         for m in range(3):
             if m != k:
-                yield Pattern(Fault.TIP, _with(phases, k, phases[m]), k, (m,))
-                yield Pattern(Fault.REFERENCE, _with(phases, k, phases[k] - phases[m]), k, (m,))
+                yield Pattern(ProbingFault.TIP, _with(phases, k, phases[m]), k, (m,))
+                yield Pattern(ProbingFault.REFERENCE, _with(phases, k, phases[k] - phases[m]), k, (m,))
     for k in range(3):
         pair = [m for m in range(3) if m != k]
         # Two joined terminals share the mean of their phases' voltages, and so does the artificial star in part.
@@ -63,8 +63,8 @@ def patterns() -> Iterator[Pattern]:
         star = (2.0 * together + phases[k]) / 3.0
         joined = [together - star] * 3
         joined[k] = phases[k] - star
-        yield Pattern(Fault.JOINED, (joined[0], joined[1], joined[2]), None, tuple(pair))
-    yield Pattern(Fault.SEQUENCE, (a, c, b))
+        yield Pattern(ProbingFault.JOINED, (joined[0], joined[1], joined[2]), None, tuple(pair))
+    yield Pattern(ProbingFault.SEQUENCE, (a, c, b))
 
 
 def phasors(samples: FloatArray) -> NDArray[np.complex128]:
@@ -106,9 +106,9 @@ def phase_order(voltages: FloatArray, resolution: float) -> int:
     if float(np.max(np.abs(seen))) < LEAST_STEPS * resolution:
         raise EstimationError("the voltages are too weak beside the oscilloscope's resolution; turn the shaft faster")
     best = next(iter(fitting(seen, list(patterns()))), None)
-    if best is None or best.fault not in (Fault.NONE, Fault.SEQUENCE):
+    if best is None or best.fault not in (ProbingFault.NONE, ProbingFault.SEQUENCE):
         raise EstimationError("the voltages are not those of three phases; check the probes and the star point")
-    return 1 if best.fault is Fault.NONE else -1
+    return 1 if best.fault is ProbingFault.NONE else -1
 
 
 def _with(phases: tuple[complex, complex, complex], channel: int, shown: complex) -> tuple[complex, complex, complex]:

@@ -24,7 +24,7 @@ class TwoPoint(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Ramp:
+class SpeedRamp:
     """One ramp: `time` (s), `speed` (rad/s, mechanical), shape (n,), and the driving `torque` (N·m): one value, or (n,).
 
     A coast-down has torque 0. `speed_resolution` (rad/s) is one step of the readings.
@@ -74,7 +74,7 @@ def two_point(
     return TwoPoint(float(inertia), float(-inertia * coasting))
 
 
-def _turning(ramp: Ramp, number: int) -> _Run:
+def _turning(ramp: SpeedRamp, number: int) -> _Run:
     """Cut standstill off both ends and check that the rest turns one way."""
     time = series(f"time of ramp {number}", ramp.time, least=5)
     speed = series(f"speed of ramp {number}", ramp.speed, least=5)
@@ -200,7 +200,7 @@ def _fit(runs: Sequence[_Run], start: FloatArray, names: tuple[str, ...], unit_t
     )
 
 
-def fit_ramps(ramps: Sequence[Ramp]) -> Fit:
+def fit_ramps(ramps: Sequence[SpeedRamp]) -> Fit:
     """Fit `inertia` (kg·m²), `coulomb_friction` (N·m), `viscous_friction` (N·m·s/rad) to whole ramps together.
 
     Exact solution of J·dω/dt = T − Tc·sign(ω) − B·ω; also `initial_speed_1` … one a ramp. Standstill at the ends is left out.
@@ -240,7 +240,7 @@ def fit_ramps(ramps: Sequence[Ramp]) -> Fit:
     return _fit(runs, np.array([1.0, solution[1], solution[2]]) / solution[0], SHARED, False)
 
 
-def fitted_speeds(ramps: Sequence[Ramp], fit: Fit) -> list[tuple[FloatArray, FloatArray]]:
+def fitted_speeds(ramps: Sequence[SpeedRamp], fit: Fit) -> list[tuple[FloatArray, FloatArray]]:
     """Return for each ramp that was fitted the times (s) and the fitted speeds (rad/s) of the part that turns."""
     found, taken = [], 0
     for k, ramp in enumerate(ramps):
@@ -256,7 +256,7 @@ def fit_coast_down(time: ArrayLike, speed: ArrayLike, *, speed_resolution: float
 
     Raises EstimationError where the speed does not fall.
     """
-    ramp = Ramp(np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64), 0.0, speed_resolution)
+    ramp = SpeedRamp(np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64), 0.0, speed_resolution)
     run = _turning(ramp, 1)
     edge = max(1, run.speed.size // 10)
     if run.sign * (np.mean(run.speed[-edge:]) - np.mean(run.speed[:edge])) >= 0:

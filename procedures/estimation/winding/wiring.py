@@ -39,7 +39,7 @@ CONTINUITY = frozenset({Kind.OPEN, Kind.JOINED, Kind.TOUCHING})
 
 
 @dataclass(frozen=True)
-class Leads:
+class SensingLeads:
     """Where a voltmeter or probe senses: its two leads' terminals, and the wire that a current probe is round with its sign.
 
     None is nothing touched; a current probe's sign is 1 where its arrow points to the motor.
@@ -59,7 +59,7 @@ class Mistake:
     kind: Kind
     terminals: tuple[int, ...]
     poles: Poles
-    leads: Leads = Leads()
+    leads: SensingLeads = SensingLeads()
 
 
 def loop_resistance(phases: Sequence[float], poles: Poles) -> float:
@@ -110,7 +110,7 @@ def current_sensed(phases: Sequence[float], mistake: Mistake) -> float | None:
     return 0.0 if terminal is None or mistake.kind is Kind.TOUCHING else sign * shares[terminal]
 
 
-def mistakes(expected: Poles, leads: Leads = Leads()) -> list[Mistake]:
+def mistakes(expected: Poles, leads: SensingLeads = SensingLeads()) -> list[Mistake]:
     """Return no mistake first, then every single one; each state of the wires once, as the first mistake that leads to it."""
     found = {expected: Mistake(Kind.NONE, (), expected, leads)}
     for mistake in _of_wires(expected):
@@ -138,7 +138,7 @@ def _of_wires(expected: Poles) -> Iterator[Mistake]:
             yield Mistake(Kind.OTHER_POLE, (k,), _with(expected, {k: reversed_[pole]}))
 
 
-def _of_leads(expected: Poles, leads: Leads) -> Iterator[Mistake]:
+def _of_leads(expected: Poles, leads: SensingLeads) -> Iterator[Mistake]:
     places: tuple[int | None, ...] = (0, 1, 2, None)
     if leads.voltage is not None:
         positive, negative = leads.voltage
@@ -166,7 +166,7 @@ def _with(expected: Poles, changed: Mapping[int, Pole]) -> Poles:
     return a, b, c
 
 
-class Outcome(Enum):
+class WiringOutcome(Enum):
     """What readings say of a connection.
 
     VERIFIED: no mistake of continuity would read so. UNVERIFIED: the connection may be right, but so would such a mistake read.
@@ -191,7 +191,7 @@ class Observation:
 class Judgement:
     """The outcome, and the mistakes that all readings allow; a wire off or too much goes before all others that explain them."""
 
-    outcome: Outcome
+    outcome: WiringOutcome
     possible: tuple[Mistake, ...] = ()
 
 
@@ -199,12 +199,12 @@ def judge(candidates: Sequence[Mistake], observations: Sequence[Observation]) ->
     """Hold the readings against every candidate, the first of which is no mistake."""
     possible = tuple(c for c in candidates if all(o.read.overlaps(o.predicted(c)) for o in observations))
     if not possible:
-        return Judgement(Outcome.UNEXPLAINED)
+        return Judgement(WiringOutcome.UNEXPLAINED)
     breaking = tuple(mistake for mistake in possible if mistake.kind in CONTINUITY)
     if possible[0].kind is Kind.NONE:
-        return Judgement(Outcome.UNVERIFIED if breaking else Outcome.VERIFIED, possible[1:])
+        return Judgement(WiringOutcome.UNVERIFIED if breaking else WiringOutcome.VERIFIED, possible[1:])
     wires = tuple(mistake for mistake in breaking if mistake.kind is not Kind.TOUCHING)
-    return Judgement(Outcome.WRONG, wires or possible)
+    return Judgement(WiringOutcome.WRONG, wires or possible)
 
 
 def odd_line(lines: Sequence[float], share: float = 0.75) -> int | None:

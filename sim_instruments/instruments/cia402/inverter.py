@@ -9,9 +9,9 @@ from sim_instruments.instruments.cia402.power import (
     DC_VOLTAGE,
     MODE,
     VELOCITY_UNIT,
-    Entry,
+    DriveState,
+    ObjectEntry,
     PowerStage,
-    State,
     check_limits,
     standard_entries,
     velocity_steps,
@@ -71,16 +71,16 @@ class Cia402Inverter:
         }
 
     @property
-    def entries(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[ObjectEntry, ...]:
         """Return the object dictionary."""
         return (
             *standard_entries("Virtual inverter", 0x00000402, 0x0000000C),
-            Entry(AMPLITUDE, "Phase current amplitude", "u32", "rw"),
-            Entry(TARGET_TORQUE, "Target torque", "i16", "rw"),
-            Entry(RATED_CURRENT, "Motor rated current", "u32"),
-            Entry(ACTUAL_TORQUE, "Torque actual value", "i16"),
-            Entry(ACTUAL_CURRENT, "Current actual value", "i16"),
-            Entry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
+            ObjectEntry(AMPLITUDE, "Phase current amplitude", "u32", "rw"),
+            ObjectEntry(TARGET_TORQUE, "Target torque", "i16", "rw"),
+            ObjectEntry(RATED_CURRENT, "Motor rated current", "u32"),
+            ObjectEntry(ACTUAL_TORQUE, "Torque actual value", "i16"),
+            ObjectEntry(ACTUAL_CURRENT, "Current actual value", "i16"),
+            ObjectEntry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
         )
 
     def read(self, index: int) -> int | None:
@@ -115,7 +115,7 @@ class Cia402Inverter:
 
     def _apply(self) -> None:
         inverter, power = self._world.inverter, self._power
-        if power.active or power.state is State.QUICK_STOP_ACTIVE:
+        if power.active or power.state is DriveState.QUICK_STOP_ACTIVE:
             amplitude = self._amplitude * 1.0e-3 * (1.0 + self._errors.current_gain)
             frequency = self._velocity * VELOCITY_UNIT * (1.0 + self._errors.frequency_gain)
             current = self._torque * 1.0e-3 * self._rated_current * (1.0 + self._errors.current_gain)
@@ -132,9 +132,9 @@ class Cia402Inverter:
 
     def _status(self) -> int:
         word, power, inverter = self._power.status, self._power, self._world.inverter
-        if inverter.stuck_output.shown(False, inverter.enabled) and power.state is not State.FAULT:
-            word = word & ~power.state | State.OPERATION_ENABLED
-        if power.state is State.OPERATION_ENABLED and power.mode == PROFILE_VELOCITY and self._velocity:
+        if inverter.stuck_output.shown(False, inverter.enabled) and power.state is not DriveState.FAULT:
+            word = word & ~power.state | DriveState.OPERATION_ENABLED
+        if power.state is DriveState.OPERATION_ENABLED and power.mode == PROFILE_VELOCITY and self._velocity:
             actual = velocity_steps(self._world.inverter.output_frequency())
             if abs(actual - self._velocity) <= 1:
                 word |= _TARGET_REACHED

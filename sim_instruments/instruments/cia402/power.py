@@ -19,7 +19,7 @@ VELOCITY_UNIT = 0.01
 _HALT, _FAULT_RESET, _REMOTE = 0x0100, 0x0080, 0x0200
 
 
-class State(IntEnum):
+class DriveState(IntEnum):
     """States of the power drive system, as the status word shows them, voltage enabled."""
 
     SWITCH_ON_DISABLED = 0x0050
@@ -31,7 +31,7 @@ class State(IntEnum):
 
 
 @dataclass(frozen=True)
-class Entry:
+class ObjectEntry:
     """One object: its index and subindex, name, type and access; `value` where it is constant."""
 
     index: int
@@ -57,7 +57,7 @@ class ObjectServer(Protocol):
     """
 
     @property
-    def entries(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[ObjectEntry, ...]:
         """Return the object dictionary."""
 
     def read(self, index: int) -> int | None:
@@ -76,7 +76,7 @@ class PowerStage:
     """State, control word, mode of operation and error code of one drive."""
 
     def __init__(self, modes: tuple[int, ...]) -> None:
-        self.state = State.SWITCH_ON_DISABLED
+        self.state = DriveState.SWITCH_ON_DISABLED
         self.control = 0
         self.mode = NO_MODE
         self.error = 0
@@ -85,12 +85,12 @@ class PowerStage:
     @property
     def active(self) -> bool:
         """Whether operation is enabled in a mode."""
-        return self.state is State.OPERATION_ENABLED and self.mode != NO_MODE
+        return self.state is DriveState.OPERATION_ENABLED and self.mode != NO_MODE
 
     @property
     def stopped(self) -> bool:
         """Whether the halt bit or a quick stop holds the motor."""
-        return bool(self.control & _HALT) or self.state is State.QUICK_STOP_ACTIVE
+        return bool(self.control & _HALT) or self.state is DriveState.QUICK_STOP_ACTIVE
 
     @property
     def status(self) -> int:
@@ -100,7 +100,7 @@ class PowerStage:
     def readers(self, status: Callable[[], int]) -> dict[int, Callable[[], int]]:
         """Return what reads the objects that all drives have; `status` returns the status word with what a mode adds to it."""
         return {
-            ERROR_REGISTER: lambda: int(self.state is State.FAULT),
+            ERROR_REGISTER: lambda: int(self.state is DriveState.FAULT),
             ERROR_CODE: lambda: self.error,
             CONTROL_WORD: lambda: self.control,
             STATUS_WORD: status,
@@ -113,37 +113,37 @@ class PowerStage:
         if value not in (NO_MODE, *self._modes):
             allowed = " and ".join(str(mode) for mode in self._modes)
             raise SdoError(OUT_OF_RANGE, f"mode of operation {value} is not supported; allowed: {allowed}")
-        if value != self.mode and self.state is State.OPERATION_ENABLED:
+        if value != self.mode and self.state is DriveState.OPERATION_ENABLED:
             raise SdoError(DEVICE_STATE, "the mode of operation cannot change while operation is enabled")
         self.mode = value
 
     def trip(self, error: int) -> None:
         """Go to the fault state with an error code."""
-        self.state, self.error = State.FAULT, error
+        self.state, self.error = DriveState.FAULT, error
 
     def command(self, word: int) -> None:
         """Take a control word."""
         rising_reset = bool(word & _FAULT_RESET and not self.control & _FAULT_RESET)
         self.control = word
-        if self.state is State.FAULT:
+        if self.state is DriveState.FAULT:
             if rising_reset:
                 self.error = 0
-                self.state = State.SWITCH_ON_DISABLED
+                self.state = DriveState.SWITCH_ON_DISABLED
             return
         if not word & 0b0010:
-            self.state = State.SWITCH_ON_DISABLED
+            self.state = DriveState.SWITCH_ON_DISABLED
         elif not word & 0b0100:
-            enabled = self.state is State.OPERATION_ENABLED
-            active = enabled or self.state is State.QUICK_STOP_ACTIVE
-            self.state = State.QUICK_STOP_ACTIVE if active else State.SWITCH_ON_DISABLED
-        elif self.state is State.QUICK_STOP_ACTIVE:
+            enabled = self.state is DriveState.OPERATION_ENABLED
+            active = enabled or self.state is DriveState.QUICK_STOP_ACTIVE
+            self.state = DriveState.QUICK_STOP_ACTIVE if active else DriveState.SWITCH_ON_DISABLED
+        elif self.state is DriveState.QUICK_STOP_ACTIVE:
             if word & 0b1111 == 0b1111:
-                self.state = State.OPERATION_ENABLED
+                self.state = DriveState.OPERATION_ENABLED
         elif not word & 0b0001:
-            self.state = State.READY_TO_SWITCH_ON
-        elif self.state in (State.READY_TO_SWITCH_ON, State.SWITCHED_ON, State.OPERATION_ENABLED):
+            self.state = DriveState.READY_TO_SWITCH_ON
+        elif self.state in (DriveState.READY_TO_SWITCH_ON, DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED):
             # Controlword F in "ready to switch on" passes "switched on" by itself.
-            self.state = State.OPERATION_ENABLED if word & 0b1000 else State.SWITCHED_ON
+            self.state = DriveState.OPERATION_ENABLED if word & 0b1000 else DriveState.SWITCHED_ON
 
 
 def velocity_steps(frequency: float) -> int:
@@ -160,24 +160,24 @@ def check_limits(index: int, value: int, limits: dict[int, tuple[int, int]]) -> 
             raise SdoError(code, f"object {index:04X}h: {value} is outside {low} … {high}")
 
 
-def standard_entries(name: str, product: int, modes: int) -> tuple[Entry, ...]:
+def standard_entries(name: str, product: int, modes: int) -> tuple[ObjectEntry, ...]:
     """Return what all drives' dictionaries have in common: `modes` are the bits of 6502h."""
     return (
-        Entry(0x1000, "Device type", "u32", "const", value=0x00020192),
-        Entry(ERROR_REGISTER, "Error register", "u8"),
-        Entry(0x1008, "Manufacturer device name", "text", "const", value=name),
-        Entry(0x1017, "Producer heartbeat time", "u16", "rw", value=0),
-        Entry(0x1018, "Identity: highest subindex", "u8", "const", 0, 4),
-        Entry(0x1018, "Identity: vendor", "u32", "const", 1, 0x000002FF),
-        Entry(0x1018, "Identity: product code", "u32", "const", 2, product),
-        Entry(0x1018, "Identity: revision", "u32", "const", 3, 0x00010000),
-        Entry(0x1018, "Identity: serial number", "u32", "const", 4, 0x00000001),
-        Entry(ERROR_CODE, "Error code", "u16"),
-        Entry(CONTROL_WORD, "Controlword", "u16", "rw"),
-        Entry(STATUS_WORD, "Statusword", "u16"),
-        Entry(MODE, "Modes of operation", "i8", "rw"),
-        Entry(MODE_DISPLAY, "Modes of operation display", "i8"),
-        Entry(ACTUAL_VELOCITY, "Velocity actual value", "i32"),
-        Entry(DC_VOLTAGE, "DC link circuit voltage", "u32"),
-        Entry(SUPPORTED_MODES, "Supported drive modes", "u32", value=modes),
+        ObjectEntry(0x1000, "Device type", "u32", "const", value=0x00020192),
+        ObjectEntry(ERROR_REGISTER, "Error register", "u8"),
+        ObjectEntry(0x1008, "Manufacturer device name", "text", "const", value=name),
+        ObjectEntry(0x1017, "Producer heartbeat time", "u16", "rw", value=0),
+        ObjectEntry(0x1018, "Identity: highest subindex", "u8", "const", 0, 4),
+        ObjectEntry(0x1018, "Identity: vendor", "u32", "const", 1, 0x000002FF),
+        ObjectEntry(0x1018, "Identity: product code", "u32", "const", 2, product),
+        ObjectEntry(0x1018, "Identity: revision", "u32", "const", 3, 0x00010000),
+        ObjectEntry(0x1018, "Identity: serial number", "u32", "const", 4, 0x00000001),
+        ObjectEntry(ERROR_CODE, "Error code", "u16"),
+        ObjectEntry(CONTROL_WORD, "Controlword", "u16", "rw"),
+        ObjectEntry(STATUS_WORD, "Statusword", "u16"),
+        ObjectEntry(MODE, "Modes of operation", "i8", "rw"),
+        ObjectEntry(MODE_DISPLAY, "Modes of operation display", "i8"),
+        ObjectEntry(ACTUAL_VELOCITY, "Velocity actual value", "i32"),
+        ObjectEntry(DC_VOLTAGE, "DC link circuit voltage", "u32"),
+        ObjectEntry(SUPPORTED_MODES, "Supported drive modes", "u32", value=modes),
     )

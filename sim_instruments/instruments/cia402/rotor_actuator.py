@@ -10,9 +10,9 @@ from sim_instruments.instruments.cia402.power import (
     CONTROL_WORD,
     DC_VOLTAGE,
     MODE,
-    Entry,
+    DriveState,
+    ObjectEntry,
     PowerStage,
-    State,
     check_limits,
     numbered,
     standard_entries,
@@ -86,22 +86,22 @@ class Cia402Actuator:
         }
 
     @property
-    def entries(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[ObjectEntry, ...]:
         """Return the object dictionary."""
         return (
             *standard_entries("Virtual rotor actuator", 0x00000404, 0x00000005),
-            Entry(POSITION, "Position actual value", "i32"),
-            Entry(TARGET_POSITION, "Target position", "i32", "rw"),
-            Entry(HIGHEST_SPEED, "Max motor speed", "u32"),
-            Entry(PROFILE_SPEED, "Profile velocity", "u32", "rw"),
-            Entry(ENCODER, "Position encoder resolution: highest subindex", "u8", "const", 0, 2),
-            Entry(ENCODER, "Position encoder resolution: encoder increments", "u32", "const", 1, INCREMENTS),
-            Entry(ENCODER, "Position encoder resolution: motor revolutions", "u32", "const", 2, 1),
-            Entry(INPUTS, "Digital inputs", "u32"),
-            Entry(OUTPUTS, "Digital outputs: highest subindex", "u8", "const", 0, 2),
-            Entry(OUTPUTS, "Digital outputs: physical outputs", "u32", "rw", 1),
-            Entry(OUTPUTS, "Digital outputs: bit mask", "u32", "rw", 2),
-            Entry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
+            ObjectEntry(POSITION, "Position actual value", "i32"),
+            ObjectEntry(TARGET_POSITION, "Target position", "i32", "rw"),
+            ObjectEntry(HIGHEST_SPEED, "Max motor speed", "u32"),
+            ObjectEntry(PROFILE_SPEED, "Profile velocity", "u32", "rw"),
+            ObjectEntry(ENCODER, "Position encoder resolution: highest subindex", "u8", "const", 0, 2),
+            ObjectEntry(ENCODER, "Position encoder resolution: encoder increments", "u32", "const", 1, INCREMENTS),
+            ObjectEntry(ENCODER, "Position encoder resolution: motor revolutions", "u32", "const", 2, 1),
+            ObjectEntry(INPUTS, "Digital inputs", "u32"),
+            ObjectEntry(OUTPUTS, "Digital outputs: highest subindex", "u8", "const", 0, 2),
+            ObjectEntry(OUTPUTS, "Digital outputs: physical outputs", "u32", "rw", 1),
+            ObjectEntry(OUTPUTS, "Digital outputs: bit mask", "u32", "rw", 2),
+            ObjectEntry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
         )
 
     def read(self, index: int) -> int | None:
@@ -184,7 +184,7 @@ class Cia402Actuator:
         power, closed = self._power, self._mechanism.state
         if Part.BRAKE in closed:
             return "locked", None
-        if Part.CLUTCH not in closed or not (power.active or power.state is State.QUICK_STOP_ACTIVE):
+        if Part.CLUTCH not in closed or not (power.active or power.state is DriveState.QUICK_STOP_ACTIVE):
             return "free", None
         if power.stopped:
             self._move = None
@@ -236,7 +236,7 @@ class Cia402Actuator:
     def _status(self) -> int:
         power = self._power
         word = power.status
-        if power.state is not State.OPERATION_ENABLED:
+        if power.state is not DriveState.OPERATION_ENABLED:
             return word
         reached = False
         if power.stopped:

@@ -11,9 +11,9 @@ from sim_instruments.instruments.cia402.power import (
     CONTROL_WORD,
     DC_VOLTAGE,
     MODE,
-    Entry,
+    DriveState,
+    ObjectEntry,
     PowerStage,
-    State,
     check_limits,
     standard_entries,
     velocity_steps,
@@ -57,12 +57,12 @@ class Cia402SixStep:
         }
 
     @property
-    def entries(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[ObjectEntry, ...]:
         """Return the object dictionary."""
         return (
             *standard_entries("Virtual six-step drive", 0x00000403, 0x00010000),
-            Entry(BUS_CURRENT, "DC link current actual value", "i32"),
-            Entry(HALL_STATE, "Hall state", "u8"),
+            ObjectEntry(BUS_CURRENT, "DC link current actual value", "i32"),
+            ObjectEntry(HALL_STATE, "Hall state", "u8"),
         )
 
     def read(self, index: int) -> int | None:
@@ -102,8 +102,8 @@ class Cia402SixStep:
 
     def _status(self) -> int:
         output, power = self._output, self._power
-        shown = output.stuck_output.shown(False, output.enabled) and power.state is not State.FAULT
-        return power.status & ~power.state | State.OPERATION_ENABLED if shown else power.status
+        shown = output.stuck_output.shown(False, output.enabled) and power.state is not DriveState.FAULT
+        return power.status & ~power.state | DriveState.OPERATION_ENABLED if shown else power.status
 
     def _velocity(self) -> int:
         return velocity_steps(self._output.electrical_frequency() * (1.0 + self._errors.frequency_gain))

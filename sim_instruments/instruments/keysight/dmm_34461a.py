@@ -12,7 +12,7 @@ from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
 from sim_instruments.scpi.parameters import boolean, exactly, number, string
-from sim_instruments.scpi.settings import Settings
+from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
 
@@ -54,7 +54,7 @@ class Keysight34461A(ScpiInstrument):
         self._cycle = self._next_end = 0.0
         self._busy_until = -math.inf
         self._questionable = StatusRegister()
-        self.settings = Settings(self.tree, "+.8E")
+        self.settings = ScpiSettings(self.tree, "+.8E")
         self._add_settings()
         self._add_commands()
         self.reset()

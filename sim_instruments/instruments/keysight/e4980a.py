@@ -8,12 +8,12 @@ import numpy as np
 
 from sim_instruments.instruments.errors import LcrErrors
 from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
-from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, Conditions, Reading
+from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, BridgeResult, Conditions
 from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVERFLOW, TOKENS, pair
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import choice, choices, exactly, integer, number
-from sim_instruments.scpi.settings import Settings
+from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
 
@@ -56,9 +56,9 @@ class KeysightE4980A(ScpiInstrument):
         self._averages = 1
         self._waiting = False
         self._due: float | None = None
-        self._reading: Reading | None = None
+        self._reading: BridgeResult | None = None
         self._since = 0.0
-        self.settings = Settings(self.tree, "+.5E")
+        self.settings = ScpiSettings(self.tree, "+.5E")
         self._add_settings()
         self._add_commands()
         self.reset()

@@ -52,7 +52,7 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class Reading:
+class BridgeResult:
     """A result: impedance (Ω, None on overload), status, DC resistance (Ω), levels at the terminals (V, A rms)."""
 
     time: float
@@ -84,22 +84,22 @@ class BridgeMeasurement:
         """Measure the open leads; false where something is connected. The virtual leads have no stray capacitance."""
         return not abs(self._world.impedance(1.0e3, 1.0, 0.1)) < _OVERLOAD
 
-    def read(self, conditions: Conditions, time: float) -> Reading:
+    def read(self, conditions: Conditions, time: float) -> BridgeResult:
         """Return the reading of a measurement that ends now and is dated `time`."""
         level = conditions.level_rms
         if level <= 0.0:
-            return Reading(time, None, _OVERLOADED)
+            return BridgeResult(time, None, _OVERLOADED)
         aperture = integration_time(conditions.aperture, conditions.frequency) * conditions.averages
         true = self._world.impedance(conditions.frequency, level, aperture)
         if not (cmath.isfinite(true) and abs(true) < _OVERLOAD):
-            return Reading(time, None, _OVERLOADED)
+            return BridgeResult(time, None, _OVERLOADED)
         current = level / abs(_SOURCE_RESISTANCE + true)
         status = 0
         if conditions.regulated and level * abs(_SOURCE_RESISTANCE + true) > _HIGHEST_SOURCE * abs(true):
             status = _UNREGULATED
         impedance = self._as_seen(true, conditions)
         resistance = self._dc_resistance(conditions, aperture) if conditions.with_dc else 0.0
-        return Reading(time, impedance, status, resistance, current * abs(true), current)
+        return BridgeResult(time, impedance, status, resistance, current * abs(true), current)
 
     def _as_seen(self, true: complex, conditions: Conditions) -> complex:
         errors = self._errors

@@ -15,7 +15,7 @@ from sim_instruments.instruments.keysight.infiniivision_waveform import Waveform
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import choice, choices, exactly, number
-from sim_instruments.scpi.settings import Settings
+from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
 
@@ -60,7 +60,7 @@ class KeysightInfiniiVision(ScpiInstrument):
         self.acquisition = Acquisition(
             world.clock.now, world.probe_signal, world.hold_probes, generator, self._errors.time_base
         )
-        self.settings = Settings(self.tree, "+.8E")
+        self.settings = ScpiSettings(self.tree, "+.8E")
         self._add_channels()
         self._add_time_base()
         self._add_trigger()

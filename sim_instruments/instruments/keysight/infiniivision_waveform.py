@@ -4,7 +4,7 @@ from sim_instruments.instruments.keysight.infiniivision_acquisition import Acqui
 from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.parameters import choice, exactly, integer
-from sim_instruments.scpi.settings import Settings
+from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.tree import Call, CommandTree
 
 _SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
@@ -20,7 +20,7 @@ _COUNTS = (
 class WaveformSubsystem:
     """Adds its headers to a tree and answers them from the last record of an acquisition."""
 
-    def __init__(self, tree: CommandTree, settings: Settings, acquisition: Acquisition) -> None:
+    def __init__(self, tree: CommandTree, settings: ScpiSettings, acquisition: Acquisition) -> None:
         self._settings = settings
         self._acquisition = acquisition
         settings.add_choice("wav_points_mode", "WAVeform:POINts:MODE", ("NORMal", "MAXimum", "RAW"), "NORM")

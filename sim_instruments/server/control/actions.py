@@ -13,7 +13,7 @@ Channel = Annotated[int, Field(ge=1, le=8)]
 _FASTEST_HAND = 200.0
 
 
-class Connect(Request):
+class ConnectTerminals(Request):
     """Wire the motor's terminals anew; those left out stay open."""
 
     action: Literal["connect"]
@@ -136,7 +136,7 @@ class Simple(Request):
 
 
 Action = Annotated[
-    Connect
+    ConnectTerminals
     | AttachVoltageProbe
     | AttachCurrentProbe
     | DetachProbe

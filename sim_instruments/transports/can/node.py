@@ -8,8 +8,8 @@ import numpy as np
 from canopen import objectdictionary
 
 from sim_instruments.faults.line_faults import Fault, FaultKind, Faults
-from sim_instruments.instruments.cia402.power import CONTROL_WORD, Entry, ObjectServer, SdoError, numbered
-from sim_instruments.scpi.exchange import Clock
+from sim_instruments.instruments.cia402.power import CONTROL_WORD, ObjectEntry, ObjectServer, SdoError, numbered
+from sim_instruments.scpi.exchange import InstrumentClock
 from sim_instruments.transports.can import in_process as can_direct
 from sim_instruments.transports.can.buses import INTERFACE, fresh_channel, open_bus
 from sim_instruments.transports.can.watch import ENTRIES, HeartbeatConsumer
@@ -47,7 +47,7 @@ class CanNode:
     def __init__(
         self,
         device: ObjectServer,
-        clock: Clock,
+        clock: InstrumentClock,
         generator: np.random.Generator,
         *,
         node_id: int = 5,
@@ -201,7 +201,7 @@ class _Outlet:
             self._network.send_message(identifier, left)
 
 
-def _dictionary(entries: tuple[Entry, ...]) -> Any:
+def _dictionary(entries: tuple[ObjectEntry, ...]) -> Any:
     dictionary = od.ObjectDictionary()
     for index in dict.fromkeys(entry.index for entry in entries):
         members = [entry for entry in entries if entry.index == index]
@@ -215,7 +215,7 @@ def _dictionary(entries: tuple[Entry, ...]) -> Any:
     return dictionary
 
 
-def _variable(entry: Entry) -> Any:
+def _variable(entry: ObjectEntry) -> Any:
     variable = od.ODVariable(entry.name, entry.index, entry.subindex)
     variable.data_type = _TYPES[entry.kind]
     variable.access_type = entry.access

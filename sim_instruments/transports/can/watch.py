@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 from time import monotonic
 
-from sim_instruments.instruments.cia402.power import OUT_OF_RANGE, Entry, SdoError
+from sim_instruments.instruments.cia402.power import OUT_OF_RANGE, ObjectEntry, SdoError
 
 CONSUMER_HEARTBEAT, ABORT_CONNECTION = 0x1016, 0x6007
 _HEARTBEAT = 0x700
@@ -13,9 +13,9 @@ _QUICK_STOP_WORD, _DISABLE_VOLTAGE_WORD = 0x02, 0x00
 
 #: What they add to a node's object dictionary: one entry, unused, and the profile's default, a malfunction.
 ENTRIES = (
-    Entry(CONSUMER_HEARTBEAT, "Consumer heartbeat time: highest subindex", "u8", "const", 0, 1),
-    Entry(CONSUMER_HEARTBEAT, "Consumer heartbeat time: 1", "u32", "rw", 1, 0),
-    Entry(ABORT_CONNECTION, "Abort connection option code", "i16", "rw", value=1),
+    ObjectEntry(CONSUMER_HEARTBEAT, "Consumer heartbeat time: highest subindex", "u8", "const", 0, 1),
+    ObjectEntry(CONSUMER_HEARTBEAT, "Consumer heartbeat time: 1", "u32", "rw", 1, 0),
+    ObjectEntry(ABORT_CONNECTION, "Abort connection option code", "i16", "rw", value=1),
 )
 
 

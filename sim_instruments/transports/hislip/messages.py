@@ -14,7 +14,7 @@ _CHUNK = 1 << 16
 MAXIMUM_MESSAGE = 1 << 20
 
 
-class Kind(IntEnum):
+class MessageType(IntEnum):
     """Type of a message (IVI-6.1, table 4)."""
 
     INITIALIZE = 0

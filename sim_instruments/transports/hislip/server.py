@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from sim_instruments.transports.conversation import Conversation
 from sim_instruments.transports.hislip.locks import Locks
-from sim_instruments.transports.hislip.messages import Fatal, FatalError, Kind, Message, receive
+from sim_instruments.transports.hislip.messages import Fatal, FatalError, Message, MessageType, receive
 from sim_instruments.transports.hislip.session import HislipSession
 
 _PROTOCOL_VERSION = 0x0100
@@ -31,12 +31,12 @@ class HislipServer:
                 first = await receive(reader)
             await self._greet(first, reader, writer)
         except FatalError as error:
-            writer.write(Message(Kind.FATAL_ERROR, error.code, 0, str(error).encode()).encoded())
+            writer.write(Message(MessageType.FATAL_ERROR, error.code, 0, str(error).encode()).encoded())
 
     async def _greet(self, first: Message, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if first.kind == Kind.INITIALIZE:
+        if first.kind == MessageType.INITIALIZE:
             await self._serve_synchronous(first, reader, writer)
-        elif first.kind == Kind.ASYNC_INITIALIZE:
+        elif first.kind == MessageType.ASYNC_INITIALIZE:
             await self._serve_asynchronous(first, reader, writer)
         else:
             raise FatalError(Fatal.BAD_INITIALIZATION, "Invalid initialization sequence")
@@ -53,7 +53,7 @@ class HislipServer:
         self._sessions[number] = session
         try:
             version = min(first.parameter >> 16, _PROTOCOL_VERSION)
-            writer.write(Message(Kind.INITIALIZE_RESPONSE, 0, version << 16 | number).encoded())
+            writer.write(Message(MessageType.INITIALIZE_RESPONSE, 0, version << 16 | number).encoded())
             await session.serve(reader)
         finally:
             del self._sessions[number]
@@ -64,7 +64,7 @@ class HislipServer:
         session = self._sessions.get(first.parameter)
         if session is None or session.attached.is_set():
             raise FatalError(Fatal.BAD_INITIALIZATION, "There is no session to join by this number")
-        writer.write(Message(Kind.ASYNC_INITIALIZE_RESPONSE, 0, _VENDOR).encoded())
+        writer.write(Message(MessageType.ASYNC_INITIALIZE_RESPONSE, 0, _VENDOR).encoded())
         await session.serve_asynchronous(reader, writer)
 
     def _new_number(self) -> int:

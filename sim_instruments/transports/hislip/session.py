@@ -13,8 +13,8 @@ from sim_instruments.transports.hislip.messages import (
     Fatal,
     FatalError,
     Flaw,
-    Kind,
     Message,
+    MessageType,
     receive,
 )
 
@@ -75,18 +75,18 @@ class HislipSession:
 
     async def _take(self, message: Message) -> None:
         match message.kind:
-            case Kind.DEVICE_CLEAR_COMPLETE:
+            case MessageType.DEVICE_CLEAR_COMPLETE:
                 self._clearing = False
-                await _send(self._writer, Message(Kind.DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
-            case Kind.DATA | Kind.DATA_END | Kind.TRIGGER:
+                await _send(self._writer, Message(MessageType.DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
+            case MessageType.DATA | MessageType.DATA_END | MessageType.TRIGGER:
                 if not self._clearing:
                     self._task = asyncio.get_running_loop().create_task(self._handle(message))
                     # Device clear cancels what is being handled; the channel itself goes on.
                     await asyncio.wait({self._task})
                     self._raise_from(self._task)
-            case Kind.FATAL_ERROR:
+            case MessageType.FATAL_ERROR:
                 raise ConnectionAbortedError
-            case Kind.ERROR:
+            case MessageType.ERROR:
                 return
             case _:
                 await _send(self._writer, _unknown(message))
@@ -95,12 +95,12 @@ class HislipSession:
         self._delivered(message.control)
         if message.too_large:
             self._partial.clear()
-            self._overrun = message.kind == Kind.DATA
+            self._overrun = message.kind == MessageType.DATA
             self._conversation.session.report(ScpiError(-363))
-            await _send(self._writer, Message(Kind.ERROR, Flaw.TOO_LARGE, 0, b"Message too large"))
+            await _send(self._writer, Message(MessageType.ERROR, Flaw.TOO_LARGE, 0, b"Message too large"))
             return
         await self._locks.until_allowed(self.number)
-        if message.kind == Kind.TRIGGER:
+        if message.kind == MessageType.TRIGGER:
             await self._answer(b"*TRG\n", message.parameter)
             return
         self._partial += message.payload
@@ -109,7 +109,7 @@ class HislipSession:
             if not self._overrun:
                 self._overrun = True
                 self._conversation.session.report(ScpiError(-363))
-        if message.kind == Kind.DATA_END:
+        if message.kind == MessageType.DATA_END:
             program, self._partial = bytes(self._partial), bytearray()
             dropped, self._overrun = self._overrun, False
             if not dropped:
@@ -126,9 +126,11 @@ class HislipSession:
         self._undelivered = True
         view = memoryview(data)
         while len(view) > self._sent_size:
-            await _send(self._writer, Message(Kind.DATA, 0, identifier, bytes(view[: self._sent_size])))
+            await _send(self._writer, Message(MessageType.DATA, 0, identifier, bytes(view[: self._sent_size])))
             view = view[self._sent_size :]
-        await _send(self._writer, Message(Kind.DATA_END if whole else Kind.DATA, 0, identifier, bytes(view)))
+        await _send(
+            self._writer, Message(MessageType.DATA_END if whole else MessageType.DATA, 0, identifier, bytes(view))
+        )
 
     @staticmethod
     def _raise_from(task: "asyncio.Task[None]") -> None:
@@ -151,33 +153,33 @@ class HislipSession:
 
     async def _take_asynchronous(self, message: Message, writer: asyncio.StreamWriter) -> None:
         match message.kind:
-            case Kind.ASYNC_MAXIMUM_MESSAGE_SIZE if len(message.payload) == 8:
+            case MessageType.ASYNC_MAXIMUM_MESSAGE_SIZE if len(message.payload) == 8:
                 wanted = struct.unpack("!Q", message.payload)[0]
                 self._sent_size = max(_SMALLEST_MESSAGE, min(wanted, MAXIMUM_MESSAGE)) - HEADER_SIZE
                 size = struct.pack("!Q", MAXIMUM_MESSAGE)
-                await _send(writer, Message(Kind.ASYNC_MAXIMUM_MESSAGE_SIZE_RESPONSE, 0, 0, size))
-            case Kind.ASYNC_STATUS_QUERY:
+                await _send(writer, Message(MessageType.ASYNC_MAXIMUM_MESSAGE_SIZE_RESPONSE, 0, 0, size))
+            case MessageType.ASYNC_STATUS_QUERY:
                 self._delivered(message.control)
                 status = self._conversation.session.status_byte(self._undelivered)
-                await _send(writer, Message(Kind.ASYNC_STATUS_RESPONSE, status))
-            case Kind.ASYNC_DEVICE_CLEAR:
+                await _send(writer, Message(MessageType.ASYNC_STATUS_RESPONSE, status))
+            case MessageType.ASYNC_DEVICE_CLEAR:
                 self._clearing = True
                 self._interrupt()
                 self._conversation.session.clear()
                 self._partial.clear()
                 self._overrun = self._undelivered = False
-                await _send(writer, Message(Kind.ASYNC_DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
-            case Kind.ASYNC_LOCK:
+                await _send(writer, Message(MessageType.ASYNC_DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
+            case MessageType.ASYNC_LOCK:
                 code = await self._lock(message)
-                await _send(writer, Message(Kind.ASYNC_LOCK_RESPONSE, code))
-            case Kind.ASYNC_LOCK_INFO:
-                info = Message(Kind.ASYNC_LOCK_INFO_RESPONSE, int(self._locks.exclusive), self._locks.holders)
+                await _send(writer, Message(MessageType.ASYNC_LOCK_RESPONSE, code))
+            case MessageType.ASYNC_LOCK_INFO:
+                info = Message(MessageType.ASYNC_LOCK_INFO_RESPONSE, int(self._locks.exclusive), self._locks.holders)
                 await _send(writer, info)
-            case Kind.ASYNC_REMOTE_LOCAL_CONTROL:
-                await _send(writer, Message(Kind.ASYNC_REMOTE_LOCAL_RESPONSE))
-            case Kind.FATAL_ERROR:
+            case MessageType.ASYNC_REMOTE_LOCAL_CONTROL:
+                await _send(writer, Message(MessageType.ASYNC_REMOTE_LOCAL_RESPONSE))
+            case MessageType.FATAL_ERROR:
                 raise ConnectionAbortedError
-            case Kind.ERROR:
+            case MessageType.ERROR:
                 return
             case _:
                 await _send(writer, _unknown(message))
@@ -197,7 +199,7 @@ class HislipSession:
 
 
 def _unknown(message: Message) -> Message:
-    return Message(Kind.ERROR, Flaw.UNKNOWN_TYPE, 0, f"Unrecognized message type {message.kind}".encode())
+    return Message(MessageType.ERROR, Flaw.UNKNOWN_TYPE, 0, f"Unrecognized message type {message.kind}".encode())
 
 
 async def _send(writer: asyncio.StreamWriter, message: Message) -> None:

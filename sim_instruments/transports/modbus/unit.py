@@ -7,7 +7,7 @@ import numpy as np
 
 from sim_instruments.faults.line_faults import Faults
 from sim_instruments.instruments.registers import RegisterDevice
-from sim_instruments.scpi.exchange import Clock
+from sim_instruments.scpi.exchange import InstrumentClock
 from sim_instruments.transports.connection import Connection
 
 
@@ -17,7 +17,7 @@ class ModbusLine:
     Faults see requests as "read UNIT ADDRESS COUNT" and "write UNIT ADDRESS COUNT", the address like 2103H.
     """
 
-    def __init__(self, units: Sequence[RegisterDevice], clock: Clock, generator: np.random.Generator) -> None:
+    def __init__(self, units: Sequence[RegisterDevice], clock: InstrumentClock, generator: np.random.Generator) -> None:
         self.units = {unit.unit: unit for unit in units}
         if len(self.units) != len(units):
             raise ValueError(f"two units share an identifier among {[unit.unit for unit in units]}")

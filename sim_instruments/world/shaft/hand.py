@@ -9,7 +9,7 @@ from sim_instruments.physics.network import Network
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import State
-from sim_instruments.world.settings import Settings
+from sim_instruments.world.settings import WorldSettings
 
 #: A hand that feels nothing turns this fast (rad/s).
 BRISK = 0.5 * math.pi
@@ -32,7 +32,7 @@ class Pull:
         return self.distance / self.speed
 
 
-def pull_to_next(constants: Constants, settings: Settings, state: State, direction: int) -> Pull | None:
+def pull_to_next(constants: Constants, settings: WorldSettings, state: State, direction: int) -> Pull | None:
     """Return the pull from here to where the next stable position clearly draws the shaft on.
 
     None where no direct current holds the shaft. Cogging is not felt against the current's torque.

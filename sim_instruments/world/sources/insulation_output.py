@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from sim_instruments.faults.damage import Damage
-from sim_instruments.world.settings import TERMINALS, Settings
+from sim_instruments.world.settings import TERMINALS, WorldSettings
 from sim_instruments.world.timeline import Timeline
 
 #: Resistance (Ω) through which the tester charges and discharges its object, and the most that it gives (A).
@@ -112,7 +112,7 @@ class InsulationOutput:
         return _instruments_on(self._timeline.settings) if self._reached() else []
 
 
-def _instruments_on(settings: Settings) -> list[str]:
+def _instruments_on(settings: WorldSettings) -> list[str]:
     found = settings.sockets()
     return [
         f"{socket} at {terminal}"

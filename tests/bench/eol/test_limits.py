@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.eol.limits import GuardBand, Limits, judge
+from bench.eol.limits import GuardBand, ParameterLimits, judge
 from bench.eol.verdict import Verdict, together
 
-BOUNDS = Limits(9.0, 11.0)
+BOUNDS = ParameterLimits(9.0, 11.0)
 numbers = st.floats(-1e3, 1e3)
 sizes = st.floats(0.0, 1e2)
 
@@ -35,7 +35,7 @@ def test_the_guard_band_is_the_expanded_uncertainty(value: float, strict: str, s
 def test_what_is_accepted_strictly_is_accepted_by_every_rule(
     value: float, expanded: float, low: float, width: float
 ) -> None:
-    limits = Limits(low, low + width)
+    limits = ParameterLimits(low, low + width)
     order = [
         judge(value, expanded, limits, guard).verdict is Verdict.PASS
         for guard in (GuardBand.STRICT, GuardBand.SHARED, GuardBand.LENIENT)
@@ -53,14 +53,14 @@ def test_what_is_no_figure_is_an_error_of_the_station(value: float, expanded: fl
 
 
 def test_an_open_side_binds_nothing() -> None:
-    assert judge(1e9, 0.3, Limits(low=1.0), GuardBand.STRICT).verdict is Verdict.PASS
-    assert judge(1.1, 0.3, Limits(low=1.0), GuardBand.STRICT).verdict is Verdict.FAIL
+    assert judge(1e9, 0.3, ParameterLimits(low=1.0), GuardBand.STRICT).verdict is Verdict.PASS
+    assert judge(1.1, 0.3, ParameterLimits(low=1.0), GuardBand.STRICT).verdict is Verdict.FAIL
 
 
 @pytest.mark.parametrize(("low", "high"), [(2.0, 1.0), (math.nan, 1.0)])
 def test_reversed_limits_are_none(low: float, high: float) -> None:
     with pytest.raises(ValueError, match="reversed"):
-        Limits(low, high)
+        ParameterLimits(low, high)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from bench.i18n.language import translator
 from bench.journal.finished_run import read_run
 from bench.panel.archive import Archive
 from bench.panel.line_records import Choice, read_statistics
-from bench.plugins.catalogue import Entry, Origin
+from bench.plugins.catalogue import Origin, UnloadedDeclaration
 from bench.plugins.catalogues import Catalogues, installed
 from bench.report.exporting import subject_of
 from bench.testing import PlanUnderTest, assert_holds_truth
@@ -61,7 +61,7 @@ class FrameCapacitance(Procedure[Settings]):
 def _known(monkeypatch: pytest.MonkeyPatch) -> None:
     with_it = {**catalogue(), FrameCapacitance.name: FrameCapacitance}
     monkeypatch.setattr("procedures.known_parameters.catalogue", lambda: with_it)
-    own = Entry(FrameCapacitance.name, Origin("test"), lambda: FrameCapacitance)
+    own = UnloadedDeclaration(FrameCapacitance.name, Origin("test"), lambda: FrameCapacitance)
     result = installed().entries
     monkeypatch.setattr(
         "bench.plugins.files.installed", lambda: Catalogues({**result, "procedures": (*result["procedures"], own)})

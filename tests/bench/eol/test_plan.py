@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.limits import GuardBand, Limits
+from bench.eol.limits import GuardBand, ParameterLimits
 from bench.eol.plan import load_plan, plan_schema
 from bench.i18n.errors import InputError
 
@@ -64,7 +64,7 @@ def test_a_plan_as_it_is_read(write) -> None:
     ]
     assert plan.guard is GuardBand.SHARED
     limits = plan.limits({"flux_linkage": 0.01})
-    assert limits["stator_resistance"] == Limits(0.014, 0.018)
+    assert limits["stator_resistance"] == ParameterLimits(0.014, 0.018)
     assert (limits["flux_linkage"].low, limits["flux_linkage"].high) == pytest.approx((0.0095, 0.0105))
     assert (limits["inertia"].low, limits["inertia"].high) == pytest.approx((5.4e-5, 6.6e-5))
 
@@ -76,7 +76,7 @@ def test_the_motor_file_may_lie_beside_the_plan(write, tmp_path: Path) -> None:
 
 def test_one_side_may_stay_open(write) -> None:
     plan = load_plan(write(GOOD.replace("high = 0.018\n", "")))
-    assert plan.absolute["stator_resistance"] == Limits(0.014, math.inf)
+    assert plan.absolute["stator_resistance"] == ParameterLimits(0.014, math.inf)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from bench.journal.events.instruments import WaveformsTaken
 from bench.journal.journal import Journal
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
-from bench.journal.verification import Verdict
+from bench.journal.verification import Integrity
 from bench.journal.verify import verify
 from tests.journals import event
 
@@ -54,7 +54,7 @@ def test_nothing_that_was_acknowledged_is_lost(tmp_path: Path, acknowledged: int
             content = (tmp_path / recorded.event.file.path).read_bytes()
             assert hashlib.sha256(content).hexdigest() == recorded.event.file.sha256
     found = verify(folder)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     journal = Journal(folder.journal, lambda: 0.0, previous=read)
     journal.record(event("run_finished"))
     journal.close()

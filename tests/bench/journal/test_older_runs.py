@@ -16,7 +16,7 @@ from bench.journal.journal_file import read_journal
 from bench.journal.overview import overview
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import view_of
-from bench.journal.verification import Verdict
+from bench.journal.verification import Integrity
 from bench.journal.verify import verify
 from bench.motor.motor_file import load_motor
 from bench.report.evidence import record_of
@@ -28,14 +28,14 @@ from procedures.catalogue import catalogue
 RUNS = Path(__file__).parents[2] / "data" / "runs"
 #: Status and verdict of each.
 KNOWN = {
-    "demo": ("completed", Verdict.CHANGED),
-    "typed": ("completed", Verdict.UNTOUCHED),
-    "failed": ("failed", Verdict.UNTOUCHED),
-    "aborted": ("aborted", Verdict.UNTOUCHED),
-    "faulty": ("completed", Verdict.UNTOUCHED),
-    "guarded": ("completed", Verdict.UNTOUCHED),
-    "killed": ("interrupted", Verdict.UNFINISHED),
-    "line": ("completed", Verdict.UNFINISHED),
+    "demo": ("completed", Integrity.CHANGED),
+    "typed": ("completed", Integrity.UNTOUCHED),
+    "failed": ("failed", Integrity.UNTOUCHED),
+    "aborted": ("aborted", Integrity.UNTOUCHED),
+    "faulty": ("completed", Integrity.UNTOUCHED),
+    "guarded": ("completed", Integrity.UNTOUCHED),
+    "killed": ("interrupted", Integrity.UNFINISHED),
+    "line": ("completed", Integrity.UNFINISHED),
 }
 
 Kept = Callable[[str], RunFolder]
@@ -118,4 +118,4 @@ def test_it_is_gone_on_with_by_the_software_that_made_it_alone(kept: Kept, monke
     done = run(request, catalogue(), console)
     assert (done.view.status, done.view.sessions) == ("completed", 2)
     assert done.view.parameters().parameters["stator_resistance"].value == pytest.approx(0.016, abs=1e-4)
-    assert verify(folder).verdict is Verdict.UNTOUCHED
+    assert verify(folder).verdict is Integrity.UNTOUCHED

@@ -11,7 +11,7 @@ import pytest
 from bench.cli.main import main
 from bench.journal.guardian_record import GuardianRecord
 from bench.journal.run_folder import RunFolder
-from bench.journal.verification import Verdict, Verification
+from bench.journal.verification import Integrity, Verification
 from bench.journal.verify import verify
 from tests.journals import event
 
@@ -44,11 +44,11 @@ def edited(run: RunFolder, edit: Edit) -> Verification:
 
 def test_a_finished_run_is_untouched(run: RunFolder) -> None:
     found = verify(run)
-    assert (found.verdict, found.findings, found.unproven) == (Verdict.UNTOUCHED, [], "")
+    assert (found.verdict, found.findings, found.unproven) == (Integrity.UNTOUCHED, [], "")
     assert found.events == len(run.journal.read_bytes().splitlines())
     assert found.waveforms >= 1
     assert json.loads(run.result.read_bytes())["journal"] == {"events": found.events, "sha256": found.last_hash}
-    assert verify(run, found.last_hash.upper()).verdict is Verdict.UNTOUCHED
+    assert verify(run, found.last_hash.upper()).verdict is Integrity.UNTOUCHED
     assert "as it was noted" in str(verify(run, "00").findings[0])
 
 
@@ -62,7 +62,7 @@ def change(lines: list[bytes], index: int) -> None:
 def test_a_changed_line_is_named(run: RunFolder, place: int) -> None:
     count = len(run.journal.read_bytes().splitlines())
     found = edited(run, lambda lines: change(lines, place - 1 if place > 0 else place))
-    assert found.verdict is Verdict.CHANGED
+    assert found.verdict is Integrity.CHANGED
     assert (found.findings[0].file, found.findings[0].line) == (
         "journal.jsonl",
         place if place > 0 else count + place + 1,
@@ -85,7 +85,7 @@ def test_a_changed_line_is_named(run: RunFolder, place: int) -> None:
 )
 def test_lines_that_were_removed_put_in_or_moved_are_named(run: RunFolder, edit: Edit, line: int, said: str) -> None:
     found = edited(run, edit)
-    assert found.verdict is Verdict.CHANGED
+    assert found.verdict is Integrity.CHANGED
     assert found.findings[0].line == line
     assert said in found.findings[0].what
 
@@ -94,7 +94,7 @@ def test_lines_that_were_removed_put_in_or_moved_are_named(run: RunFolder, edit:
 def test_an_end_that_was_taken_away_is_noticed(run: RunFolder, removed: int) -> None:
     count = len(run.journal.read_bytes().splitlines())
     found = edited(run, lambda lines: lines.__delitem__(slice(-removed, None)))
-    assert found.verdict is Verdict.CHANGED
+    assert found.verdict is Integrity.CHANGED
     assert found.findings[0].line == count - removed + 1
     assert "end was changed or removed" in found.findings[0].what
 
@@ -102,14 +102,14 @@ def test_an_end_that_was_taken_away_is_noticed(run: RunFolder, removed: int) -> 
 def test_a_run_that_was_cut_off_is_not_proven(run: RunFolder) -> None:
     run.result.unlink()
     found = verify(run)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert "no result.json" in found.unproven
-    assert verify(run, found.last_hash).verdict is Verdict.UNTOUCHED
+    assert verify(run, found.last_hash).verdict is Integrity.UNTOUCHED
     found = edited(run, lambda lines: lines.pop())
     assert "has no end" in found.unproven
     run.journal.write_bytes(run.journal.read_bytes()[:-10])
     found = verify(run)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert "no whole event" in found.unproven
 
 
@@ -158,7 +158,7 @@ def test_a_result_that_was_changed_is_named(run: RunFolder, change: Callable[[di
     change(result)
     run.result.write_text(json.dumps(result), encoding="utf-8")
     found = verify(run)
-    assert found.verdict is Verdict.CHANGED
+    assert found.verdict is Integrity.CHANGED
     assert found.findings[0].file == "result.json"
     assert said in found.findings[0].what
 

@@ -21,7 +21,7 @@ from bench.journal.guardian_record import GuardianRecord, journal_head
 from bench.journal.journal import Journal
 from bench.journal.journal_file import last_whole_line, read_journal
 from bench.journal.run_folder import RunFolder
-from bench.journal.verification import Verdict, Verification
+from bench.journal.verification import Integrity, Verification
 from bench.journal.verify import verify
 from tests.journals import event
 from tests.studies.held import Run, Served
@@ -117,7 +117,7 @@ def edited(run: RunFolder, edit: Callable[[list[bytes]], Any]) -> Verification:
 
 def test_a_run_with_a_guardian_is_untouched_and_its_journal_holds_the_guardians_record(stopped: RunFolder) -> None:
     found = verify(stopped)
-    assert (found.verdict, found.findings, found.unproven) == (Verdict.UNTOUCHED, [], "")
+    assert (found.verdict, found.findings, found.unproven) == (Integrity.UNTOUCHED, [], "")
     journal = [json.loads(line) for line in stopped.journal.read_bytes().splitlines()]
     record = [json.loads(line) for line in lines_of(stopped)]
     assert journal[0]["data"]["guardian"]["token"] == record[0]["data"]["token"]
@@ -156,7 +156,7 @@ def test_what_was_changed_in_the_guardians_record_is_named(
 ) -> None:
     run = request.getfixturevalue(ended)
     found = edited(run, edit)
-    assert found.verdict is Verdict.CHANGED
+    assert found.verdict is Integrity.CHANGED
     (finding,) = (each for each in found.findings if each.file == GUARDIAN)
     assert said in finding.what
     assert line in (0, finding.line)
@@ -173,10 +173,10 @@ def test_a_guardians_record_that_is_gone_is_missed(stopped: RunFolder, cut_off: 
 def test_an_end_that_was_cut_from_the_guardians_record_is_missed(stopped: RunFolder, cut_off: RunFolder) -> None:
     count = len(lines_of(stopped))
     found = edited(stopped, lambda lines: lines.pop())
-    assert (found.verdict, found.findings[0].line) == (Verdict.CHANGED, count)
+    assert (found.verdict, found.findings[0].line) == (Integrity.CHANGED, count)
     count = len(lines_of(cut_off))
     found = edited(cut_off, lambda lines: lines.pop())
-    assert found.verdict is Verdict.UNFINISHED
+    assert found.verdict is Integrity.UNFINISHED
     assert f"{GUARDIAN} is not closed after its line {count - 1}" in found.unproven
     (cut_off.path / GUARDIAN).write_bytes(b"".join(lines_of(cut_off))[:-5])
     assert "bytes at the end of guardian.jsonl are no whole event" in verify(cut_off).unproven
@@ -185,13 +185,13 @@ def test_an_end_that_was_cut_from_the_guardians_record_is_missed(stopped: RunFol
 def test_another_runs_record_in_its_place_is_told(stopped: RunFolder, killed_run: Path, stopped_run: Path) -> None:
     shutil.copy(killed_run / GUARDIAN, stopped.path / GUARDIAN)
     found = verify(stopped)
-    assert found.verdict is Verdict.CHANGED
+    assert found.verdict is Integrity.CHANGED
     assert "the whole record is another run's" in found.findings[0].what
 
 
 def test_a_killed_run_is_unfinished_and_its_guardian_vouches_for_the_journals_end(cut_off: RunFolder) -> None:
     found = verify(cut_off)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert found.unproven == "the journal has no end: the run was cut off or still goes on, or its end was taken away"
     whole = cut_off.journal.read_bytes()
     lines = whole.splitlines(keepends=True)
@@ -210,7 +210,7 @@ def test_a_run_that_died_before_its_guardian_was_ready_says_what_it_knows(cut_of
     cut_off.journal.write_bytes(first)
     (cut_off.path / GUARDIAN).unlink()
     found = verify(cut_off)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert "event 1 of the journal says that a guardian was started" in found.unproven
 
 
@@ -221,7 +221,7 @@ def test_a_guardian_that_was_killed_has_not_closed_its_record(served: Served, tm
 
     run = RunFolder(ended_by(served, tmp_path, guardian_killed))
     found = verify(run)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert "is not closed after its line 2: the guardian still goes on, was ended itself" in found.unproven
 
 
@@ -231,7 +231,7 @@ def test_a_guardian_of_a_session_that_the_journal_never_began_is_told(stopped: R
     record.record(event("left", journal=None))
     record.close()
     found = verify(stopped)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert "the journal has no session for this guardian" in found.unproven
 
 
@@ -260,18 +260,18 @@ def test_a_run_of_a_former_version_is_read_and_what_cannot_be_proved_is_said(sto
         former.record(event(kind, pid=1))
     former.close()
     found = verify(stopped)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert "a version that did not tie guardian.jsonl to the journal: what it holds follows" in found.unproven
     (stopped.path / GUARDIAN).unlink()
     found = verify(stopped)
-    assert (found.verdict, found.findings) == (Verdict.UNFINISHED, [])
+    assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
     assert "whether there was one cannot be proved" in found.unproven
 
 
 def test_a_virtual_run_of_a_former_version_had_no_guardian_and_is_untouched(virtual_run: Path, tmp_path: Path) -> None:
     run = copy(virtual_run, tmp_path)
     rewritten(run, lambda event: event["data"].pop("guardian", None))
-    assert verify(run).verdict is Verdict.UNTOUCHED
+    assert verify(run).verdict is Integrity.UNTOUCHED
 
 
 def guardian_of(folder: Path, token: str) -> tuple[GuardianRecord, RecordEnd]:
@@ -305,18 +305,18 @@ def test_a_killed_run_that_was_resumed_and_ended_is_proved_whole(tmp_path: Path)
     again.close()
     noted = again.last_hash
     found = verify(run, noted)
-    assert (found.verdict, found.findings, found.unproven) == (Verdict.UNTOUCHED, [], "")
+    assert (found.verdict, found.findings, found.unproven) == (Integrity.UNTOUCHED, [], "")
     count = len(lines_of(run))
     assert count == 7
     whole = (run.path / GUARDIAN).read_bytes()
     for kept in range(count):
         (run.path / GUARDIAN).write_bytes(b"".join(whole.splitlines(keepends=True)[:kept]))
-        assert verify(run, noted).verdict is Verdict.CHANGED, kept
+        assert verify(run, noted).verdict is Integrity.CHANGED, kept
     for gone in range(count):
         lines = whole.splitlines(keepends=True)
         del lines[gone]
         (run.path / GUARDIAN).write_bytes(b"".join(lines))
-        assert verify(run, noted).verdict is Verdict.CHANGED, gone
+        assert verify(run, noted).verdict is Integrity.CHANGED, gone
 
 
 def test_a_journals_last_whole_line_is_found_however_long_it_is(tmp_path: Path) -> None:
@@ -385,7 +385,7 @@ TAMPERINGS: tuple[Callable[[bytes, int, int], bytes], ...] = (
 )
 
 
-def outcome(run: RunFolder) -> tuple[Verdict, list[str], str]:
+def outcome(run: RunFolder) -> tuple[Integrity, list[str], str]:
     found = verify(run)
     return found.verdict, [str(finding) for finding in found.findings], found.unproven
 
@@ -418,13 +418,13 @@ def test_any_single_change_of_any_file_is_found(
     if after == before:
         return
     untouched = outcome(run)
-    assert untouched[0] is (Verdict.UNFINISHED if ended == "killed_run" else Verdict.UNTOUCHED)
+    assert untouched[0] is (Integrity.UNFINISHED if ended == "killed_run" else Integrity.UNTOUCHED)
     try:
         path.write_bytes(after)
         found = outcome(run)
     finally:
         path.write_bytes(before)
-    assert found[0] is not Verdict.UNTOUCHED
+    assert found[0] is not Integrity.UNTOUCHED
     assert found != untouched
 
 
@@ -439,5 +439,5 @@ def test_any_file_that_is_gone_is_missed(request: pytest.FixtureRequest, ended: 
         run = copy(folder, tmp_path / str(number))
         (run.path / path.relative_to(folder)).unlink()
         found = outcome(run)
-        assert found[0] is not Verdict.UNTOUCHED, path
+        assert found[0] is not Integrity.UNTOUCHED, path
         assert found != untouched, path

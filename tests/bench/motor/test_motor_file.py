@@ -11,7 +11,7 @@ from bench.virtual.true_values import true_values
 from procedures.core.nameplate import WindingConnection
 from procedures.core.parameters import PARAMETERS
 from procedures.known_parameters import givers
-from sim_instruments.physics.hall import HallSensors
+from sim_instruments.physics.hall import SimulatedHallSensors
 
 LG = (Path(__file__).parents[3] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
 
@@ -189,15 +189,15 @@ inertia ="""
     motor = load_motor(str(path)).virtual_motor()
     assert (motor.cogging_phase, motor.emf_shares, motor.exchanged) == (0.5, (1.0, 0.9, 1.0), ("B", "C"))
     assert (motor.insulation_resistance, motor.frame_capacitance) == (5.0e7, 2.0e-9)
-    assert motor.halls == HallSensors(0.1, (0.0, 0.02, 0.0), (2, 1, 3), (3,), ((1, "low"),), 3.3)
+    assert motor.halls == SimulatedHallSensors(0.1, (0.0, 0.02, 0.0), (2, 1, 3), (3,), ((1, "low"),), 3.3)
     assert load_motor("lg-400w").virtual_motor().halls is None
 
 
 def test_a_drives_motor_has_its_sensors_and_may_have_others(tmp_path: Path) -> None:
     path = tmp_path / "drive.toml"
     text = (Path(__file__).parents[3] / "bench" / "motors" / "92bl-30-25l.toml").read_text(encoding="utf-8")
-    assert load_motor("92bl-30-25l").virtual_motor().halls == HallSensors()
+    assert load_motor("92bl-30-25l").virtual_motor().halls == SimulatedHallSensors()
     path.write_text(
         text.replace("[virtual.winding]", "[virtual.hall]\noffset = 0.2\n\n[virtual.winding]"), encoding="utf-8"
     )
-    assert load_motor(str(path)).virtual_motor().halls == HallSensors(0.2)
+    assert load_motor(str(path)).virtual_motor().halls == SimulatedHallSensors(0.2)

@@ -4,7 +4,7 @@ from GTC import ureal
 
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.mechanics.inertia import (
-    Ramp,
+    SpeedRamp,
     fit_coast_down,
     fit_ramps,
     subtract_tare,
@@ -17,10 +17,10 @@ UP, DOWN = np.linspace(0, 0.3, 100), np.linspace(0, 0.5, 120)
 TOP = ramp_speed(MECHANICS, UP, TORQUE, 0.0)[-1]
 
 
-def exact(sign: float = 1.0) -> list[Ramp]:
+def exact(sign: float = 1.0) -> list[SpeedRamp]:
     return [
-        Ramp(UP, sign * ramp_speed(MECHANICS, UP, TORQUE, 0.0), sign * TORQUE),
-        Ramp(DOWN, sign * ramp_speed(MECHANICS, DOWN, 0.0, TOP)),
+        SpeedRamp(UP, sign * ramp_speed(MECHANICS, UP, TORQUE, 0.0), sign * TORQUE),
+        SpeedRamp(DOWN, sign * ramp_speed(MECHANICS, DOWN, 0.0, TOP)),
     ]
 
 
@@ -36,7 +36,9 @@ def test_standstill_before_and_after_is_left_out() -> None:
     stopped = np.maximum(ramp_speed(MECHANICS, down, 0.0, TOP), 0.0)
     up_time = np.linspace(-0.2, 0.3, 200)
     up = np.where(up_time > 0, ramp_speed(MECHANICS, np.maximum(up_time, 0), TORQUE, 0.0), 0.0)
-    assert fit_ramps([Ramp(up_time, up, TORQUE), Ramp(down, stopped)]).values[:3] == pytest.approx(MECHANICS, rel=1e-4)
+    assert fit_ramps([SpeedRamp(up_time, up, TORQUE), SpeedRamp(down, stopped)]).values[:3] == pytest.approx(
+        MECHANICS, rel=1e-4
+    )
 
 
 def test_uneven_sampling_and_a_torque_that_changes() -> None:
@@ -48,14 +50,14 @@ def test_uneven_sampling_and_a_torque_that_changes() -> None:
     k = VISCOUS / INERTIA
     from_torque = np.concatenate(([0.0], np.cumsum(np.exp(k * fine[1:]) * (torque[1:] - COULOMB) / INERTIA * fine[1])))
     speed = np.exp(-k * fine) * from_torque
-    driven = Ramp(time, np.interp(time, fine, speed), 0.1 + 0.2 * time)
+    driven = SpeedRamp(time, np.interp(time, fine, speed), 0.1 + 0.2 * time)
     assert fit_ramps([driven, exact()[1]]).values[:2] == pytest.approx(MECHANICS[:2], rel=5e-3)
 
 
 def test_scatter_of_the_torque_is_part_of_the_uncertainty() -> None:
     random = np.random.default_rng(2)
     up, down = ramps(random)
-    noisy = fit_ramps([Ramp(up.time, up.speed, TORQUE + random.normal(0, 0.01, up.time.size)), down])
+    noisy = fit_ramps([SpeedRamp(up.time, up.speed, TORQUE + random.normal(0, 0.01, up.time.size)), down])
     assert noisy.uncertainty("inertia") / INERTIA == pytest.approx(0.01 / TORQUE / np.sqrt(up.time.size), rel=0.3)
     assert abs(noisy.value("inertia") - INERTIA) < 4 * noisy.uncertainty("inertia")
 
@@ -107,11 +109,11 @@ def test_torque_from_shaft_power_is_that_of_the_mechanical_speed() -> None:
     [
         ([], "no ramp"),
         (exact()[1:], "no ramp has a driving torque"),
-        ([Ramp(UP, exact()[0].speed, -TORQUE), exact()[1]], "torque's sign is reversed"),
-        ([Ramp(UP, np.full(100, 50.0), TORQUE)], "does not change"),
-        ([Ramp(UP[:4], UP[:4], TORQUE)], "at least 5"),
-        ([Ramp(UP, np.where(UP > 0.1, np.nan, 1.0), TORQUE)], "not numbers"),
-        ([Ramp(UP[::-1], exact()[0].speed, TORQUE)], "does not increase"),
+        ([SpeedRamp(UP, exact()[0].speed, -TORQUE), exact()[1]], "torque's sign is reversed"),
+        ([SpeedRamp(UP, np.full(100, 50.0), TORQUE)], "does not change"),
+        ([SpeedRamp(UP[:4], UP[:4], TORQUE)], "at least 5"),
+        ([SpeedRamp(UP, np.where(UP > 0.1, np.nan, 1.0), TORQUE)], "not numbers"),
+        ([SpeedRamp(UP[::-1], exact()[0].speed, TORQUE)], "does not increase"),
     ],
 )
 def test_ramps_that_carry_no_estimate_are_refused(records, message) -> None:

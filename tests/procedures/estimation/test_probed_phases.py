@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from procedures.estimation.emf.probed_phases import Fault, Pattern, fitting, patterns, phase_order, phasors
+from procedures.estimation.emf.probed_phases import Pattern, ProbingFault, fitting, patterns, phase_order, phasors
 from procedures.estimation.fitting.fit import EstimationError
 
 ALL = list(patterns())
@@ -40,18 +40,18 @@ def test_noise_fits_nothing():
 
 
 def test_what_is_right_comes_first():
-    assert ALL[0].fault is Fault.NONE
+    assert ALL[0].fault is ProbingFault.NONE
     assert len({(p.fault, p.channel, p.terminals) for p in ALL}) == len(ALL)
 
 
-@pytest.mark.parametrize(("fault", "order"), [(Fault.NONE, 1), (Fault.SEQUENCE, -1)])
+@pytest.mark.parametrize(("fault", "order"), [(ProbingFault.NONE, 1), (ProbingFault.SEQUENCE, -1)])
 def test_the_order_of_three_phases(fault, order):
     (pattern,) = (p for p in ALL if p.fault is fault)
     assert phase_order(shown(pattern, 4.0, 1.0, 2.0, 1), 2.0 / 64.0) == order
 
 
 def test_no_order_where_three_phases_do_not_show():
-    reversed_one = next(p for p in ALL if p.fault is Fault.REVERSED)
+    reversed_one = next(p for p in ALL if p.fault is ProbingFault.REVERSED)
     with pytest.raises(EstimationError, match="not those of three phases"):
         phase_order(shown(reversed_one, 4.0, 1.0, 2.0, 1), 2.0 / 64.0)
     with pytest.raises(EstimationError, match="too weak"):

@@ -8,11 +8,11 @@ from procedures.estimation.fitting.intervals import ANY, Interval, around
 from procedures.estimation.winding.wiring import (
     CONTINUITY,
     Kind,
-    Leads,
     Mistake,
     Observation,
-    Outcome,
     Pole,
+    SensingLeads,
+    WiringOutcome,
     current_sensed,
     currents,
     judge,
@@ -71,7 +71,7 @@ def test_every_state_of_the_wires_is_named_once_and_none_is_forgotten(poles):
 @pytest.mark.parametrize(("poles", "off"), [(ALIGN_D, {1, 2}), ((M, P, P), {1, 2})])
 def test_a_missing_wire_of_two_in_parallel_is_told_by_resistance(poles, off):
     found = judge(mistakes(poles), [resistance_of((1.0, 1.0, 1.0), 2.0)])
-    assert found.outcome is Outcome.WRONG
+    assert found.outcome is WiringOutcome.WRONG
     assert {(m.kind, m.terminals) for m in found.possible} == {(Kind.OPEN, (k,)) for k in off}
 
 
@@ -84,41 +84,41 @@ def test_no_path_names_the_wires_that_carry_all_current():
 
 def test_a_third_wire_is_told_and_interchanged_ones_are_not():
     joined = judge(mistakes(ALIGN_Q), [resistance_of((1.0, 1.0, 1.0), 1.5)])
-    assert joined.outcome is Outcome.WRONG
+    assert joined.outcome is WiringOutcome.WRONG
     assert {m.kind for m in joined.possible} == {Kind.JOINED}
     right = judge(mistakes(ALIGN_Q), [resistance_of((1.0, 1.0, 1.0), 2.0)])
-    assert right.outcome is Outcome.VERIFIED
+    assert right.outcome is WiringOutcome.VERIFIED
     assert {m.kind for m in right.possible} == {Kind.EXCHANGED}
 
 
 def test_a_coarse_reading_proves_nothing_and_accuses_nobody():
     wide = Observation(Interval(1.4, 2.1), resistance_of((1.0, 1.0, 1.0), 1.5).predicted)
     found = judge(mistakes(ALIGN_D), [wide])
-    assert found.outcome is Outcome.UNVERIFIED
+    assert found.outcome is WiringOutcome.UNVERIFIED
     assert {m.kind for m in found.possible} & CONTINUITY
-    assert judge(mistakes(ALIGN_D), [Observation(ANY, lambda _: ANY)]).outcome is Outcome.UNVERIFIED
-    assert judge(mistakes(ALIGN_D), [resistance_of((1.0, 1.0, 1.0), 9.0)]).outcome is Outcome.UNEXPLAINED
+    assert judge(mistakes(ALIGN_D), [Observation(ANY, lambda _: ANY)]).outcome is WiringOutcome.UNVERIFIED
+    assert judge(mistakes(ALIGN_D), [resistance_of((1.0, 1.0, 1.0), 9.0)]).outcome is WiringOutcome.UNEXPLAINED
 
 
 @given(st.tuples(*[st.floats(0.95, 1.05)] * 3), st.floats(0.94, 1.06), st.sampled_from([ALIGN_D, ALIGN_Q, (P, M, N)]))
 def test_no_false_alarm_with_unbalance_and_warm_windings(phases, warm, poles):
     found = judge(mistakes(poles), [resistance_of((1.0, 1.0, 1.0), warm * loop_resistance(phases, poles), 0.12)])
-    assert found.outcome is Outcome.VERIFIED
+    assert found.outcome is WiringOutcome.VERIFIED
 
 
 def test_what_leads_sense():
-    told = Leads(voltage=(0, 1), current=(0, 1))
+    told = SensingLeads(voltage=(0, 1), current=(0, 1))
     by_kind = {(m.kind, m.leads): m for m in mistakes(ALIGN_D, told)}
     right = by_kind[Kind.NONE, told]
     even = (1.0, 1.0, 1.0)
     assert (voltage_sensed(even, right), current_sensed(even, right)) == (1.0, 1.0)
-    turned = by_kind[Kind.CURRENT_PROBE, Leads((0, 1), (0, -1))]
+    turned = by_kind[Kind.CURRENT_PROBE, SensingLeads((0, 1), (0, -1))]
     assert current_sensed(even, turned) == -1.0
-    other = by_kind[Kind.CURRENT_PROBE, Leads((0, 1), (1, 1))]
+    other = by_kind[Kind.CURRENT_PROBE, SensingLeads((0, 1), (1, 1))]
     assert current_sensed(even, other) == pytest.approx(-0.5)
-    reversed_ = by_kind[Kind.VOLTAGE_REVERSED, Leads((1, 0), (0, 1))]
+    reversed_ = by_kind[Kind.VOLTAGE_REVERSED, SensingLeads((1, 0), (0, 1))]
     assert voltage_sensed(even, reversed_) == -1.0
-    loose = by_kind[Kind.VOLTAGE_LEAD, Leads((None, 1), (0, 1))]
+    loose = by_kind[Kind.VOLTAGE_LEAD, SensingLeads((None, 1), (0, 1))]
     assert voltage_sensed(even, loose) == 0.0
     # An open B has the star's potential.
     open_b = next(m for m in mistakes(ALIGN_D, told) if m.kind is Kind.OPEN and m.terminals == (1,))

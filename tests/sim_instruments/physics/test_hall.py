@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.hall import HallSensors
+from sim_instruments.physics.hall import SimulatedHallSensors
 from sim_instruments.physics.windings import Windings
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.world.world import World
@@ -25,22 +25,22 @@ def rises(levels: np.ndarray) -> float:
 
 
 def test_ideal_sensors_rise_a_third_of_a_turn_apart_and_are_high_for_half() -> None:
-    levels = HallSensors().levels(TURN)
+    levels = SimulatedHallSensors().levels(TURN)
     assert [rises(lead) for lead in levels] == pytest.approx([210.0, 330.0, 90.0], abs=0.6)
     assert np.all(levels.mean(axis=1) == pytest.approx(2.5, abs=0.02))
 
 
 @given(offset=st.floats(-1.0, 1.0), placement=st.floats(-0.3, 0.3))
 def test_offset_and_placement_add_up(offset: float, placement: float) -> None:
-    levels = HallSensors(offset=offset, placements=(0.0, placement, 0.0)).levels(TURN)
+    levels = SimulatedHallSensors(offset=offset, placements=(0.0, placement, 0.0)).levels(TURN)
     for lead, ideal, own in zip(levels, (210.0, 330.0, 90.0), (0.0, placement, 0.0), strict=True):
         away = (rises(lead) - ideal - math.degrees(offset + own) + 180.0) % 360.0 - 180.0
         assert abs(away) <= 0.6
 
 
 def test_order_inversion_and_what_is_stuck() -> None:
-    ideal = HallSensors().levels(TURN)
-    wrong = HallSensors(order=(2, 1, 3), inverted=(3,), stuck=((1, "high"),), voltage=3.3).levels(TURN)
+    ideal = SimulatedHallSensors().levels(TURN)
+    wrong = SimulatedHallSensors(order=(2, 1, 3), inverted=(3,), stuck=((1, "high"),), voltage=3.3).levels(TURN)
     assert np.array_equal(wrong[0] > 1.0, ideal[1] > 1.0)
     assert np.all(wrong[1] == 3.3)
     assert np.array_equal(wrong[2] > 1.0, ideal[2] < 1.0)
@@ -58,12 +58,12 @@ def test_order_inversion_and_what_is_stuck() -> None:
 )
 def test_what_no_motor_has(wrong: dict[str, object], said: str) -> None:
     with pytest.raises(ValueError, match=said):
-        HallSensors(**wrong)  # type: ignore[arg-type]
+        SimulatedHallSensors(**wrong)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("connection", ["wye", "delta"])
 def test_sensor_1_rises_30_degrees_after_the_emf_of_phase_a(connection: str, lab: Any) -> None:
-    motor = replace((lab.lg_400w if connection == "wye" else lab.outrunner)(), halls=HallSensors())
+    motor = replace((lab.lg_400w if connection == "wye" else lab.outrunner)(), halls=SimulatedHallSensors())
     assert motor.halls is not None
     windings = Windings(motor, 25.0)
     emf = windings.emf_per_speed(TURN)

@@ -8,7 +8,7 @@ from scipy.integrate import RK45, solve_ivp
 
 from sim_instruments.physics.explicit_step import DormandPrince, ExplicitStep
 from sim_instruments.physics.implicit_step import Rosenbrock
-from sim_instruments.physics.integration_step import Begin, Method, Step
+from sim_instruments.physics.integration_step import Begin, IntegrationStep, Method
 
 METHODS = [(DormandPrince(), 5), (Rosenbrock(timed=True), 4)]
 
@@ -25,7 +25,7 @@ def stiff(passed: float, state: list[float], direction: int) -> tuple[list[float
     return [state[1], push, 1e5 * (state[1] - state[2])], state[2], push
 
 
-def one(method: Method, law: object, state: list[float], start: float, length: float) -> tuple[Step, float]:
+def one(method: Method, law: object, state: list[float], start: float, length: float) -> tuple[IntegrationStep, float]:
     slopes = law(start, state, 1)[0]  # type: ignore[operator]
     return method.tried(law, Begin(start, state, slopes, 1, 1.0), length)  # type: ignore[arg-type]
 

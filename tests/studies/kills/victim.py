@@ -18,7 +18,7 @@ from bench.i18n.errors import InputError
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
-from bench.journal.verification import Verdict
+from bench.journal.verification import Integrity
 from bench.journal.verify import verify
 from bench.safety.ownership.owner import holders
 from bench.safety.ownership.state_folder import state_folder
@@ -270,10 +270,10 @@ class Victim:
 def judge_verification(trial: Trial, folder: Path, *, finished: bool, resumed: bool = False) -> None:
     """Hold what `results verify` says against what happened: an end is proven by a journal and a guardian that ended both."""
     closed = [event.kind for event in read_guardian(folder)[-1:]] in ([], ["left"])
-    expected = {Verdict.UNTOUCHED} if finished and closed else {Verdict.UNFINISHED}
+    expected = {Integrity.UNTOUCHED} if finished and closed else {Integrity.UNFINISHED}
     if resumed:
         # The first session's guardian may have died, which the second one does not mend.
-        expected = {Verdict.UNTOUCHED, Verdict.UNFINISHED}
+        expected = {Integrity.UNTOUCHED, Integrity.UNFINISHED}
     try:
         found = verify(RunFolder(folder))
     except InputError as error:

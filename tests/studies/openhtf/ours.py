@@ -8,7 +8,7 @@ import sys
 import uuid
 from datetime import UTC, datetime
 
-from bench.eol.limits import GuardBand, Limits
+from bench.eol.limits import GuardBand, ParameterLimits
 from bench.eol.line.judging import MotorJudge
 from bench.eol.record import CheckRecord, MotorRecord
 from bench.eol.store.database import open_database
@@ -17,7 +17,7 @@ from bench.eol.verdict import Verdict
 from procedures.core.result import Parameter
 
 COUNT = 30
-LIMITS = {f"parameter_{n:02d}": Limits(0.9 * (n + 1), 1.1 * (n + 1)) for n in range(COUNT)}
+LIMITS = {f"parameter_{n:02d}": ParameterLimits(0.9 * (n + 1), 1.1 * (n + 1)) for n in range(COUNT)}
 
 
 def figures() -> list[Parameter]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bench.eol.line.record_writer import own_records
 from bench.eol.verdict import Verdict
 from bench.journal.run_folder import RunFolder
-from bench.journal.verification import Verdict as Untouched
+from bench.journal.verification import Integrity as Untouched
 from bench.journal.verify import verify
 
 if TYPE_CHECKING:

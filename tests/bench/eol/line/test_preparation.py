@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.eol.line.preparation import by_time_over_failures, sampled
-from bench.eol.plan import Check
+from bench.eol.plan import PlannedCheck
 
 
-def check(name: str, *after: str, every: int = 1) -> Check:
-    return Check(name, {}, every, "stop", 1, after)
+def check(name: str, *after: str, every: int = 1) -> PlannedCheck:
+    return PlannedCheck(name, {}, every, "stop", 1, after)
 
 
 def expected_time(names: list[str], experience: dict[str, tuple[int, int, float]]) -> float:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
-from bench.eol.limits import Limits
+from bench.eol.limits import ParameterLimits
 from bench.eol.statistics.capability import Capability, of_moments, spread_within
 from bench.eol.statistics.control_chart import Signal, individuals_chart
 from bench.eol.statistics.drift import drift
@@ -83,7 +83,7 @@ def test_a_missing_figure_is_refused() -> None:
 
 
 def test_capability_by_hand() -> None:
-    result = of_moments(50, 16.0, 2.0, Limits(8.0, 20.0))
+    result = of_moments(50, 16.0, 2.0, ParameterLimits(8.0, 20.0))
     # NIST/SEMATECH e-Handbook 7.1.6: limits 8 and 20, mean 16, standard deviation 2.
     assert result.cp == pytest.approx(1.0)
     assert result.cpk == pytest.approx(0.6667, abs=1e-4)
@@ -91,7 +91,7 @@ def test_capability_by_hand() -> None:
     assert (low, high) == pytest.approx((0.8025, 1.1971), abs=5e-4)
 
 
-def of_values(values: ArrayLike, limits: Limits) -> Capability:
+def of_values(values: ArrayLike, limits: ParameterLimits) -> Capability:
     data = np.asarray(values, dtype=np.float64)
     spread = float(data.std(ddof=1)) if data.size > 1 else math.nan
     return of_moments(data.size, float(data.mean()) if data.size else math.nan, spread, limits)
@@ -99,21 +99,21 @@ def of_values(values: ArrayLike, limits: Limits) -> Capability:
 
 def test_the_intervals_hold_the_true_capability() -> None:
     random = np.random.default_rng(2)
-    limits, cp, cpk = Limits(-4.0, 4.0), 4.0 / 3.0, 3.5 / 3.0
+    limits, cp, cpk = ParameterLimits(-4.0, 4.0), 4.0 / 3.0, 3.5 / 3.0
     result = [of_values(random.normal(0.5, 1.0, 40), limits) for _ in range(400)]
     assert 0.92 <= np.mean([c.cp_interval[0] <= cp <= c.cp_interval[1] for c in result]) <= 0.98
     assert 0.91 <= np.mean([c.cpk_interval[0] <= cpk <= c.cpk_interval[1] for c in result]) <= 0.98
 
 
 def test_an_open_side_has_a_cpk_and_no_cp() -> None:
-    result = of_moments(10, 5.0, 1.0, Limits(low=2.0))
+    result = of_moments(10, 5.0, 1.0, ParameterLimits(low=2.0))
     assert math.isnan(result.cp)
     assert result.cpk == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("values", [[], [1.0], [2.0, 2.0, 2.0]])
 def test_too_little_to_say(values: list[float]) -> None:
-    assert math.isnan(of_values(values, Limits(0.0, 1.0)).cpk)
+    assert math.isnan(of_values(values, ParameterLimits(0.0, 1.0)).cpk)
 
 
 QUIET = [0.1, -0.1, 0.2, -0.2, 0.15, -0.05, -0.15, 0.05, 0.1, -0.1]

@@ -10,7 +10,7 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import Engine, create_engine, inspect
 
-from bench.eol.limits import Limits
+from bench.eol.limits import ParameterLimits
 from bench.eol.line_statistics import StatisticsRequest, line_statistics, measured_parameters
 from bench.eol.store.database import database_url, open_database
 from bench.eol.store.insertion import settled
@@ -39,7 +39,7 @@ def test_moments_and_histogram_are_those_of_the_figures(engine: Engine, put: Put
         result = distribution(connection, "r", choose(connection, ()))
         neighbours = rows_of_neighbours(connection, "r", choose(connection, ()))
     assert result is not None
-    assert (result.count, result.unit, result.limits) == (64, "Ω", Limits(9.0, 11.0))
+    assert (result.count, result.unit, result.limits) == (64, "Ω", ParameterLimits(9.0, 11.0))
     assert result.mean == pytest.approx(np.mean(values), rel=1e-13)
     assert result.standard_deviation == pytest.approx(np.std(values, ddof=1), rel=1e-12)
     assert (result.least, result.most) == (-50.0, 80.0)
@@ -127,7 +127,7 @@ def test_limits_that_changed_are_noticed(engine: Engine, put: Put) -> None:
     with settled(engine) as connection:
         result = distribution(connection, "r", choose(connection, ()))
     assert result is not None
-    assert (result.limits, result.changed) == (Limits(9.0, 11.0), True)
+    assert (result.limits, result.changed) == (ParameterLimits(9.0, 11.0), True)
 
 
 def test_nothing_there(engine: Engine) -> None:
