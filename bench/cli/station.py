@@ -16,12 +16,13 @@ from bench.safety.interlocks import Interlocks, closed, stood
 from bench.safety.ownership.claims import claim_of, interlock_claims, relay_claims
 from bench.safety.ownership.owner import HeldError, Ownership, owning
 from bench.safety.ownership.state_folder import StateFolder, state_folder
-from bench.safety.station_instruments import StationInstruments, system_visa
+from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch, Trip
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
 from bench.station.clock import SystemClock, wall_date
 from bench.station.station_file import Entry, Station, catalogues_at, load_station
+from bench.station.visa_library import VisaLibrary
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, Translate, english, text
 from drivers.manual.prompt import Prompt
@@ -64,7 +65,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     state = state_folder()
     with owning(state, "motorbench station check") as owner:
         instruments = StationInstruments(
-            read, plate, SystemClock(), nowhere, nowhere, system_visa(read.visa_library), prompts.get, owner=owner
+            read, plate, SystemClock(), nowhere, nowhere, VisaLibrary(read.visa_library), prompts.get, owner=owner
         )
         found = {role.value: _held(read, entry, owner, translate) for role, entry in read.entries.items()}
         contacts = _look_at_contacts(read, owner, translate)

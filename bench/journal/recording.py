@@ -5,6 +5,7 @@ from contextlib import AbstractContextManager, suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
 
@@ -37,6 +38,13 @@ class WaveformSink(Protocol):
 
     def store(self, name: str, waveforms: Mapping[str, Waveform]) -> StoredRecord:
         """Keep the waveforms of one record of this instrument, on the disk when this returns."""
+
+
+class KeepsWaveforms(Protocol):
+    """Which waveforms of a run stay."""
+
+    def sink(self, folder: Path) -> WaveformSink:
+        """Return where a run's samples go; `folder` is the one for its waveforms."""
 
 
 class Recording:

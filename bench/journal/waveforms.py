@@ -66,6 +66,14 @@ class StoredRecord:
         return f"{self.path}#{name}"
 
 
+class EveryWaveform:
+    """Keeps the waveforms of a run, all of them."""
+
+    def sink(self, folder: Path) -> "WaveformFolder":
+        """Return where they go."""
+        return WaveformFolder(folder)
+
+
 class WaveformFolder:
     """The records of one run, numbered in the order they were taken."""
 

@@ -14,17 +14,16 @@ from bench.run.simulation import InProcessSimulation, ServedSimulation, Simulati
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Ownership, Unowned
 from bench.safety.ownership.stations import owning_stations
-from bench.safety.station_instruments import system_visa
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.sharing import Alone, Sharing
 from bench.station.station_file import VIRTUAL, Station, load_station
+from bench.station.visa_library import VisaLibrary
 from bench.virtual.fault_hooks import inject
 from drivers.catalogue import MANUAL
 from drivers.interfaces import Clock
 from drivers.interfaces.text import text
 
 if TYPE_CHECKING:
-    from pyvisa import ResourceManager
     from rich.console import Console
 
 OPERATORS = ("terminal", "virtual", "answers", "panel", "fixture")
@@ -34,14 +33,14 @@ OPERATORS = ("terminal", "virtual", "answers", "panel", "fixture")
 class RunContext:
     """What a run takes place with.
 
-    `visa` makes the VISA resource manager when the first VISA instrument is opened. `sharing` is the way to what other
+    `visa` is the library of its VISA instruments. `sharing` is the way to what other
     sockets use too, `owner` has the station's instruments for the length of the run.
     """
 
     station: Station
     clock: Clock
     operator: RunOperator
-    visa: "Callable[[], ResourceManager]"
+    visa: VisaLibrary
     simulation: Simulation = field(default_factory=Simulation)
     sharing: Sharing = field(default_factory=Alone)
     owner: Ownership = field(default_factory=Unowned)
@@ -143,7 +142,7 @@ def _at_panel(station: Station, interrupts: Interrupts) -> Iterator[RunContext]:
 
     with closing(DistantOperator(interrupts)) as person:
         operator = PanelHands(hands=person, prompts=lambda role: DistantPrompt(person, role.value), person=person)
-        yield RunContext(station, SystemClock(), operator, system_visa(station.visa_library))
+        yield RunContext(station, SystemClock(), operator, VisaLibrary(station.visa_library))
 
 
 @contextmanager
@@ -167,7 +166,7 @@ def _by_hand(station: Station, request: RunRequest, console: "Console", interrup
         console, translator(request.language), request.motor.nameplate.wire_colours, interrupts=interrupts
     )
     operator = RunOperator(hands=person, prompts=lambda role: TerminalPrompt(person, role.value))
-    return RunContext(station, SystemClock(), operator, system_visa(station.visa_library))
+    return RunContext(station, SystemClock(), operator, VisaLibrary(station.visa_library))
 
 
 def _replayed(station: Station, answers: Path) -> RunContext:
@@ -177,7 +176,7 @@ def _replayed(station: Station, answers: Path) -> RunContext:
     only_typed = all(entry.driver.name == MANUAL for entry in station.entries.values())
     operator = RunOperator(hands=AnswersOperator(given), prompts=lambda role: AnswersPrompt(given, role.value))
     clock = ReplayClock() if only_typed else SystemClock()
-    return RunContext(station, clock, operator, system_visa(station.visa_library))
+    return RunContext(station, clock, operator, VisaLibrary(station.visa_library))
 
 
 @contextmanager
@@ -192,7 +191,7 @@ def _served(station: Station, request: RunRequest, interrupts: Interrupts) -> It
             station,
             world.clock,
             VirtualHands.of(worker),
-            system_visa(station.visa_library),
+            VisaLibrary(station.visa_library),
             ServedSimulation(world),
         )
         if request.operator == "fixture":
@@ -216,7 +215,7 @@ def _virtual(request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext
             virtual_station(bench.addresses()),
             bench.clock,
             VirtualHands.of(worker),
-            system_visa(bench.visa_library),
+            VisaLibrary(bench.visa_library),
             InProcessSimulation(bench, truth, motor.six_step),
         )
         if by_fixture:

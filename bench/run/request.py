@@ -1,15 +1,15 @@
 """What a run is asked to do, how it is carried out, and what has come of it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.journal.journal import Listener
-from bench.journal.recording import WaveformSink
+from bench.journal.recording import KeepsWaveforms
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView
-from bench.journal.waveforms import WaveformFolder
+from bench.journal.waveforms import EveryWaveform
 from bench.motor.motor_file import MotorFile
 from bench.run.retry_policy import After, stop_at_failure
 from drivers.interfaces import Clock
@@ -58,7 +58,7 @@ class UnitReference:
 class RunOptions:
     """How a run is carried out; the defaults are those of a single run, a line has others.
 
-    `folder` is made already; `versions` are known already; `waveforms` gives where samples go, for their folder; `lifelines` are
+    `folder` is made already; `versions` are known already; `waveforms` says which are kept; `lifelines` are
     file descriptors that a guardian keeps open for as long as it lives; `procedure_clock` is what procedures wait by, the bench's
     clock where it is None. Without `durable`, only the run's end is forced to the disk, and no room is kept for it. Without
     `write_result` there is no `result.json`.
@@ -69,7 +69,7 @@ class RunOptions:
     listeners: Sequence[Listener] = ()
     folder: RunFolder | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
-    waveforms: Callable[[Path], WaveformSink] = WaveformFolder
+    waveforms: KeepsWaveforms = field(default_factory=EveryWaveform)
     lifelines: Sequence[int] = ()
     procedure_clock: Clock | None = None
     durable: bool = True

@@ -168,7 +168,7 @@ def carry_out(
             request.motor.nameplate,
             context.clock,
             journal,
-            options.waveforms(folder.waveforms),
+            options.waveforms.sink(folder.waveforms),
             context.visa,
             context.operator.prompts,
             in_process=context.simulation.in_process,

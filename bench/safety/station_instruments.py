@@ -14,6 +14,7 @@ from bench.safety.ownership.claims import Claim, identity_keys
 from bench.safety.ownership.owner import HeldError, HeldInstrumentError, Ownership, Unowned
 from bench.safety.watchdogs import watchdog_of
 from bench.station.station_file import Entry, Station
+from bench.station.visa_library import VisaLibrary
 from drivers.catalogue import Surroundings
 from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
 from drivers.interfaces.text import text
@@ -25,7 +26,6 @@ from procedures.core.nameplate import Nameplate
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
-    from pyvisa.highlevel import VisaLibraryBase
 
 #: Gives the way to the person for the instrument in a role; None where there is no person.
 Prompts = Callable[[Role], Prompt | None]
@@ -34,7 +34,7 @@ Prompts = Callable[[Role], Prompt | None]
 class StationInstruments:
     """Opens, hands out and closes the instruments of a station.
 
-    `visa` makes the VISA resource manager when the first VISA instrument is opened; `in_process` opens the addresses that
+    `visa` is the library of VISA instruments; `in_process` opens the addresses that
     a bench in this process has. With `trace`, every exchange of the drivers is an event too. Nobody gets an instrument
     without the motor's and the station's limits in front of it; `pole_pairs` gives what is known of them, `observe` hears
     every set point, `calls` watches over each exchange. `owner` has the instruments already; here it also gets them by their
@@ -48,7 +48,7 @@ class StationInstruments:
         clock: Clock,
         recorder: Recorder,
         waveforms: WaveformSink,
-        visa: "Callable[[], ResourceManager]",
+        visa: VisaLibrary,
         prompts: Prompts,
         *,
         in_process: InProcess | None = None,
@@ -64,13 +64,12 @@ class StationInstruments:
         self._waveforms = waveforms
         self._clock = clock
         self._recorder = recorder
-        self._make_visa = visa
+        self._visa = visa
         self._prompts = prompts
         self._trace = trace
         self._pole_pairs = pole_pairs or (lambda: nameplate.pole_pairs)
         self._observe = observe
         self._calls = calls
-        self._visa: ResourceManager | None = None
         self._in_process = in_process
         self._can_buses = CanBuses(in_process)
         self._opened: dict[Role, Instrument] = {}
@@ -110,9 +109,8 @@ class StationInstruments:
         for role in list(self._opened) if roles is None else sorted(roles, key=lambda role: role.value):
             if role in self._opened:
                 faults += _attempt(role.value, self._opened.pop(role).close)
-        if roles is None and self._visa is not None:
+        if roles is None:
             faults += _attempt("VISA library", self._visa.close)
-            self._visa = None
         return faults
 
     def _limit(self, role: Role) -> Instrument:
@@ -130,7 +128,7 @@ class StationInstruments:
         said: dict[str, Any] = {"instrument": entry.role.value, "driver": entry.driver.name, "address": entry.address}
         surroundings = Surroundings(
             self._clock,
-            self._manager,
+            self._visa.manager,
             self._prompts(entry.role),
             self._traffic(entry.role) if self._trace else None,
             self._calls.of(entry.role) if self._calls else UNWATCHED,
@@ -169,11 +167,6 @@ class StationInstruments:
         except HeldError as error:
             raise HeldInstrumentError(entry.name, error) from error
 
-    def _manager(self) -> "ResourceManager":
-        if self._visa is None:
-            self._visa = self._make_visa()
-        return self._visa
-
     def _traffic(self, role: Role) -> Traffic:
         def told(direction: str, content: str) -> None:
             # A record that fails must not break off an exchange, least of all one that switches off; the next event raises it.
@@ -193,15 +186,9 @@ class _Lazy:
         return getattr(self._opened(), attribute)
 
 
-def system_visa(library: "str | VisaLibraryBase") -> "Callable[[], ResourceManager]":
-    """Return what makes a resource manager of a VISA library: an installed one (`@py`, a path; empty for the vendor's), or an object."""
-
-    def make() -> "ResourceManager":
-        from pyvisa import ResourceManager
-
-        return ResourceManager(library)
-
-    return make
+def system_visa(library: str) -> "Callable[[], ResourceManager]":
+    """Return what makes the resource manager of an installed VISA library."""
+    return VisaLibrary(library).manager
 
 
 def _attempt(name: str, close: Callable[[], object]) -> list[str]:

@@ -3,12 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from pyvisa import ResourceManager
-
 from bench.operators.virtual import VirtualOperator
 from bench.plugins.catalogues import installed
 from bench.run.plan import make_plan
 from bench.safety.station_instruments import StationInstruments
+from bench.station.visa_library import VisaLibrary
 from bench.virtual.virtual_station import virtual_station
 from procedures.core.bench import Bench
 from procedures.core.nameplate import Nameplate
@@ -32,7 +31,7 @@ def measure(
         virtual.clock,
         record,
         record,
-        lambda: ResourceManager(virtual.visa_library),
+        VisaLibrary(virtual.visa_library),
         lambda _: None,
         in_process=virtual,
     )

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
-from pyvisa import ResourceManager
 
 from bench.journal.waveforms import StoredRecord, WaveformLike
 from bench.operators.virtual import VirtualOperator
@@ -17,6 +16,7 @@ from bench.safety.limits.bounds import known_pole_pairs
 from bench.safety.shutdown import shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.station.shutdown_sequence import ShutdownSequence
+from bench.station.visa_library import VisaLibrary
 from bench.virtual.true_values import true_values
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError
@@ -122,7 +122,7 @@ def _measured(
         virtual.clock,
         nothing,
         nothing,
-        lambda: ResourceManager(virtual.visa_library),
+        VisaLibrary(virtual.visa_library),
         lambda _: None,
         in_process=virtual,
         pole_pairs=lambda: known_pole_pairs(plate, merge(results).parameters),

@@ -14,9 +14,9 @@ from bench.rehearsal.counterparts import counterparts_of, twin_station
 from bench.run.context import RunContext, with_fixture
 from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
-from bench.safety.station_instruments import system_visa
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
+from bench.station.visa_library import VisaLibrary
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
@@ -70,7 +70,7 @@ class VirtualSocket:
                 self._station(bench),
                 bench.clock,
                 VirtualHands.of(VirtualOperator(bench.world, seed)),
-                system_visa(bench.visa_library),
+                VisaLibrary(bench.visa_library),
                 InProcessSimulation(bench, motor, six_step),
                 sharing=sharing(bench.clock),
             )

@@ -209,7 +209,7 @@ class Worker:
                 listeners=(test.waveforms.on_event,),
                 folder=test.folder,
                 versions=self._versions,
-                waveforms=test.waveforms.sink,
+                waveforms=test.waveforms,
                 lifelines=() if self._station is None else (self._lifeline,),
                 # What is virtual is not left on by a power cut, and a virtual motor is measured again.
                 durable=self._station is not None,

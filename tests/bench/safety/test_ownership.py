@@ -24,10 +24,11 @@ from bench.safety.interlocks import ready
 from bench.safety.ownership.claims import Claim, claims_of
 from bench.safety.ownership.owner import HeldError, HeldInstrumentError, holders, owning
 from bench.safety.ownership.state_folder import FolderBusyError, StateFolder, state_folder, try_lock
-from bench.safety.station_instruments import StationInstruments, system_visa
+from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch
 from bench.station.clock import SystemClock
 from bench.station.station_file import load_station
+from bench.station.visa_library import VisaLibrary
 from bench.virtual.virtual_station import describe
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
@@ -166,7 +167,7 @@ def test_an_instrument_is_known_by_its_serial_number_whatever_its_address(folder
             owner.claim(claims_of(read))
             made.append(
                 StationInstruments(
-                    read, PLATE, SystemClock(), nowhere, nowhere, system_visa("@py"), lambda _: None, owner=owner
+                    read, PLATE, SystemClock(), nowhere, nowhere, VisaLibrary("@py"), lambda _: None, owner=owner
                 )
             )
             opened.callback(made[-1].close)

@@ -11,6 +11,7 @@ from bench.operators.answers import Answers, AnswersPrompt
 from bench.safety.station_instruments import StationInstruments
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.station_file import Station, load_station
+from bench.station.visa_library import VisaLibrary
 from bench.virtual.virtual_station import describe, virtual_station
 from drivers.interfaces import CommunicationError, InstrumentError, Waveform
 from drivers.keysight.options import InfiniiVisionOptions
@@ -110,15 +111,17 @@ def test_the_virtual_bench_is_a_station_like_any_other() -> None:
     assert station.sha256 == virtual_station(dict.fromkeys(roles, "elsewhere")).sha256
 
 
+class NoVisa(VisaLibrary):
+    def manager(self) -> Any:
+        raise CommunicationError("VISA", "no library")
+
+
 class Nowhere:
     def store(self, name: str, waveform: Waveform) -> str:
         return ""
 
 
 def instruments_of(station: Station, journal: Journal, answers: dict[str, Any], *, trace: bool = False) -> Any:
-    def no_visa() -> Any:
-        raise CommunicationError("VISA", "no library")
-
     given = Answers(answers, "answers.toml")
     return StationInstruments(
         station,
@@ -126,7 +129,7 @@ def instruments_of(station: Station, journal: Journal, answers: dict[str, Any], 
         ReplayClock(),
         journal,
         Nowhere(),
-        no_visa,
+        NoVisa("@py"),
         lambda role: AnswersPrompt(given, role.value),
         trace=trace,
     )

@@ -4,10 +4,10 @@ import threading
 from collections.abc import Callable, Iterator
 
 import pytest
-from pyvisa import ResourceManager
 
 from bench.cli.run import load_motor
 from bench.safety.station_instruments import StationInstruments
+from bench.station.visa_library import VisaLibrary
 from bench.virtual.virtual_station import virtual_station
 from drivers.catalogue import Surroundings
 from drivers.cia402.inverter import Cia402Inverter
@@ -51,7 +51,7 @@ def make() -> Iterator[Callable[[bool], Bench]]:
             virtual.clock,
             nothing,
             nothing,
-            lambda: ResourceManager(virtual.visa_library),
+            VisaLibrary(virtual.visa_library),
             lambda _: None,
             in_process=virtual,
         )
