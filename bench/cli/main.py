@@ -56,7 +56,9 @@ def make_app() -> App:
     app.command(sim)
     station = App(name="station", help="Look after a station.", default_parameter=lists)
     station.command("bench.cli.station:check", name="check", help="Open, identify and close its instruments.")
-    station.command("bench.cli.station:drivers", name="drivers", help="List the drivers and where each comes from.")
+    station.command(
+        "bench.cli.station_drivers:drivers", name="drivers", help="List the drivers and where each comes from."
+    )
     station.command("bench.cli.station:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)

@@ -6,7 +6,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from bench.cli.output import print_catalogue, print_json, say_broken
+from bench.cli.output import print_json, say_broken
 from bench.eol.line.line_file import load_line
 from bench.i18n.errors import InputError, UsageError, message
 from bench.i18n.language import language_of, translator
@@ -21,8 +21,8 @@ from bench.safety.trip_latch import Latch, Trip
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
 from bench.station.clock import SystemClock, wall_date
-from bench.station.station_file import Entry, Station, catalogues_at, load_station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_file import Entry, Station, load_station
+from bench.station.station_visa import StationVisa
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, Translate, english, text
 from drivers.manual.prompt import Prompt
@@ -65,7 +65,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     state = state_folder()
     with owning(state, "motorbench station check") as owner:
         instruments = StationInstruments(
-            read, plate, SystemClock(), nowhere, nowhere, VisaLibrary(read.visa_library), prompts.get, owner=owner
+            read, plate, SystemClock(), nowhere, nowhere, StationVisa(read.visa_library), prompts.get, owner=owner
         )
         found = {role.value: _held(read, entry, owner, translate) for role, entry in read.entries.items()}
         contacts = _look_at_contacts(read, owner, translate)
@@ -241,61 +241,3 @@ def _print(
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)
-
-
-def drivers(*, station: str = "virtual", language: str = "auto", json: bool = False) -> int:
-    """List the drivers by role, those of safety devices, the simulated instruments and the outputs, and where each comes from.
-
-    Parameters
-    ----------
-    station
-        A station file, whose plug-ins are listed too.
-    language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
-    json
-        Print one JSON object and nothing else.
-
-    """
-    catalogues = catalogues_at(station)
-    found, simulated, outputs = catalogues.drivers, catalogues.simulated_instruments, catalogues.records
-    relays, contacts = catalogues.watchdog_relays, catalogues.interlocks
-    listed = [
-        {
-            "name": driver.name,
-            "role": driver.role.value,
-            "simulated": driver.simulated or None,
-            "from": found.origin(name).as_dict(),
-        }
-        for name, roles in found.items()
-        for driver in roles
-    ]
-    broken = catalogues.broken()
-    if json:
-        print_json(
-            {
-                "drivers": listed,
-                "watchdog_relays": [{"name": name, "from": relays.origin(name).as_dict()} for name in relays],
-                "interlocks": [
-                    {"name": name, "schemes": kind.schemes, "from": contacts.origin(name).as_dict()}
-                    for name, kind in contacts.items()
-                ],
-                "simulated_instruments": [
-                    {"name": name, "role": kind.role, "from": simulated.origin(name).as_dict()}
-                    for name, kind in simulated.items()
-                ],
-                "records": [{"name": name, "from": outputs.origin(name).as_dict()} for name in outputs],
-                "broken": [one.as_dict() for one in broken],
-            }
-        )
-        return 0
-    print_catalogue(found, lambda name: ", ".join(driver.role.value for driver in found[name]))
-    print()
-    print_catalogue(relays, lambda _: "watchdog relay")
-    print()
-    print_catalogue(contacts, lambda name: " ".join(["interlock", *contacts[name].schemes]))
-    print()
-    print_catalogue(simulated, lambda name: f"simulated {simulated[name].role}")
-    print()
-    print_catalogue(outputs, lambda _: "records")
-    say_broken(broken, translator(language_of(language)))
-    return 0

@@ -5,13 +5,13 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, get_args
 
-from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from bench.files.wanted import unit_of, wanted_by
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Text, lines, reason_of, text, text_of
 
@@ -102,25 +102,25 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
         known = [f.alias or n for n, f in owner.model_fields.items()] if owner else []
         return text("unknown key {key}; {hint}", key=key, hint=nearest(str(location[-1]), known))
     if kind == "missing":
-        return text("{key} is missing; give {wanted}", key=key, wanted=_wanted(field))
+        return text("{key} is missing; give {wanted}", key=key, wanted=wanted_by(field))
     if kind == "value_error":
         said = text_of(fault["ctx"]["error"])
         return at(key, said) if key else said
     given = fault["input"]
-    unit = _unit(field)
+    unit = unit_of(field)
     if isinstance(given, str) and unit is not None:
         return text(
             "{key} = {given} is text, not a number; {number}, allowed is {wanted}",
             key=key,
             given=repr(given),
             number=_number_in(unit, given),
-            wanted=_wanted(field),
+            wanted=wanted_by(field),
         )
     return text(
         "{key} = {given}; allowed is {wanted}{also}",
         key=key,
         given=_shown(given),
-        wanted=_wanted(field),
+        wanted=wanted_by(field),
         also=_also(fault),
     )
 
@@ -237,70 +237,3 @@ def _field(model: type[BaseModel], location: Sequence[str | int]) -> FieldInfo |
         return None
     owner = _model_at(model, words[:-1])
     return _find(owner, words[-1]) if owner else None
-
-
-def _unit(field: FieldInfo | None) -> str | None:
-    extra = field.json_schema_extra if field else None
-    unit = extra.get("unit") if isinstance(extra, dict) else None
-    return unit if isinstance(unit, str) else None
-
-
-def _wanted(field: FieldInfo | None) -> Text | str:
-    """Say what a field takes: its description, its bounds and its unit."""
-    if field is None:
-        return text("another kind of value")
-    bounds = _bounds(field)
-    unit = _unit(field)
-    # A brace in a description stands for itself.
-    described = Text((field.description or "").replace("{", "{{").replace("}", "}}"))
-    if bounds is None:
-        if field.description:
-            return described
-        return text("a finite number in {unit}", unit=unit) if unit else _choices(field.annotation)
-    if unit:
-        bounds = Text("{bounds} {unit}", {"bounds": bounds, "unit": unit})
-    whole = int in (field.annotation, *get_args(field.annotation))
-    number = text("a whole number {bounds}", bounds=bounds) if whole else text("a number {bounds}", bounds=bounds)
-    return text("{number} ({note})", number=number, note=described) if field.description else number
-
-
-def _choices(annotation: object) -> Text | str:
-    from enum import Enum
-
-    if isinstance(annotation, type) and issubclass(annotation, Enum):
-        return _either([repr(member.value) for member in annotation])
-    if annotation is str:
-        return text("text in quotes")
-    if annotation is bool:
-        return text("true or false")
-    if annotation in (int, float):
-        return text("a finite number")
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return text("a table with {keys}", keys=list(annotation.model_fields))
-    if get_origin(annotation) is Annotated:
-        return _choices(get_args(annotation)[0])
-    inner = [argument for argument in get_args(annotation) if argument is not type(None)]
-    if inner and all(isinstance(choice, str) for choice in inner):
-        return _either([repr(choice) for choice in inner])
-    return _choices(inner[0]) if len(inner) == 1 else text("a list or table as the documentation describes")
-
-
-def _either(choices: Sequence[str]) -> Text | str:
-    said: Text | str = choices[0]
-    for choice in choices[1:]:
-        said = text("{this} or {that}", this=said, that=choice)
-    return said
-
-
-def _bounds(field: FieldInfo) -> Text | None:
-    low = high = None
-    for rule in field.metadata:
-        if isinstance(rule, Gt):
-            low = text("above {bound:g}", bound=rule.gt)
-        elif isinstance(rule, Ge):
-            low = text("of at least {bound:g}", bound=rule.ge)
-        elif isinstance(rule, Lt):
-            high = text("below {bound:g}", bound=rule.lt)
-        elif isinstance(rule, Le):
-            high = text("up to {bound:g}", bound=rule.le)
-    return text("{low} and {high}", low=low, high=high) if low and high else low or high

@@ -12,7 +12,7 @@ from bench.run.context import RunContext
 from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
 from bench.station.station_file import Station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
@@ -51,7 +51,7 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
             twin_station(station, counterparts, bench),
             bench.clock,
             VirtualHands.of(VirtualOperator(bench.world, seed)),
-            VisaLibrary(bench.visa_library),
+            StationVisa(bench.visa_library),
             InProcessSimulation(bench, truth, six_step),
         )
         yield Twin(context, assumed, tuple(differences))

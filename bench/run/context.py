@@ -17,7 +17,7 @@ from bench.safety.ownership.stations import owning_stations
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.sharing import Alone, Sharing
 from bench.station.station_file import VIRTUAL, Station, load_station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from bench.virtual.fault_hooks import inject
 from drivers.catalogue import MANUAL
 from drivers.interfaces import Clock
@@ -40,7 +40,7 @@ class RunContext:
     station: Station
     clock: Clock
     operator: RunOperator
-    visa: VisaLibrary
+    visa: StationVisa
     simulation: Simulation = field(default_factory=Simulation)
     sharing: Sharing = field(default_factory=Alone)
     owner: Ownership = field(default_factory=Unowned)
@@ -142,7 +142,7 @@ def _at_panel(station: Station, interrupts: Interrupts) -> Iterator[RunContext]:
 
     with closing(DistantOperator(interrupts)) as person:
         operator = PanelHands(hands=person, prompts=lambda role: DistantPrompt(person, role.value), person=person)
-        yield RunContext(station, SystemClock(), operator, VisaLibrary(station.visa_library))
+        yield RunContext(station, SystemClock(), operator, StationVisa(station.visa_library))
 
 
 @contextmanager
@@ -166,7 +166,7 @@ def _by_hand(station: Station, request: RunRequest, console: "Console", interrup
         console, translator(request.language), request.motor.nameplate.wire_colours, interrupts=interrupts
     )
     operator = RunOperator(hands=person, prompts=lambda role: TerminalPrompt(person, role.value))
-    return RunContext(station, SystemClock(), operator, VisaLibrary(station.visa_library))
+    return RunContext(station, SystemClock(), operator, StationVisa(station.visa_library))
 
 
 def _replayed(station: Station, answers: Path) -> RunContext:
@@ -176,7 +176,7 @@ def _replayed(station: Station, answers: Path) -> RunContext:
     only_typed = all(entry.driver.name == MANUAL for entry in station.entries.values())
     operator = RunOperator(hands=AnswersOperator(given), prompts=lambda role: AnswersPrompt(given, role.value))
     clock = ReplayClock() if only_typed else SystemClock()
-    return RunContext(station, clock, operator, VisaLibrary(station.visa_library))
+    return RunContext(station, clock, operator, StationVisa(station.visa_library))
 
 
 @contextmanager
@@ -191,7 +191,7 @@ def _served(station: Station, request: RunRequest, interrupts: Interrupts) -> It
             station,
             world.clock,
             VirtualHands.of(worker),
-            VisaLibrary(station.visa_library),
+            StationVisa(station.visa_library),
             ServedSimulation(world),
         )
         if request.operator == "fixture":
@@ -215,7 +215,7 @@ def _virtual(request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext
             virtual_station(bench.addresses()),
             bench.clock,
             VirtualHands.of(worker),
-            VisaLibrary(bench.visa_library),
+            StationVisa(bench.visa_library),
             InProcessSimulation(bench, truth, motor.six_step),
         )
         if by_fixture:

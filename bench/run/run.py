@@ -9,26 +9,17 @@ from typing import TYPE_CHECKING
 from bench.i18n.language import translator
 from bench.journal.disk import Reserve
 from bench.journal.encoding import plain
-from bench.journal.events.run import (
-    SCHEMA,
-    CalibrationReference,
-    InstrumentEntry,
-    MotorReference,
-    RunResumed,
-    RunStarted,
-    StationReference,
-)
-from bench.journal.events.safety import GuardianStart, InterlocksStart
 from bench.journal.journal import Journal, Listener
 from bench.journal.journal_file import JournalFile
-from bench.journal.run_folder import RunFolder, new_run_folder
+from bench.journal.run_folder import new_run_folder
 from bench.journal.run_result import conclude
 from bench.journal.run_view import RunView, view_of
 from bench.journal.unrecorded import Unrecorded
 from bench.plugins.records import RecordOutputs
+from bench.run.beginning import beginning
 from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
-from bench.run.plan import Catalogue, Planned, check_roles, make_plan, parameters_of, possible
+from bench.run.plan import Catalogue, Planned, check_roles, make_plan, possible
 from bench.run.progress import Progress
 from bench.run.request import Finished, RunOptions, RunRequest
 from bench.run.resume import begun, check_identities, check_unchanged, identities, left_unsafe
@@ -42,8 +33,7 @@ from bench.safety.limits.bounds import known_pole_pairs
 from bench.safety.shutdown import failures, shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdog_relays import relays_ready
-from bench.safety.watchdogs import RoleWatchdog, planned_watchdogs
-from bench.station.calibration import Calibration
+from bench.safety.watchdogs import planned_watchdogs
 from bench.station.clock import wall_date
 from bench.station.library_logs import quieten_libraries
 from bench.station.shutdown_sequence import OFF_BY, Do
@@ -191,7 +181,7 @@ def carry_out(
             guard,
             context.sharing,
         )
-        begin = _begin(
+        begin = beginning(
             request,
             plan,
             context,
@@ -266,52 +256,3 @@ def _secure(instruments: StationInstruments, previous: JournalFile, context: Run
         raise InstrumentError(
             "the bench", "; ".join(unsafe), remedy=text("Switch it off by hand, then go on with --resume")
         )
-
-
-def _begin(
-    request: RunRequest,
-    plan: Sequence[Planned],
-    context: RunContext,
-    folder: RunFolder,
-    options: RunOptions,
-    *,
-    previous: JournalFile | None,
-    interlocks: InterlocksStart,
-    guardian: GuardianStart | None,
-    watchdogs: Sequence[RoleWatchdog],
-) -> RunStarted | RunResumed:
-    """Return the first event of a session."""
-    station, motor, unit = context.station, request.motor, options.unit
-    entries = {
-        role.value: InstrumentEntry(entry.driver.name, entry.address, _calibration(entry.calibration))
-        for role, entry in station.entries.items()
-    }
-    begun: type[RunStarted | RunResumed] = RunResumed if previous else RunStarted
-    return begun(
-        schema=SCHEMA,
-        run=str(folder.path),
-        motor=MotorReference(motor.nameplate.name, motor.nameplate.serial_number, motor.source, motor.sha256),
-        station=StationReference(station.name, station.source, station.sha256, entries),
-        operator=request.operator,
-        person=request.person,
-        procedures=[planned.name for planned in plan],
-        settings=list(request.assignments),
-        seed=request.seed,
-        faults=[fault.described.told() for fault in request.faults],
-        language=request.language,
-        software=dict(options.versions),
-        truth=context.simulation.true_values(parameters_of(plan)),
-        motor_file=motor.content,
-        station_file=station.content,
-        batch=unit.batch if unit else None,
-        number=unit.number if unit else None,
-        socket=unit.socket if unit else None,
-        torn_bytes=previous.torn_bytes if previous else None,
-        interlocks=interlocks,
-        guardian=guardian,
-        watchdogs=None if station.source == VIRTUAL else [one.as_dict() for one in watchdogs],
-    )
-
-
-def _calibration(calibration: Calibration | None) -> CalibrationReference | None:
-    return None if calibration is None else CalibrationReference(**calibration.as_dict())

@@ -14,7 +14,7 @@ from bench.safety.ownership.claims import Claim, identity_keys
 from bench.safety.ownership.owner import HeldError, HeldInstrumentError, Ownership, Unowned
 from bench.safety.watchdogs import watchdog_of
 from bench.station.station_file import Entry, Station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from drivers.catalogue import Surroundings
 from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
 from drivers.interfaces.text import text
@@ -48,7 +48,7 @@ class StationInstruments:
         clock: Clock,
         recorder: Recorder,
         waveforms: WaveformSink,
-        visa: VisaLibrary,
+        visa: StationVisa,
         prompts: Prompts,
         *,
         in_process: InProcess | None = None,
@@ -188,7 +188,7 @@ class _Lazy:
 
 def system_visa(library: str) -> "Callable[[], ResourceManager]":
     """Return what makes the resource manager of an installed VISA library."""
-    return VisaLibrary(library).manager
+    return StationVisa(library).manager
 
 
 def _attempt(name: str, close: Callable[[], object]) -> list[str]:

@@ -17,7 +17,8 @@ from bench.eol.line.line_file import LineSocket, ProductionLine
 from bench.eol.line.preparation import BatchRequest, Prepared, prepare
 from bench.eol.line.procedure_times import read_times
 from bench.eol.line.worker_process import ForkServer
-from bench.eol.plan import Plan, SpreadSection
+from bench.eol.plan import Plan
+from bench.eol.plan_file import SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.i18n.errors import InputError
 from bench.rehearsal.assumed import assumed_motor

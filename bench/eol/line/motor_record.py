@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bench.eol.line.judging import MotorJudge, described
 from bench.eol.line.messages import Batch, Task
-from bench.eol.plan import KeepWaveforms
+from bench.eol.plan_file import KeepWaveforms
 from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError

@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from bench.eol.line.messages import Batch
-from bench.eol.plan import SpreadSection
+from bench.eol.plan_file import SpreadSection
 from bench.operators.virtual import VirtualOperator
 from bench.rehearsal.counterparts import counterparts_of, twin_station
 from bench.run.context import RunContext, with_fixture
@@ -16,7 +16,7 @@ from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
@@ -70,7 +70,7 @@ class VirtualSocket:
                 self._station(bench),
                 bench.clock,
                 VirtualHands.of(VirtualOperator(bench.world, seed)),
-                VisaLibrary(bench.visa_library),
+                StationVisa(bench.visa_library),
                 InProcessSimulation(bench, motor, six_step),
                 sharing=sharing(bench.clock),
             )

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from bench.journal.stored_result import restore_text
 from bench.panel.launch import BatchOrder
 from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.line_tile import VERDICTS, Tile
 from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -42,13 +43,6 @@ _RETURN = (
     "if (field && field.offsetParent && e.key.length === 1 && !e.ctrlKey && document.activeElement.tagName !== 'INPUT')"
     "field.focus();});"
 )
-#: What a tile says in large type: a mark beside the colour, for those who do not tell the colours apart.
-_VERDICTS: Mapping[str, tuple[str, Text]] = {
-    "pass": ("✓", text("PASS")),
-    "fail": ("✗", text("FAIL")),
-    "error": ("!", text("ERROR")),
-    "aborted": ("■", text("ABORTED")),
-}
 
 
 def line_page(panel: Panel, session: Session) -> None:
@@ -64,7 +58,7 @@ class _LinePage:
     def __init__(self, panel: Panel, session: Session, reader: Reader) -> None:
         self._panel, self._session, self._reader = panel, session, reader
         self._seen: tuple[int, bool] | None = None
-        self._tiles: dict[str, _Tile] = {}
+        self._tiles: dict[str, Tile] = {}
 
     def build(self) -> None:
         say = self._reader.say
@@ -113,7 +107,7 @@ class _LinePage:
         if [socket["name"] for socket in state["sockets"]] != list(self._tiles):
             self._grid.clear()
             with self._grid:
-                self._tiles = {socket["name"]: _Tile(self._reader, socket["name"]) for socket in state["sockets"]}
+                self._tiles = {socket["name"]: Tile(self._reader, socket["name"]) for socket in state["sockets"]}
         for socket in state["sockets"]:
             self._tiles[socket["name"]].show(socket)
         self._show_message(state, running=running)
@@ -123,7 +117,7 @@ class _LinePage:
         motors = sum(counts["verdicts"].values())
         with self._counters:
             self._count(text("Motors"), str(motors))
-            for verdict, (mark, words) in _VERDICTS.items():
+            for verdict, (mark, words) in VERDICTS.items():
                 self._count(words, f"{mark} {counts['verdicts'][verdict]}")
             if motors:
                 self._count(text("First-pass yield"), f"{100.0 * counts['first_pass'] / motors:.1f} %")
@@ -264,51 +258,6 @@ class _LinePage:
             self._said.set_text("")
         self._panel.control.take(self._session.token, self._person())
         ui.run_javascript("document.querySelector('.mb-scan input').focus()")
-
-
-class _Tile:
-    """One socket: the motor in it, or the last one's verdict in large type."""
-
-    def __init__(self, reader: Reader, name: str) -> None:
-        self._reader = reader
-        self._since = ""
-        say = reader.say
-        with ui.element("section").classes("mb-tile") as self._box:
-            ui.label(say(text("Socket {name}", name=name))).classes("text-lg font-semibold")
-            self._verdict = ui.label().classes("verdict")
-            self._serial = ui.label().classes("text-2xl font-semibold break-all")
-            self._detail = ui.label().classes("text-base whitespace-pre-line")
-        named(self._box, say(text("Socket {name}", name=name))).props("aria-live=polite")
-
-    def show(self, socket: Mapping[str, Any]) -> None:
-        """Show a socket as the batch tells it."""
-        say = self._reader.say
-        last = socket["last"]
-        self._since = socket["since"]
-        if socket["serial_number"]:
-            self._set("measuring", "…", socket["serial_number"])
-            self.tick()
-        elif last is not None:
-            mark, words = _VERDICTS[last["verdict"]]
-            self._set(last["verdict"], f"{mark} {say(words)}", last["serial_number"])
-            outside = [say(restore_text(label)) for label in last["outside"]]
-            self._detail.set_text(last["cause"] or "\n".join(outside))
-        else:
-            self._set("empty", "–", say(text("free")))
-            self._detail.set_text("")
-
-    def tick(self) -> None:
-        """Count the seconds of the motor that is measured."""
-        if self._since:
-            passed = (datetime.now(UTC) - datetime.fromisoformat(self._since)).total_seconds()
-            self._detail.set_text(
-                self._reader.say(text("measuring for {seconds:.0f} s", seconds=max(0.0, round(passed))))
-            )
-
-    def _set(self, state: str, verdict: str, serial: str) -> None:
-        self._box.props["data-state"] = state
-        self._verdict.set_text(verdict)
-        self._serial.set_text(serial)
 
 
 def _is_plan(path: Path) -> bool:

@@ -11,7 +11,7 @@ from bench.motor.motor_file import load_motor
 from bench.safety.limits.bounds import SetPoint
 from bench.safety.station_instruments import StationInstruments
 from bench.station.station_file import make_station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from bench.virtual.virtual_station import describe
 from drivers.interfaces import Waveform
 from procedures.core.bench import Role
@@ -50,7 +50,7 @@ class Counted:
             self.bench.clock,
             Nowhere(),
             Nowhere(),
-            VisaLibrary(self.bench.visa_library),
+            StationVisa(self.bench.visa_library),
             lambda _: None,
             in_process=self.bench,
             observe=self.heard.append,

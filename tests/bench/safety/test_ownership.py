@@ -28,7 +28,7 @@ from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch
 from bench.station.clock import SystemClock
 from bench.station.station_file import load_station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from bench.virtual.virtual_station import describe
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
@@ -167,7 +167,7 @@ def test_an_instrument_is_known_by_its_serial_number_whatever_its_address(folder
             owner.claim(claims_of(read))
             made.append(
                 StationInstruments(
-                    read, PLATE, SystemClock(), nowhere, nowhere, VisaLibrary("@py"), lambda _: None, owner=owner
+                    read, PLATE, SystemClock(), nowhere, nowhere, StationVisa("@py"), lambda _: None, owner=owner
                 )
             )
             opened.callback(made[-1].close)

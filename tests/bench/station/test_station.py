@@ -11,7 +11,7 @@ from bench.operators.answers import Answers, AnswersPrompt
 from bench.safety.station_instruments import StationInstruments
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.station_file import Station, load_station
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from bench.virtual.virtual_station import describe, virtual_station
 from drivers.interfaces import CommunicationError, InstrumentError, Waveform
 from drivers.keysight.options import InfiniiVisionOptions
@@ -111,7 +111,7 @@ def test_the_virtual_bench_is_a_station_like_any_other() -> None:
     assert station.sha256 == virtual_station(dict.fromkeys(roles, "elsewhere")).sha256
 
 
-class NoVisa(VisaLibrary):
+class NoVisa(StationVisa):
     def manager(self) -> Any:
         raise CommunicationError("VISA", "no library")
 

@@ -7,7 +7,7 @@ import pytest
 
 from bench.cli.run import load_motor
 from bench.safety.station_instruments import StationInstruments
-from bench.station.visa_library import VisaLibrary
+from bench.station.station_visa import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from drivers.catalogue import Surroundings
 from drivers.cia402.inverter import Cia402Inverter
@@ -51,7 +51,7 @@ def make() -> Iterator[Callable[[bool], Bench]]:
             virtual.clock,
             nothing,
             nothing,
-            VisaLibrary(virtual.visa_library),
+            StationVisa(virtual.visa_library),
             lambda _: None,
             in_process=virtual,
         )

@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from pyvisa.highlevel import VisaLibraryBase
 
 
-class VisaLibrary:
+class StationVisa:
     """A VISA library: an installed one (`@py`, a path; empty for the vendor's), or an object.
 
     Its resource manager is made when the first VISA instrument is opened, so that a bench without one needs no VISA.
