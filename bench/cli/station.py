@@ -16,12 +16,13 @@ from bench.safety.interlocks import Interlocks, closed, stood
 from bench.safety.ownership.claims import claim_of, interlock_claims, relay_claims
 from bench.safety.ownership.owner import HeldError, Ownership, owning
 from bench.safety.ownership.state_folder import StateFolder, state_folder
-from bench.safety.station_instruments import StationInstruments, system_visa
+from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch, Trip
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
 from bench.station.clock import SystemClock, wall_date
 from bench.station.station_file import Entry, Station, catalogues_at, load_station
+from bench.station.visa_library import system_visa
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, Translate, english, text
 from drivers.manual.prompt import Prompt

@@ -13,8 +13,8 @@ from bench.rehearsal.assumed import Assumption, assumed_drive, assumed_motor
 from bench.run.context import RunContext
 from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
-from bench.safety.station_instruments import system_visa
 from bench.station.station_file import Entry, Station
+from bench.station.visa_library import system_visa
 from bench.virtual.simulated_units import OF_THE_UNIT, stated_options, unit_of, why_no_unit
 from bench.virtual.virtual_station import as_text, virtual_station
 from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData

@@ -14,10 +14,10 @@ from bench.run.simulation import InProcessSimulation, ServedSimulation, Simulati
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Ownership, Unowned
 from bench.safety.ownership.stations import owning_stations
-from bench.safety.station_instruments import system_visa
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.sharing import Alone, Sharing
 from bench.station.station_file import VIRTUAL, Station, load_station
+from bench.station.visa_library import system_visa
 from bench.virtual.fault_hooks import inject
 from bench.virtual.true_values import true_values
 from drivers.catalogue import MANUAL

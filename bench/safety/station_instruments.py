@@ -25,7 +25,6 @@ from procedures.core.nameplate import Nameplate
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
-    from pyvisa.highlevel import VisaLibraryBase
 
 #: Gives the way to the person for the instrument in a role; None where there is no person.
 Prompts = Callable[[Role], Prompt | None]
@@ -191,17 +190,6 @@ class _Lazy:
 
     def __getattr__(self, attribute: str) -> Any:
         return getattr(self._opened(), attribute)
-
-
-def system_visa(library: "str | VisaLibraryBase") -> "Callable[[], ResourceManager]":
-    """Return what makes a resource manager of a VISA library: an installed one (`@py`, a path; empty for the vendor's), or an object."""
-
-    def make() -> "ResourceManager":
-        from pyvisa import ResourceManager
-
-        return ResourceManager(library)
-
-    return make
 
 
 def _attempt(name: str, close: Callable[[], object]) -> list[str]:

@@ -13,9 +13,9 @@ from bench.operators.virtual import VirtualOperator
 from bench.run.context import RunContext, with_fixture
 from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
-from bench.safety.station_instruments import system_visa
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
+from bench.station.visa_library import system_visa
 from bench.virtual.true_values import true_values
 from bench.virtual.virtual_station import Address, virtual_station
 from drivers.interfaces import Clock

@@ -24,10 +24,11 @@ from bench.safety.interlocks import ready
 from bench.safety.ownership.claims import Claim, claims_of
 from bench.safety.ownership.owner import HeldError, HeldInstrumentError, holders, owning
 from bench.safety.ownership.state_folder import FolderBusyError, StateFolder, state_folder, try_lock
-from bench.safety.station_instruments import StationInstruments, system_visa
+from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch
 from bench.station.clock import SystemClock
 from bench.station.station_file import load_station
+from bench.station.visa_library import system_visa
 from bench.virtual.virtual_station import describe
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
