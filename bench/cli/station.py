@@ -22,7 +22,7 @@ from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
 from bench.station.clock import SystemClock, wall_date
 from bench.station.station_file import Entry, Station, load_station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, Translate, english, text
 from drivers.manual.prompt import Prompt

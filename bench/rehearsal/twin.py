@@ -12,7 +12,7 @@ from bench.run.context import RunContext
 from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
 from bench.station.station_file import Station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench

@@ -17,7 +17,7 @@ from bench.safety.ownership.stations import owning_stations
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.sharing import Alone, Sharing
 from bench.station.station_file import VIRTUAL, Station, load_station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.fault_hooks import inject
 from drivers.catalogue import MANUAL
 from drivers.interfaces import Clock

@@ -90,9 +90,13 @@ class Interlocks:
         for name, interlock in self._opened.items():
             self._start(f"interlock {name}", self._watch, name, interlock, opened)
 
+    def stop(self) -> None:
+        """Stop watching: nobody is told of a contact any more that opens from now on."""
+        self._stopping.set()
+
     def close(self) -> None:
         """Stop watching and let go of the contacts."""
-        self._stopping.set()
+        self.stop()
         for thread in self._threads:
             thread.join()
         for interlock in self._opened.values():
@@ -115,7 +119,8 @@ class Interlocks:
                 # Whoever got no time himself has heard nothing meanwhile.
                 how = state(interlock)
             if how:
-                opened(name, how)
+                if not self._stopping.is_set():
+                    opened(name, how)
                 return
             self._stopping.wait(_POLL)
 

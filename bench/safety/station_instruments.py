@@ -14,7 +14,7 @@ from bench.safety.ownership.claims import Claim, identity_keys
 from bench.safety.ownership.owner import HeldError, HeldInstrumentError, Ownership, Unowned
 from bench.safety.watchdogs import watchdog_of
 from bench.station.station_file import Entry, Station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from drivers.catalogue import Surroundings
 from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
 from drivers.interfaces.text import text
@@ -25,7 +25,7 @@ from procedures.core.bench import Recorder, Role
 from procedures.core.nameplate import Nameplate
 
 if TYPE_CHECKING:
-    from pyvisa import ResourceManager
+    pass
 
 #: Gives the way to the person for the instrument in a role; None where there is no person.
 Prompts = Callable[[Role], Prompt | None]
@@ -184,11 +184,6 @@ class _Lazy:
 
     def __getattr__(self, attribute: str) -> Any:
         return getattr(self._opened(), attribute)
-
-
-def system_visa(library: str) -> "Callable[[], ResourceManager]":
-    """Return what makes the resource manager of an installed VISA library."""
-    return StationVisa(library).manager
 
 
 def _attempt(name: str, close: Callable[[], object]) -> list[str]:

@@ -28,12 +28,14 @@ class TcpService:
         self._most = most_clients
         self._clients: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
         self._server: asyncio.Server | None = None
+        self._stopped = False
         #: The port, once started.
         self.port = 0
 
     async def start(self, port: int = 0) -> None:
         """Listen. Raises OSError where the port cannot be had."""
         loop = asyncio.get_running_loop()
+        self._stopped = False
         if self._connection is not None:
             self._connection.listen(lambda up: None if up else _soon(loop, self.hang_up))
         self._server = await asyncio.start_server(self._accept, self._host, port, limit=_READ_LIMIT)
@@ -47,33 +49,37 @@ class TcpService:
 
     async def stop(self) -> None:
         """Stop listening and hang up on everybody."""
+        self._stopped = True
         if self._server is None:
             return
-        self._server.close()
+        server, self._server = self._server, None
+        # A connection that is half accepted when the server is closed is lost in Python 3.11: it is taken first.
+        for listener in server.sockets:
+            asyncio.get_running_loop().remove_reader(listener.fileno())
+        await asyncio.sleep(0)
+        server.close()
         clients = list(self._clients)
-        for client in clients:
-            client.cancel()
+        self.hang_up()
         await asyncio.gather(*clients, return_exceptions=True)
-        self._server = None
 
     def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if len(self._clients) >= self._most or not (self._connection is None or self._connection.up):
+        unplugged = self._connection is not None and not self._connection.up
+        if self._stopped or unplugged or len(self._clients) >= self._most:
             writer.transport.abort()
             return
         client = asyncio.get_running_loop().create_task(self._client(reader, writer))
         self._clients[client] = writer
-        client.add_done_callback(lambda ended: self._clients.pop(ended, None))
+        # A task that is cancelled before its first step runs nothing of its own, no `finally` either.
+        client.add_done_callback(self._left)
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        try:
-            # A client that leaves in the middle of a message has nothing more to be told.
-            with contextlib.suppress(ConnectionError, asyncio.IncompleteReadError, TimeoutError):
-                await self._serve(reader, writer)
-                await writer.drain()
-        finally:
-            writer.close()
-            if asyncio.current_task() is not None and self._server is None:
-                writer.transport.abort()
+        # A client that leaves in the middle of a message has nothing more to be told.
+        with contextlib.suppress(ConnectionError, asyncio.IncompleteReadError, TimeoutError):
+            await self._serve(reader, writer)
+            await writer.drain()
+
+    def _left(self, client: asyncio.Task[None]) -> None:
+        self._clients.pop(client).close()
 
 
 def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:

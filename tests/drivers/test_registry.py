@@ -8,7 +8,7 @@ import pytest
 
 from bench.plugins.catalogues import installed
 from drivers.catalogue import MANUAL, Driver, Surroundings
-from drivers.interfaces import Accuracy, Role
+from drivers.interfaces import Accuracy, InstrumentError, Role
 from drivers.interfaces.text import Text
 from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.options import E36300Options
@@ -91,3 +91,28 @@ def test_only_manual_drivers_need_no_address() -> None:
         for drivers in installed().drivers.values()
         for driver in drivers
     )
+
+
+class SeemsASupply:
+    """Has a supply's methods, but declares none of them."""
+
+    identity = "seems a supply"
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def test_what_is_opened_is_of_the_roles_interface(clock: Any) -> None:
+    driver = Driver("seeming", Role.SUPPLY, E36300Options, lambda *_: SeemsASupply())  # type: ignore[arg-type,return-value]
+    with pytest.raises(
+        InstrumentError, match=r"left supply: driver seeming makes a SeemsASupply, which is no \w+"
+    ) as refused:
+        driver.open("", E36300Options(), Surroundings(clock), name="left supply")
+    assert "Derive its class from drivers.interfaces." in str(refused.value)
+
+
+def test_an_abstract_class_is_refused_in_one_sentence(clock: Any) -> None:
+    interface: Any = Role.SUPPLY.interface
+    driver = Driver("unfinished", Role.SUPPLY, E36300Options, lambda *_: type("Half", (interface,), {})())
+    with pytest.raises(InstrumentError, match=r"^supply: driver unfinished: .*abstract"):
+        driver.open("", E36300Options(), Surroundings(clock))

@@ -11,7 +11,7 @@ from bench.operators.virtual import VirtualOperator
 from bench.plugins.catalogues import installed
 from bench.run.plan import make_plan
 from bench.safety.station_instruments import StationInstruments
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from procedures.core.actions import Action, Mend
 from procedures.core.bench import Bench

@@ -16,7 +16,7 @@ from bench.safety.limits.bounds import known_pole_pairs
 from bench.safety.shutdown import shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.station.shutdown_sequence import ShutdownSequence
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.true_values import true_values
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import InstrumentError

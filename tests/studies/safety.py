@@ -27,6 +27,8 @@ from tests.studies.held import Run, Served
 
 #: What ends a run, by name.
 ENDS = ("kill -9", "SIGSTOP", "guardian killed", "SIGTERM", "Ctrl-C", "emergency stop (Modbus)", "door (CAN)")
+#: Runs in process are short: so many times more of them.
+_IN_PROCESS_TIMES = 5
 #: A run to be measured that does not end well is made again so often: on a busy machine an instrument may not answer in time.
 _TRIES = 3
 ON_WIRES = ("pole-pairs-static", "stator-resistance-dc")
@@ -36,17 +38,27 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=10)
-    rounds = parser.parse_args().rounds
+    parser.add_argument("--only", choices=("reactions", "cost"), help="one half of the study")
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        print("until everything is off (s, from the cause; frozen: from SIGSTOP, heartbeat included)")
-        print(f"  {'':<26}{'median':>8}{'worst':>8}   interrupted after (ms): median, worst")
-        for end in ENDS:
-            _print_reaction(end, [reaction(folder, end, number) for number in range(rounds)])
-        print("time of a run (s): of the wall on wires, of the processor in process")
-        print(f"  {'':<44}{'with':>8}{'without':>9}{'cost':>8}")
-        _print_cost(f"served at 20 ×: {', '.join(ON_WIRES)}", *on_wires(folder, rounds))
-        _print_cost("in process: all", *in_process(folder, rounds))
+        if options.only != "cost":
+            _reactions(Path(name), options.rounds)
+        if options.only != "reactions":
+            _costs(Path(name), options.rounds)
+
+
+def _reactions(folder: Path, rounds: int) -> None:
+    print("until everything is off (s, from the cause; frozen: from SIGSTOP, heartbeat included)")
+    print(f"  {'':<26}{'median':>8}{'worst':>8}   interrupted after (ms): median, worst")
+    for end in ENDS:
+        _print_reaction(end, [reaction(folder, end, number) for number in range(rounds)])
+
+
+def _costs(folder: Path, rounds: int) -> None:
+    print("time of a run (s): of the wall on wires, of the processor in process")
+    print(f"  {'least of each':<44}{'with':>8}{'without':>9}{'cost':>8}   of the medians; half of the pairs within")
+    _print_cost(f"served at 20 ×: {', '.join(ON_WIRES)}", *on_wires(folder, rounds))
+    _print_cost("in process: all", *in_process(folder, _IN_PROCESS_TIMES * rounds))
 
 
 def reaction(folder: Path, end: str, number: int) -> tuple[float, float | None]:
@@ -176,7 +188,11 @@ def _print_reaction(end: str, found: list[tuple[float, float | None]]) -> None:
 def _print_cost(what: str, guarded: list[float], bare: list[float]) -> None:
     # The least of several is what the work itself takes; what else the machine did comes on top.
     least, bare_least = min(guarded), min(bare)
-    print(f"  {what:<44}{least:>8.3f}{bare_least:>9.3f}{100.0 * (least / bare_least - 1.0):>7.1f}%", flush=True)
+    medians = statistics.median(guarded) / statistics.median(bare) - 1.0
+    pairs = sorted(one / other - 1.0 for one, other in zip(guarded, bare, strict=True))
+    quarter = len(pairs) // 4
+    spread = f"{medians:>+11.1%}, {pairs[quarter]:+.1%} to {pairs[-1 - quarter]:+.1%}"
+    print(f"  {what:<44}{least:>8.3f}{bare_least:>9.3f}{least / bare_least - 1.0:>+8.1%}{spread}", flush=True)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from bench.run.run_operator import VirtualHands
 from bench.run.simulation import InProcessSimulation
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role

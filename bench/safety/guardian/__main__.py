@@ -50,13 +50,13 @@ def main() -> None:
     interlocks = _interlocks(station, watch, record)
     _say({"ready": asdict(connected), "record": asdict(record.head)})
     watch.run()
-    interlocks.close()
+    interlocks.stop()
     # What a run that has died left unsaid is held by this record, and this record's end by itself.
     record.record(GuardianLeft(journal=journal_head(Path(charge.folder), durable=os.getppid() != parent)))
     closed = record.close()
     _say({"record": asdict(record.head), **({"left": True} if closed else {})})
     sys.stderr.flush()
-    # Connections to instruments that do not answer any more must not keep it from leaving.
+    # Connections must not keep it from leaving, least of all those that do not answer any more: the system closes them.
     os._exit(0)
 
 

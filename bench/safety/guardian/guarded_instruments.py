@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, cast
 from bench.safety.instrument_threads import InstrumentThreads
 from bench.safety.interrupts import Flag
 from bench.safety.shutdown import Outcome, shut_down
-from bench.safety.station_instruments import system_visa
 from bench.station.clock import SystemClock
 from bench.station.shutdown_sequence import OFF_BY, Item, ShutdownSequence
 from bench.station.station_file import Entry, Station
+from bench.station.visa_library import system_visa
 from drivers.catalogue import MANUAL, Surroundings
 from drivers.interfaces import Instrument
 from drivers.transport.can.buses import CanBuses

@@ -11,7 +11,7 @@ from bench.motor.motor_file import load_motor
 from bench.safety.limits.bounds import SetPoint
 from bench.safety.station_instruments import StationInstruments
 from bench.station.station_file import make_station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import describe
 from drivers.interfaces import Waveform
 from procedures.core.bench import Role

@@ -28,7 +28,7 @@ from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch
 from bench.station.clock import SystemClock
 from bench.station.station_file import load_station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import describe
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection

@@ -11,7 +11,7 @@ from bench.operators.answers import Answers, AnswersPrompt
 from bench.safety.station_instruments import StationInstruments
 from bench.station.clock import ReplayClock, SystemClock
 from bench.station.station_file import Station, load_station
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import describe, virtual_station
 from drivers.interfaces import CommunicationError, InstrumentError, Waveform
 from drivers.keysight.options import InfiniiVisionOptions

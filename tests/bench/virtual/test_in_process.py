@@ -7,7 +7,7 @@ import pytest
 
 from bench.cli.run import load_motor
 from bench.safety.station_instruments import StationInstruments
-from bench.station.station_visa import StationVisa
+from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from drivers.catalogue import Surroundings
 from drivers.cia402.inverter import Cia402Inverter

@@ -123,6 +123,26 @@ def test_a_full_disk(hold: Callable[..., Any], served: Any) -> None:
     ]
 
 
+def test_an_output_that_only_says_it_is_off(
+    hold: Callable[..., Any], served: Any, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    station = tmp_path_factory.mktemp("impatient") / "station.toml"
+    station.write_text(f"{served.station.read_text(encoding='utf-8')}\n{IMPATIENT}within = 1.0\n", encoding="utf-8")
+    run = hold("wait", station=station)
+    served.world._ask("POST", "/faults", {"fault": "stuck_output", "role": "supply", "reports": "off"})
+    try:
+        run.signal(signal.SIGTERM)
+        told = run.ended()
+    finally:
+        served.mend()
+    assert told["status"] == "aborted", told
+    assert "supply could not be made safe (voltage_decayed)" in told["cause"]
+    assert "the guardian could not either: supply" in told["cause"]
+    assert "has switched off" not in told["cause"]
+    measured = [event.data for event in run.guardian_left() if event.kind == "measured"]
+    assert ("voltage_decayed", "failed") in [(one["item"], one["outcome"]) for one in measured]
+
+
 def test_an_instrument_that_is_lost(
     hold: Callable[..., Any], served: Any, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
