@@ -1,6 +1,5 @@
 """The VISA library that a station's instruments are reached by."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -31,8 +30,3 @@ class StationVisa:
         manager, self._manager = self._manager, None
         if manager is not None:
             manager.close()
-
-
-def system_visa(library: str) -> "Callable[[], ResourceManager]":
-    """Return what makes the resource manager of an installed VISA library."""
-    return StationVisa(library).manager

@@ -11,7 +11,7 @@ from bench.safety.shutdown import Outcome, shut_down
 from bench.station.clock import SystemClock
 from bench.station.shutdown_sequence import OFF_BY, Item, ShutdownSequence
 from bench.station.station_file import Entry, Station
-from bench.station.visa_library import system_visa
+from bench.station.visa_library import StationVisa
 from drivers.catalogue import MANUAL, Surroundings
 from drivers.interfaces import Instrument
 from drivers.transport.can.buses import CanBuses
@@ -34,7 +34,7 @@ class GuardedInstruments:
     def __init__(self, station: Station, roles: Collection[Role]) -> None:
         self._station = station
         self._clock = SystemClock()
-        self._visa: ResourceManager | None = None
+        self._visa = StationVisa(station.visa_library)
         self._lock = threading.Lock()
         self._can_buses = CanBuses()
         self._threads = InstrumentThreads()
@@ -107,9 +107,7 @@ class GuardedInstruments:
 
     def _manager(self) -> "ResourceManager":
         with self._lock:
-            if self._visa is None:
-                self._visa = system_visa(self._station.visa_library)()
-            return self._visa
+            return self._visa.manager()
 
 
 class _Deferred:
