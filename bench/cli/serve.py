@@ -107,6 +107,8 @@ def serve(
         show=False,
         show_welcome_message=False,
         favicon="⚙️",
+        # The panel's style sheet is at hand: no browser works it out.
+        tailwind=False,
         # The quicker parser takes a request's head of any length.
         http="h11",
         ws_max_size=_LONGEST_MESSAGE,

@@ -10,7 +10,7 @@ _POLICY = (
     "default-src 'none'",
     # Vue compiles templates and NiceGUI evaluates handlers in the browser; markup's own scripts and handlers do not run.
     "script-src 'self' 'nonce-{nonce}' 'unsafe-eval'",
-    # Quasar and Tailwind write style sheets and style attributes.
+    # The pages' head and Quasar write style sheets and style attributes.
     "style-src 'self' 'unsafe-inline'",
     "img-src 'self' data:",
     "font-src 'self'",

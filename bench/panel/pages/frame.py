@@ -11,36 +11,11 @@ from bench.i18n.errors import message
 from bench.i18n.language import translator
 from bench.panel.gate import LOGIN
 from bench.panel.pages.parts import named
+from bench.panel.pages.stylesheet import add_stylesheet
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, Translate, text
 
-_STYLE = """
-<style>
-  :root { --ink:#17202a; --paper:#f4f6f8; --card:#ffffff; --line:#c9d1d9; --go:#0b6b3a; --stop:#b3261e; --warn:#8a5a00; }
-  body { background: var(--paper); color: var(--ink);
-    font-family: 'Noto Sans','Segoe UI',Arial,'Liberation Sans','DejaVu Sans','Noto Sans CJK SC',sans-serif; }
-  .mb-card { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 1rem 1.25rem; }
-  .mb-abort { background: var(--stop) !important; color: #fff !important; font-weight: 700; }
-  .mb-go { background: var(--go) !important; color: #fff !important; font-weight: 700; }
-  .mb-state-live { background: #fdecea; color: #7a130d; border: 3px solid var(--stop); font-weight: 700; }
-  .mb-state-off { background: #e7f4ec; color: #0b4a28; border: 1px solid var(--go); }
-  .mb-emergency { background: var(--stop); color: #fff; font-size: 1.5rem; font-weight: 700; padding: 1rem 1.25rem;
-    border-radius: 10px; white-space: pre-line; }
-  .mb-card svg[role=img] { display: block; width: 100%; height: auto; }
-  .nicegui-content { padding-top: 0; }
-  .mb-number { font-variant-numeric: tabular-nums; }
-  .mb-table { border-collapse: collapse; width: 100%; }
-  .mb-table th, .mb-table td { text-align: left; padding: .35rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; }
-  .mb-table th { font-weight: 600; color: #44505c; }
-  .mb-table td.num, .mb-table th.num { text-align: right; font-variant-numeric: tabular-nums; }
-  .mb-table td.num { white-space: nowrap; }
-  .mb-table td { word-break: keep-all; overflow-wrap: break-word; }
-  .mb-card:has(> .mb-table), .mb-card :has(> .mb-table) { overflow-x: auto; }
-  *:focus-visible { outline: 3px solid #1565c0 !important; outline-offset: 2px; }
-  .mb-skip { position: absolute; left: -999px; } .mb-skip:focus { left: 8px; top: 8px; z-index: 9999; background:#fff; padding:.5rem; }
-</style>
-"""
 _CHOOSE_ENGLISH = "document.cookie='motorbench_language=en;path=/;SameSite=Strict';location.reload()"
 _CHOOSE_CHINESE = "document.cookie='motorbench_language=zh;path=/;SameSite=Strict';location.reload()"
 _PAGES = (
@@ -80,20 +55,20 @@ def frame(panel: Panel, session: Session, heading: Text) -> Iterator[Reader]:
     """Build a page's frame and give the reader for what stands in it."""
     reader = Reader(session)
     say = reader.say
-    ui.add_head_html(_STYLE)
+    add_stylesheet()
     ui.page_title(f"motorbench – {say(heading)}")
     ui.link(say(text("Skip to the content")), "#main").classes("mb-skip")
     with ui.header(elevated=False).classes("items-center gap-4 px-4 py-2").style("background:#17202a;color:#fff"):
         with named(ui.element("nav").classes("flex items-center gap-4"), say(text("Pages"))):
             ui.label("motorbench").classes("text-lg font-bold")
             for target, words in _PAGES:
-                ui.link(say(words), target).classes("text-white no-underline hover:underline text-base")
+                ui.link(say(words), target).classes("text-white no-underline text-base")
         ui.space()
         _who(panel, reader)
         _language(reader)
         if session.logged_in:
             _log_out(panel, reader)
-    with ui.element("div").props("id=main").classes("w-full max-w-[1500px] mx-auto p-4"):
+    with ui.element("div").props("id=main").classes("w-full max-w-page mx-auto p-4"):
         yield reader
 
 

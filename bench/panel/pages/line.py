@@ -79,7 +79,7 @@ class _LinePage:
             self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
             self._counters = ui.row().classes("w-full gap-8 items-baseline")
-            self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md:grid-cols-2 xl:grid-cols-4 w-full")
+            self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
         offer_abort(self._aborted, self._abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
         # A scanner types wherever the cursor is: it comes back to the field by itself.
         ui.run_javascript(_RETURN)

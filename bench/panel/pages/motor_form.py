@@ -54,7 +54,7 @@ class _MotorForm:
     def build(self) -> None:
         say = self._reader.say
         ui.label(say(text("New motor"))).classes("text-2xl font-bold mb-2")
-        with ui.element("section").classes("mb-card grid gap-3 grid-cols-1 md:grid-cols-2 max-w-4xl"):
+        with ui.element("section").classes("mb-card grid gap-3 grid-cols-1 md-grid-cols-2 max-w-4xl"):
             for name, field in NameplateSection.model_fields.items():
                 if name == "wire_colours":
                     continue

@@ -44,14 +44,14 @@ class _RunPage:
         self._emergency.set_visibility(False)
         with ui.element("div").classes("w-full") as self._live:
             # Beneath the page's head, however far a small screen is scrolled: ABORT is always in reach.
-            bar = ui.row().classes("w-full items-stretch gap-4 pb-2 mb-2 no-wrap sticky top-[48px] z-10")
+            bar = ui.row().classes("w-full items-stretch gap-4 pb-2 mb-2 no-wrap sticky top-bar z-10")
             with bar.style("background: var(--paper)"):
                 self._state = ui.label().classes("grow text-xl rounded-lg px-4 py-3").props("role=status")
                 abort = ui.button(say(text("ABORT")), on_click=self._abort, color=None).classes("mb-abort text-xl px-8")
                 named(abort, say(text("Abort the run: everything off"))).props("accesskey=x")
                 ui.tooltip(say(text("Everything off, in the station's order. Key: Ctrl+Esc")))
-            with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-3"):
-                with ui.element("div").classes("lg:col-span-2 flex flex-col flex-nowrap gap-4 min-w-0"):
+            with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-3"):
+                with ui.element("div").classes("lg-col-span-2 flex flex-col flex-nowrap gap-4 min-w-0"):
                     self._question = QuestionCard(self._panel, self._session, self._run, self._reader)
                 with ui.element("div").classes("flex flex-col flex-nowrap gap-4 min-w-0"):
                     self._reading = ReadingCard(self._run, self._reader)

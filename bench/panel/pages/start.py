@@ -46,7 +46,7 @@ class _StartPage:
     def build(self) -> None:
         say = self._reader.say
         self._running()
-        with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-3"):
+        with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-3"):
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("1  Motor"))).classes("text-xl font-bold mb-2")
                 self._serial = (

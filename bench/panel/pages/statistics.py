@@ -94,7 +94,7 @@ class _Statistics:
         if statistics is None:
             return
         with self._content:
-            with ui.element("div").classes("grid gap-4 grid-cols-1 lg:grid-cols-2 w-full"):
+            with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-2 w-full"):
                 self._yields(statistics)
                 each = statistics.parameters.get(view.choice.parameter) if view.fault is None else None
                 if each is not None:

@@ -33,7 +33,7 @@ class ProgressCard:
         with self._list:
             for name, (mark, words) in states:
                 with ui.element("li").classes(
-                    "flex flex-nowrap gap-2 py-0.5 text-base" + (" font-bold" if mark == "▶" else "")
+                    "flex flex-nowrap gap-2 py-05 text-base" + (" font-bold" if mark == "▶" else "")
                 ):
                     ui.label(mark).props("aria-hidden=true").classes("w-5")
                     ui.label(say(self._panel.offer.title(name)))

@@ -13,17 +13,24 @@ from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
 from tests.bench.eol.motor_records import motor_record
-from tests.bench.eol.postgresql import own_database
+from tests.bench.eol.postgresql import empty, own_database
 from tests.bench.eol.wire import Wire
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
 
 
-@pytest.fixture
-def server(postgresql: str) -> Iterator[str]:
-    """A PostgreSQL database of its own."""
+@pytest.fixture(scope="session")
+def database(postgresql: str) -> Iterator[str]:
+    """This worker's PostgreSQL database."""
     with own_database(postgresql) as address:
         yield address
+
+
+@pytest.fixture
+def server(database: str) -> Iterator[str]:
+    """A PostgreSQL database with nothing in it."""
+    yield database
+    empty(database)
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """`motorbench serve` for tests: its runs and commands are forked from a process that has loaded what they need.
 
-Its sessions' clock goes on by an hour at SIGUSR1, so that no test waits for the end of a session.
+Its sessions' clock goes on by an hour at SIGUSR1, so that no test waits for the end of a session; a database that is locked is
+waited for no longer than a second.
 """
 
 import asyncio
@@ -17,6 +18,7 @@ from functools import partial
 from pathlib import Path
 from types import FrameType
 
+from bench.eol.store import database
 from bench.panel import launch, sessions
 from tests.studies.forked import motorbench
 
@@ -29,6 +31,7 @@ def serve(*words: str) -> None:
     """Do what `motorbench serve` does with these words."""
     if ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0):
         raise OSError(ctypes.get_errno(), "prctl")
+    database._PATIENCE = 1
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     # Forked before the server begins: no thread and no event loop is there yet.
     if os.fork() == 0:

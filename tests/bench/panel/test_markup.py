@@ -1,9 +1,11 @@
 """What files and people write never becomes markup, a script or a string of properties: the panel's source is read for it."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import nicegui
 import pytest
 
 PANEL = Path(__file__).parents[3] / "bench" / "panel"
@@ -94,3 +96,27 @@ def test_the_source_of_a_page(path: Path) -> None:
 )
 def test_what_would_be_found(source: str) -> None:
     assert list(offences(source))
+
+
+def test_every_class_has_a_rule() -> None:
+    """Nothing makes rules of names in the browser. What begins with mb- may be there for its name alone."""
+    sources = [path.read_text(encoding="utf-8") for path in PANEL.rglob("*.py")]
+    quasar = (Path(nicegui.__file__).parent / "static").glob("quasar.*.prod.css")
+    rules = {
+        name
+        for rule in [*sources, *(path.read_text(encoding="utf-8") for path in quasar)]
+        for name in re.findall(r"\.([a-z][\w-]*)(?=[^;{}]*\{)", rule)
+    }
+    used = {
+        name
+        for source in sources
+        for call in ast.walk(ast.parse(source))
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == "classes"
+        for given in [*call.args, *(word.value for word in call.keywords)]
+        for node in ast.walk(given)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        for name in re.findall(r"[a-z]\S*", node.value)
+        if not name.startswith("mb-")
+    }
+    assert used
+    assert used - rules == set()

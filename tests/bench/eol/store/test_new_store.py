@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import Engine, event, inspect, text
 
+from bench.eol.store import database
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.store.schema import METADATA
@@ -19,9 +20,13 @@ from tests.studies.forked import Forked
 #: How often stations start together on each database; MOTORBENCH_EXAMPLES=1000 does it longer.
 TIMES = max(1, int(os.environ.get("MOTORBENCH_EXAMPLES", "40")) // 40)
 
+#: How long (s) a writer waits here for another one.
+PATIENCE = 1
+
 
 def save(reference: str, number: int) -> None:
     """Keep one record, once told to."""
+    database._PATIENCE = PATIENCE
     print("ready", flush=True)
     sys.stdin.readline()
     engine = open_database(reference)
@@ -92,7 +97,7 @@ def test_who_finds_the_tables_being_made_waits_for_them(tmp_path: Path) -> None:
         connection.exec_driver_sql("BEGIN IMMEDIATE")
         go_on(other)
         # Longer than a writer waits for another one.
-        other.join(6.0)
+        other.join(1.5 * PATIENCE)
         assert other.returncode is None
         connection.rollback()
         assert other.communicate(timeout=60)[1] == ""
