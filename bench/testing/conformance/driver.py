@@ -24,6 +24,7 @@ from bench.testing.conformance.station import check_station
 from drivers.catalogue import Driver
 from drivers.interfaces import Accuracy, Role
 from drivers.interfaces.text import text
+from sim_instruments.catalogue import SimulatedInstrument
 
 
 def check_driver(
@@ -53,7 +54,7 @@ def check_driver(
     Raises InputError for a driver or a simulated instrument that is not there.
     """
     quieten_libraries()
-    subject = _subject(driver, role, options, found, catalogues or installed())
+    subject = subject_of(driver, role, options, catalogues or installed(), found=found)
     manual = manual or Manual()
     manual = replace(manual, accuracies={**manual.accuracies, **(accuracies or {})})
     checks = Checks(first_only=first_only, manual=manual)
@@ -73,24 +74,35 @@ def check_driver(
     return checks.report(f"{subject.driver.name} ({subject.role.value})")
 
 
-def _subject(
-    driver: Driver | str, role: Role | None, options: Any, found: Found | None, catalogues: Catalogues
+def subject_of(
+    driver: Driver | str,
+    role: Role | None,
+    options: Any,
+    catalogues: Catalogues,
+    simulated: SimulatedInstrument | None = None,
+    found: Found | None = None,
 ) -> DriverUnderTest:
+    """Return what is checked, by a driver or its name; `simulated` is the declared one where it is not given.
+
+    Raises InputError for what is no driver, or has no simulated instrument.
+    """
     if isinstance(driver, str):
         named = catalogues.drivers.need(driver, lambda why: InputError(why))
         chosen = [each for each in named if role in (None, each.role)]
         if len(chosen) != 1:
+            roles = ", ".join(each.role.value for each in named)
             raise InputError(
-                text(
-                    "{driver} has drivers of several roles; give one of {roles}",
-                    driver=driver,
-                    roles=", ".join(d.role.value for d in named),
-                )
+                text("{driver} has drivers of several roles; give one of {roles}", driver=driver, roles=roles)
             )
         driver = chosen[0]
-    if not driver.simulated:
-        raise InputError(text("{driver} names no simulated instrument: give Driver(simulated=…)", driver=driver.name))
-    simulated = catalogues.simulated_instruments.need(driver.simulated, lambda why: InputError(why))
+    if not isinstance(driver, Driver):
+        raise InputError(text("{driver!r} is no driver: give a Driver(…), or the name of one", driver=driver))
+    if simulated is None:
+        if not driver.simulated:
+            raise InputError(
+                text("{driver} names no simulated instrument: give Driver(simulated=…)", driver=driver.name)
+            )
+        simulated = catalogues.simulated_instruments.need(driver.simulated, lambda why: InputError(why))
     made = options if isinstance(options, driver.options) else driver.options(**(options or {}))
     return DriverUnderTest(driver, made, simulated, station_of(made), found)
 

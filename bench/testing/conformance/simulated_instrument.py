@@ -7,6 +7,7 @@ import numpy as np
 from bench.i18n.errors import InputError
 from bench.motor.motor_file import load_motor
 from bench.plugins.catalogues import Catalogues, installed
+from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.report import Checks, ConformanceReport
 from bench.testing.conformance.session import session_of
 from bench.testing.conformance.stand import DriverUnderTest, motor_for, stand
@@ -23,18 +24,19 @@ def check_simulated_instrument(
     simulated: SimulatedInstrument | str,
     *,
     station: Options | None = None,
-    driver: Driver | None = None,
+    driver: Driver | str | None = None,
     options: object = None,
     catalogues: Catalogues | None = None,
 ) -> ConformanceReport:
-    """Check a simulated instrument, itself or by its name; with a `driver` before it (and its `options`) also its readings.
+    """Check a simulated instrument, itself or by its name; with a `driver` (and its `options`) before it, likewise, also its readings.
 
     `station` is what a station file says of it.
 
-    Raises InputError for one that is not there.
+    Raises InputError for one that is not there, and a driver that is none.
     """
+    catalogues = catalogues or installed()
     if isinstance(simulated, str):
-        simulated = (catalogues or installed()).simulated_instruments.need(simulated, lambda why: InputError(why))
+        simulated = catalogues.simulated_instruments.need(simulated, lambda why: InputError(why))
     checks = Checks()
     known = simulated.role in {role.value for role in Role}
     checks.that("role", known, simulated.role, "Take one of the roles of drivers.interfaces.Role")
@@ -44,7 +46,8 @@ def check_simulated_instrument(
     checks.that("ratings", positive, f"{ratings}", "Give maximum_voltage and the like, SI, positive")
     _check_alone(SimulatedUnit(simulated, options=station or {}), checks)
     if driver is not None:
-        _check_readings(DriverUnderTest(driver, options or driver.options(), simulated, station or {}), checks)
+        subject = subject_of(driver, Role(simulated.role), options, catalogues, simulated)
+        _check_readings(replace(subject, station=station or {}), checks)
     return checks.report(f"{simulated.name} (simulated instrument)")
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from bench.i18n.errors import InputError
 from bench.plugins.catalogues import installed
 from bench.testing.conformance import (
     Limits,
@@ -20,6 +21,7 @@ from bench.testing.conformance import (
 from bench.testing.conformance.kit import Conformance
 from bench.testing.conformance.report import Checks
 from drivers.interfaces import Accuracy, CommunicationError, Identity, MeasurementError, Reading
+from drivers.lutron.options import LutronTachometerOptions
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, REFUSED, VARIANTS
 from tests.bench.testing.conformance.own_manuals import MANUALS
 
@@ -65,6 +67,22 @@ def test_our_exports_conform(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(set(installed().simulated_instruments) - {"generic-supply"}))
 def test_our_simulated_instruments_conform(name: str) -> None:
     check_simulated_instrument(name).require()
+
+
+def test_a_simulated_instrument_is_checked_with_a_driver_by_its_name() -> None:
+    report = check_simulated_instrument("lutron-tachometer", driver="lutron-tachometer")
+    assert report.passed
+    assert any(one.check == "the same seed gives the same readings" for one in report.findings)
+    with pytest.raises(InputError, match="known are: "):
+        check_simulated_instrument("lutron-tachometer", driver="acme-none")
+    with pytest.raises(InputError, match="is no driver: give a Driver"):
+        check_simulated_instrument("lutron-tachometer", driver=LutronTachometerOptions)  # type: ignore[arg-type]
+
+
+def test_a_plug_in_file_that_cannot_be_used_is_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "acme.py").write_text("def opened(:\n")
+    with pytest.raises(InputError, match=r"acme\.py cannot be used: SyntaxError: invalid syntax"):
+        Conformance(tmp_path).files(tmp_path / "acme.py")
 
 
 def test_a_procedure_conforms(tmp_path: Path) -> None:
