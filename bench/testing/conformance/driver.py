@@ -10,19 +10,19 @@ from bench.i18n.errors import InputError
 from bench.plugins.catalogues import Catalogues, installed
 from bench.station.library_logs import quieten_libraries
 from bench.testing.conformance.altered import check_altered
-from bench.testing.conformance.connection import check_connection, check_refused_options
+from bench.testing.conformance.connection import check_connection
 from bench.testing.conformance.disturbed import disturb
 from bench.testing.conformance.ends import check_ends, check_found
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
-from bench.testing.conformance.manual import Manual
-from bench.testing.conformance.replies import check_replies
+from bench.testing.conformance.manual import Manual, Model
+from bench.testing.conformance.replies import check_model, check_replies
 from bench.testing.conformance.report import Checks, ConformanceReport, FirstFailure
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.stand import DriverUnderTest, Found, station_of
 from bench.testing.conformance.station import check_station
 from drivers.catalogue import Driver
-from drivers.interfaces import Accuracy, Role
+from drivers.interfaces import Accuracy, InstrumentError, Role
 from drivers.interfaces.text import text
 from sim_instruments.catalogue import SimulatedInstrument
 
@@ -64,8 +64,13 @@ def check_driver(
             with _told(checks, check.__name__.strip("_")):
                 check(trial)
         for wrong in refused:
+            error = wrong.get("raises", (InstrumentError, ValueError))
+            given = {name: value for name, value in wrong.items() if name != "raises"}
             with _told(checks, "options that cannot be"):
-                check_refused_options(trial, wrong)
+                check_model(trial, Model(options=given, error=error))
+        for model in manual.models:
+            with _told(checks, "models"):
+                check_model(trial, model)
         with _told(checks, "options of the station"):
             check_station(trial, variants)
         with _told(checks, "disturbed line"):

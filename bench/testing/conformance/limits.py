@@ -90,9 +90,10 @@ def _as_stated(made: Stand, instrument: Any, stated: Limits, checks: Checks, rem
             # At its limit it may be that nothing settles; the value was taken.
             checks.that(what, True, f"{error}", remedy)
         instrument.make_safe()
-    beyond = stated.step or 1e-3 * max(abs(stated.lowest), abs(stated.highest))
+    beyond = stated.beyond or stated.step or 1e-3 * max(abs(stated.lowest), abs(stated.highest))
     between = [stated.lowest + 0.5 * stated.step] if stated.step else []
-    for value in (stated.lowest - min(beyond, abs(stated.lowest) * 1e-3 or beyond), stated.highest + beyond, *between):
+    below = stated.beyond or min(beyond, abs(stated.lowest) * 1e-3 or beyond)
+    for value in (stated.lowest - below, stated.highest + beyond, *between):
         made.messages.clear()
         with checks.refuses(what, SetpointError, remedy=f"{remedy} ({value:g})"):
             call(value)

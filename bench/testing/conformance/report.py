@@ -1,7 +1,7 @@
 """What a conformance check found: one named finding a check, each with what was wrong and what to do."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -133,14 +133,17 @@ class Checks:
         self.that(f"{check}: accuracy as the manual states it", same, f"{stated} instead of {manual}", "Correct it")
 
     @contextmanager
-    def refuses(self, check: str, *errors: type[BaseException], remedy: str) -> Iterator[None]:
-        """Note whether the block raises one of these errors."""
+    def refuses(
+        self, check: str, *errors: type[BaseException], remedy: str, says: Collection[str] = ("",)
+    ) -> Iterator[None]:
+        """Note whether the block raises one of these errors, in words, and that `says` one of these."""
         names = " or ".join(error.__name__ for error in errors)
         try:
             yield
         except errors as error:
             what = error.what if isinstance(error, InstrumentError) else error
-            self.that(check, in_words(what), f"the error says '{what}'", "Say what was wrong in words")
+            said = in_words(what) and any(one in str(error) for one in says)
+            self.that(check, said, f"the error says '{what}'", f"Say what was wrong in words: {' or '.join(says)}")
         except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
             self.that(check, False, f"{type(error).__name__} instead of {names}: {error}", remedy)
         else:

@@ -11,6 +11,8 @@ from drivers.interfaces import InstrumentError, MeasurementError, SetpointError
 
 #: How far a speed may be from the one commanded: relative, and rad/s.
 _SLIP, _STEP = 0.06, 0.1
+#: How much (relative) a speed that has settled may still change.
+_SETTLED = 0.005
 _REST = 0.1
 
 
@@ -53,6 +55,10 @@ def _hold(stand: Stand, checks: Checks, speed: float) -> None:
         "Compare the command with the manual (rpm, Hz, pole pairs, direction), and wait until the speed has settled",
     )
     checks.that("drives in a block", stand.energised, "the drive is off", "Enable it in the block")
+    stand.wait(0.5)
+    later = stand.world.dynamometer.speed(0.02)
+    slack = _SETTLED * abs(speed) + _STEP
+    checks.close("the speed has settled", actual, later, slack, "Wait until it changes no more")
 
 
 def _off(stand: Stand, checks: Checks) -> None:
@@ -93,6 +99,8 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
                 "command_zero(): speed", stand.world.dynamometer.speed(), 0.0, 1.0, "Command no speed and no torque"
             )
         _off(stand, checks)
+    with dynamometer.driving_speed(1.0):
+        _hold(stand, checks, 1.0)
     _brake(stand, dynamometer, checks)
     _torque(stand, dynamometer, checks)
     # It cannot get there: the speed that was commanded is not reported as reached.
@@ -124,6 +132,8 @@ def _brake(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     """Check that the shaft coasts at the end of a block, and that stop() brakes it."""
     with dynamometer.driving_speed(_speed(dynamometer, 0.9)):
         pass
+    # What somebody sets at the front panel meanwhile changes nothing.
+    stand.find()
     checks.that(
         "coasts at the end of a block",
         abs(stand.world.dynamometer.speed()) > 1.0,

@@ -61,7 +61,7 @@ def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
     inverter.make_safe()
     stand.world.lock_rotor()
     remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated, sign"
-    for share in (stand.between(0.4, 0.9), -stand.between(0.1, 0.3)):
+    for share in (-stand.between(0.1, 0.3), stand.between(0.4, 0.9)):
         current = _current(inverter, share)
         with stand.sampling(stand.world.inverter.current_amplitude) as currents, inverter.driving_current(current):
             checks.close(

@@ -20,6 +20,8 @@ from drivers.interfaces import (
 )
 
 _SPEED = 120.0
+#: Length (s) of a record, and its least number of points.
+_RECORD, _POINTS = 0.05, 400
 
 
 def _prepare(stand: Stand) -> None:
@@ -38,6 +40,11 @@ def _amplitude(stand: Stand, channel: int) -> float:
     return float(np.ptp(signal)) / 2.0
 
 
+def _frequency(stand: Stand) -> float:
+    """Return the electrical frequency (Hz) of the turned shaft."""
+    return float(abs(stand.world.shaft_velocity()) * stand.world.motor.pole_pairs / (2.0 * math.pi))
+
+
 def _voltage_channels(stand: Stand, scope: Any) -> list[int]:
     channels = list(scope.channels(ProbeKind.VOLTAGE))
     for number, channel in enumerate(channels):
@@ -46,7 +53,7 @@ def _voltage_channels(stand: Stand, scope: Any) -> list[int]:
 
 
 def _record(stand: Stand, scope: Any, channels: list[int], trigger: Trigger, share: float) -> dict[int, Waveform]:
-    scope.configure_acquisition(0.05, 1000, share)
+    scope.configure_acquisition(_RECORD, _POINTS, share)
     scope.configure_trigger(trigger)
     scope.initiate()
     found: dict[int, Waveform] = scope.fetch(channels, 2.0)
@@ -62,12 +69,12 @@ def _compare(
         "waveform: channel and unit", (waveform.channel, waveform.unit) == (channel, unit), f"{waveform.unit}", remedy
     )
     checks.that(
-        "waveform: number of points", len(values) >= 1000 and len(time) == len(values), f"{len(values)}", remedy
+        "waveform: number of points", len(values) >= _POINTS and len(time) == len(values), f"{len(values)}", remedy
     )
     checks.close(
-        "waveform: length", float(time[-1] - time[0]), 0.05, 2e-3, "Compare the time scale's command: s a division?"
+        "waveform: length", float(time[-1] - time[0]), _RECORD, 2e-3, "Compare the time scale's command: s a division?"
     )
-    checks.close("waveform: share before the trigger", float(-time[0]), share * 0.05, 2e-3, remedy)
+    checks.close("waveform: share before the trigger", float(-time[0]), share * _RECORD, 2e-3, remedy)
     accuracy = waveform.accuracy
     actual = _amplitude(stand, channel)
     found = float(np.ptp(values)) / 2.0
@@ -98,7 +105,7 @@ def _compare(
             0.05 * actual + accuracy.offset,
             "Compare level and time zero",
         )
-        slope = float(values[min(at + 20, len(values) - 1)] - values[max(at - 20, 0)])
+        slope = float(values[min(at + len(values) // 50, len(values) - 1)] - values[max(at - len(values) // 50, 0)])
         checks.that(
             "trigger: slope", (slope > 0.0) is (trigger.slope is Slope.RISING), f"{slope:g} {unit}", "Compare the slope"
         )
@@ -120,8 +127,7 @@ def _brief(stand: Stand, scope: Any, checks: Checks) -> None:
 
 
 def _screen(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
-    speed = abs(stand.world.shaft_velocity())
-    frequency = speed * stand.world.motor.pole_pairs / (2.0 * math.pi)
+    frequency = _frequency(stand)
     checks.reading("measure_frequency", scope.measure_frequency(channel), frequency, "Hz", 0.02 * frequency)
     reading = scope.measure_amplitude(channel)
     checks.reading("measure_amplitude", reading, _amplitude(stand, channel), "V", 0.02 * reading.value)
@@ -137,7 +143,12 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
         for channel in channels:
             amplitude = _show(stand, scope, channel, offset)
         trigger = Trigger(channels[-1], -0.4 * amplitude, slope)
+        began = stand.bench.clock.now()
         found = _record(stand, scope, channels, trigger, share)
+        # Filled before the trigger, triggered within a period, filled after it.
+        took, most = stand.bench.clock.now() - began, 1.3 * _RECORD + 1.0 / _frequency(stand)
+        remedy = "Wait for no more than it takes"
+        checks.that("a record: in time", took <= most, f"{took:.3g} s instead of {most:.3g} s", remedy)
         for channel in channels:
             _compare(stand, checks, found[channel], channel, "V", trigger, share)
     found = _record(stand, scope, channels[:1], Trigger(None), 0.0)
@@ -163,10 +174,11 @@ def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
     took = stand.bench.clock.now() - began
     checks.that("time-out of fetch", 1.9 <= took <= 4.0, f"{took:.3g} s instead of 2 s", "Count from the call of fetch")
     # Less than a period.
-    scope.configure_acquisition(1e-3, 1000)
+    scope.configure_acquisition(1e-3, 20)
     scope.configure_trigger(Trigger(None))
     scope.initiate()
-    scope.fetch([channel], 1.0)
+    few = scope.fetch([channel], 1.0)[channel]
+    checks.that("a record of few points", len(few.values) >= 20, f"{len(few.values)} instead of 20", "Round up")
     with checks.refuses("frequency of less than a period", MeasurementError, remedy="Refuse 9.9E37"):
         scope.measure_frequency(channel)
     remedy = "Check before anything is sent"

@@ -118,8 +118,10 @@ def _parts(stand: Stand, actuator: Any, checks: Checks) -> None:
     actuator.lock()
     checks.that("lock() locks", stand.world.truth()["rotor_locked"], "the shaft is not locked", remedy)
     for act in (actuator.turn, actuator.move_by):
-        with checks.refuses(f"{act.__name__}() with the brake closed", InstrumentError, remedy="Ask the brake first"):
+        what, ask = f"{act.__name__}() with the brake closed", "Ask the brake first"
+        with stand.sampling(lambda: stand.energised) as energised, checks.refuses(what, InstrumentError, remedy=ask):
             act(1.0)
+        checks.that(f"{what}: nothing drives", not any(energised), "it is driven", ask)
     actuator.make_safe()
     checks.that("make_safe() leaves the brake", stand.world.truth()["rotor_locked"], "the brake has opened", remedy)
     actuator.release()

@@ -72,7 +72,7 @@ def _full(stand: Stand, matrix: Any, checks: Checks) -> None:
     remedy = "Check with drivers.bases.crosspoints.conflict before anything is switched"
     for wanted in (*(each for each in _CONFLICTS if each <= there), frozenset({"A:nowhere"})):
         stand.messages.clear()
-        with checks.refuses(f"refused: {', '.join(sorted(wanted))}", CrosspointError, remedy=remedy):
+        with checks.refuses(f"refused: {', '.join(sorted(wanted))}", CrosspointError, remedy=remedy, says=wanted):
             matrix.connect(wanted)
         sent = [message for message, _ in stand.messages]
         checks.that("nothing is sent for what is refused", not sent, f"{sent} was sent", remedy)

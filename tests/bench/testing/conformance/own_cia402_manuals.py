@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from bench.testing.conformance.manual import Manual, NotYet, Reply
+from bench.testing.conformance.manual import Limits, Manual, NotYet, Reply, Trip
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -35,6 +35,7 @@ def _node(product: int, model: str, **stated: Any) -> Manual:
     return Manual(
         identity=Identity("vendor 0x000002FF", model, "1", "10000"),
         not_yet=(*_POWER, *stated.pop("not_yet", ())),
+        trip=Trip(lambda simulated: simulated._power.trip(0x2310), says="0x2310 (continuous over-current)", within=0.3),
         **stated,
     )
 
@@ -53,6 +54,14 @@ INVERTER = _node(
         Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
     ),
+)
+#: A drive that counts in rms amperes; 16 bits of a thousandth of the rated 10 A hold no more than 327.67 A.
+INVERTER_VARIANTS = (
+    {"current_scale": 2.0, "manual": Manual(replies=(Reply("read 6077H 0", b"\x9c\xff", reads={"value": -2.0}),))},
+    {
+        "maximum_current": 1e4,
+        "manual": Manual(limits=(Limits("driving_current", "current", -327.67, 327.67, beyond=0.01),)),
+    },
 )
 SIX_STEP = _node(
     3,
@@ -74,6 +83,8 @@ ROTOR = _node(
     accuracies={"angle": Accuracy(resolution=2.0 * math.pi / 65_536)},
     replies=(
         *_CIA402,
+        # Where the outputs have a mask, all three are to be in it.
+        *(Reply("read 60FEH 2", mask, None, beside={"write 60FEH 2": b""}) for mask in (_NONE, b"\0\0\7\0")),
         Reply("read 608FH 1", _NONE, ReportedError),
         Reply("read 608FH 2", _NONE, ReportedError),
         Reply("read 608FH 2", b"\x03\0\0\0", ReportedError),

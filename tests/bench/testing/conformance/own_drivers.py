@@ -6,6 +6,8 @@ from typing import Any
 from drivers.interfaces import Accuracy, IdentityError, ProbeKind, SetpointError
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
+from tests.bench.testing.conformance.own_cia402_manuals import INVERTER_VARIANTS
+from tests.bench.testing.conformance.own_manuals import E4980A_CALIBRATED
 
 VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
 _POINT = Accuracy(gain=1e-3, source="calibration")
@@ -113,13 +115,14 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "keysight-e4980a": (
         {"calibration": (ImpedanceCalibration(1000.0, resistance=_POINT),)},
         {"calibration": (ImpedanceCalibration(1000.0, resistance=_POINT, inductance=_POINT),)},
+        *E4980A_CALIBRATED,
     ),
     "keysight-34461a": ({"calibration": {10.0: _POINT}},),
     "keysight-infiniivision": ({"calibration": {1: Accuracy(gain=0.02, offset=0.1, source="calibration")}},),
     "keysight-34970a": ({"crosspoints": {}}, {"fixed": ("A:channel4~", "A:voltmeter+")}),
     "delta-dyn200": ({"direction_from": "command"}, {"watchdog_time": 2.0}),
-    "cia402-inverter": ({"heartbeat_time": 1.0},),
+    "cia402-inverter": ({"heartbeat_time": 1.0}, *INVERTER_VARIANTS),
     "cia402-six-step": ({"heartbeat_time": 1.0},),
-    "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}),
+    "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
     "gwinstek-gpt9800": ({"ramp_time": 0.5},),
 }
