@@ -93,22 +93,27 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
     what, checks = _WHAT[kind], trial.checks
     with trial.opened() as (made, instrument):
         made.faults.add(Fault.at(kind, message.number, delay=_LATE))
+        if kind is FaultKind.SILENCE and message.text.startswith("write") and made.transport == "modbus":
+            unit = made.simulated.units[int(message.text.split()[1])]
+            made.faults.watch(Watch.at(message.number, lambda: _lose(unit)))
         began = made.bench.clock.now()
         # What the instrument itself refuses is not sent again by itself: it was told, and whoever hears it makes safe.
         one_use(trial, made, instrument, what, message.text, refusal=kind in (FaultKind.EXCEPTION, FaultKind.REPLACE))
         passed = made.bench.clock.now() - began
-        checks.that(
-            f"{what}: in time",
-            passed <= took + trial.session.longest,
-            f"{passed:.3g} s instead of {took:.3g} s ('{message.text}')",
-            "Wait no longer than the reply time",
-        )
+        right, advice = passed <= took + trial.session.longest, "Wait no longer than the reply time"
+        checks.that(f"{what}: in time", right, f"{passed:.3g} s instead of {took:.3g} s ('{message.text}')", advice)
         made.faults.clear()
         wrong, remedy = (
             trial.wrong(made, instrument, safe=True),
             "Throw away what may still come before the next exchange",
         )
         checks.that(f"{what}: the next exchange is in step", not wrong, f"after '{message.text}': {wrong}", remedy)
+
+
+def _lose(unit: Any) -> None:
+    """Have the next request to write never get to a Modbus unit."""
+    taken = unit.write
+    unit.write = lambda *_: setattr(unit, "write", taken)
 
 
 def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *, refusal: bool = False) -> None:

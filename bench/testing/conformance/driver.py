@@ -3,7 +3,6 @@
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from typing import Any
 
 from bench.i18n.errors import InputError
@@ -15,14 +14,14 @@ from bench.testing.conformance.disturbed import disturb
 from bench.testing.conformance.ends import check_ends, check_found
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
-from bench.testing.conformance.manual import Manual, Model
+from bench.testing.conformance.manual import Manual
 from bench.testing.conformance.replies import check_model, check_replies
 from bench.testing.conformance.report import Checks, ConformanceReport, FirstFailure
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.stand import DriverUnderTest, Found, station_of
 from bench.testing.conformance.station import check_station
 from drivers.catalogue import Driver
-from drivers.interfaces import Accuracy, InstrumentError, Role
+from drivers.interfaces import Role
 from drivers.interfaces.text import text
 from sim_instruments.catalogue import SimulatedInstrument
 
@@ -35,9 +34,7 @@ def check_driver(
     found: Found | None = None,
     catalogues: Catalogues | None = None,
     seed: int = 0,
-    accuracies: Mapping[str, Accuracy] | None = None,
     manual: Manual | None = None,
-    refused: Sequence[Mapping[str, Any]] = (),
     variants: Sequence[Mapping[str, Any]] = (),
     thorough: bool = False,
     first_only: bool = False,
@@ -46,29 +43,21 @@ def check_driver(
 
     `role` is for a name that has drivers of several. `options` are an instance of the driver's options, or a mapping for it.
     `found` changes the simulated instrument before the driver meets it: settings that somebody may have left. `catalogues`
-    hold the plug-ins, the installed ones where they are not given. `manual` is what the maker states, `accuracies` those of it
-    by the check's name ("at voltage: voltage reading"). `variants` are other options, each beside the others, with which it is
-    used as well, and `refused` those with which it must not open (`raises` among them names the error). `thorough` disturbs
-    each message in every way, `first_only` ends at the first failure.
+    hold the plug-ins, the installed ones where they are not given. `manual` is what the maker states. `variants` are other
+    options, each beside the others, with which it is used as well; with a `manual` among them it is held to that instead.
+    `thorough` disturbs each message in every way, `first_only` ends at the first failure.
 
     Raises InputError for a driver or a simulated instrument that is not there.
     """
     quieten_libraries()
     subject = subject_of(driver, role, options, catalogues or installed(), found=found)
-    manual = manual or Manual()
-    manual = replace(manual, accuracies={**manual.accuracies, **(accuracies or {})})
-    checks = Checks(first_only=first_only, manual=manual)
+    checks = Checks(first_only=first_only, manual=manual or Manual())
     trial = Trial(subject, session_of(subject.role), checks, seed, thorough)
     with suppress(FirstFailure):
         for check in (check_interface, _use, check_limits, check_ends, check_found, check_connection, check_replies):
             with _told(checks, check.__name__.strip("_")):
                 check(trial)
-        for wrong in refused:
-            error = wrong.get("raises", (InstrumentError, ValueError))
-            given = {name: value for name, value in wrong.items() if name != "raises"}
-            with _told(checks, "options that cannot be"):
-                check_model(trial, Model(options=given, error=error))
-        for model in manual.models:
+        for model in checks.manual.models:
             with _told(checks, "models"):
                 check_model(trial, model)
         with _told(checks, "options of the station"):

@@ -26,12 +26,8 @@ def check_interface(trial: Trial) -> None:
                 continue
             parameters = list(inspect.signature(getattr(instrument, name)).parameters.values())
             have = {one.name: one.default for one in parameters}
-            checks.that(
-                f"signature of {name}",
-                have == dict(declared.arguments),
-                f"{have} instead of {dict(declared.arguments)}",
-                "Take the interface's names and defaults",
-            )
+            right, advice = have == dict(declared.arguments), "Take the interface's names and defaults"
+            checks.that(f"signature of {name}", right, f"{have} instead of {dict(declared.arguments)}", advice)
         identity = instrument.identity
         known = isinstance(identity, Identity) and bool(identity.model)
         checks.that("identity", known, f"{identity}", "Ask the instrument when it is opened")

@@ -5,11 +5,11 @@ import math
 from typing import Any
 
 from bench.testing.conformance.manual import Limits
-from bench.testing.conformance.report import Checks
+from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, Role, SetpointError
-from drivers.interfaces.declarations import Lasting, declarations
+from drivers.interfaces.declarations import declarations
 
 
 def check_limits(trial: Trial) -> None:
@@ -48,11 +48,8 @@ def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: s
                 continue
             highest = float(getattr(instrument, amount.own))
             checks.that(f"{amount.own} is positive", highest > 0.0, f"{highest}", "State the largest value")
-            allowed = dict.fromkeys(declared.arguments, 0.0)
-            allowed = {
-                **allowed,
-                **{other: one for other, one in declared.arguments.items() if one is not inspect.Parameter.empty},
-            }
+            given = declared.arguments.items()
+            allowed = {other: 0.0 if one is inspect.Parameter.empty else one for other, one in given}
             if role is Role.INSULATION_TESTER:
                 allowed["duration"] = 1.0
             if role is Role.LCR_METER:
@@ -63,10 +60,7 @@ def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: s
                 with checks.refuses(
                     f"{name}: {argument} = {'beyond' if value == value else 'NaN'}", SetpointError, remedy=remedy
                 ):
-                    result = getattr(instrument, name)(**{**allowed, argument: value})
-                    if declared.lasting is Lasting.BLOCK:
-                        with result:
-                            pass
+                    enter(getattr(instrument, name)(**{**allowed, argument: value}))
                 sent = [message for message, _ in made.messages]
                 checks.that(f"{name}: nothing is sent for what is refused", not sent, f"{sent}", remedy)
                 checks.that(f"{name}: nothing is on for what is refused", not made.energised, "it is on", remedy)
@@ -76,10 +70,7 @@ def _as_stated(made: Stand, instrument: Any, stated: Limits, checks: Checks, rem
     what = f"{stated.method}: {stated.argument} as the manual states it"
 
     def call(value: float) -> None:
-        result = getattr(instrument, stated.method)(**{**stated.beside, stated.argument: value})
-        if hasattr(result, "__enter__"):
-            with result:
-                pass
+        enter(getattr(instrument, stated.method)(**{**stated.beside, stated.argument: value}))
 
     for value in (stated.lowest, stated.highest):
         try:

@@ -82,12 +82,8 @@ def _check_run(ran: Ran, checks: Checks, gives: Mapping[str, Any], own: Mapping[
     checks.that("completed", ran.status == "completed", f"{ran.status}: {ran.cause}", "Find out by the run's journal")
     _check_left(ran, checks, "after a run")
     given = [each for each in gives if each in ran.parameters]
-    checks.that(
-        "gives what it declares",
-        bool(given) or not gives,
-        f"none of {sorted(gives)}",
-        "ConformanceReport each parameter",
-    )
+    remedy = "ConformanceReport each parameter"
+    checks.that("gives what it declares", bool(given) or not gives, f"none of {sorted(gives)}", remedy)
     true = {**ran.truth, **(own or {})}
     compared = [each for each in given if each in true]
     checks.that(

@@ -257,7 +257,8 @@ def check_model(trial: Trial, model: Model) -> None:
     errors = model.error if isinstance(model.error, tuple) else (model.error,)
     refused = trial.checks.refuses(f"not opened with {what}", *errors, remedy="Check it when opening")
     with refused if errors else nullcontext(), trial.having(**model.options).stand() as made:
-        made.answer(model.answers)
+        if model.answers:
+            made.answer(model.answers)
         instrument = made.open()
         for name, value in model.states.items():
             found = getattr(instrument, name)

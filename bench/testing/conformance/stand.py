@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bench.motor.motor_file import load_motor
+from bench.testing.conformance.report import Checks
 from drivers.catalogue import Driver, Surroundings
 from drivers.interfaces import Clock, Instrument, Role, Traffic
 from drivers.transport.can.buses import CanBuses
@@ -170,6 +171,11 @@ class Stand:
         """Bring the instrument into the state in which it may be found."""
         if self.subject.found is not None:
             self.subject.found(self.simulated)
+
+    def off(self, checks: Checks) -> None:
+        """Check that nothing is energised."""
+        remedy = "Switch it off in a finally clause"
+        checks.that("off at the end of a block", not self.energised, "it is on", remedy)
 
     def wait(self, seconds: float) -> None:
         """Let bench time pass (s)."""

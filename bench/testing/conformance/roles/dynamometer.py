@@ -4,10 +4,10 @@ import math
 from contextlib import AbstractContextManager
 from typing import Any
 
-from bench.testing.conformance.report import Checks
+from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import CheckSession
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError, MeasurementError, SetpointError
+from drivers.interfaces import InstrumentError, MeasurementError
 
 #: How far a speed may be from the one commanded: relative, and rad/s.
 _SLIP, _STEP = 0.06, 0.1
@@ -61,10 +61,6 @@ def _hold(stand: Stand, checks: Checks, speed: float) -> None:
     checks.close("the speed has settled", actual, later, slack, "Wait until it changes no more")
 
 
-def _off(stand: Stand, checks: Checks) -> None:
-    checks.that("off at the end of a block", not stand.energised, "the drive is on", "Disable it in a finally clause")
-
-
 def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     speed = _speed(dynamometer, 0.1)
     dynamometer.stop()
@@ -72,7 +68,7 @@ def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     with dynamometer.driving_speed(speed):
         _hold(stand, checks, speed)
         _compare(stand, dynamometer, checks, "at speed")
-    _off(stand, checks)
+    stand.off(checks)
     dynamometer.stop()
 
 
@@ -86,11 +82,8 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
             _compare(stand, dynamometer, checks, "forwards" if speed > 0.0 else "backwards")
             dynamometer.set_speed(-speed / 3.0)
             _hold(stand, checks, -speed / 3.0)
-            for wrong in (math.nan, 2.0 * dynamometer.maximum_speed, -2.0 * dynamometer.maximum_speed):
-                with checks.refuses(
-                    "a speed beyond the maximum", SetpointError, remedy="Check before anything is sent"
-                ):
-                    dynamometer.set_speed(wrong)
+            wrong = (math.nan, 2.0 * dynamometer.maximum_speed, -2.0 * dynamometer.maximum_speed)
+            checks.rejects("a speed beyond the maximum", dynamometer.set_speed, *((one,) for one in wrong))
             with checks.refuses("zeroing a turning shaft", MeasurementError, remedy="Ask the speed first"):
                 dynamometer.zero_torque()
             dynamometer.command_zero()
@@ -98,21 +91,17 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
             checks.close(
                 "command_zero(): speed", stand.world.dynamometer.speed(), 0.0, 1.0, "Command no speed and no torque"
             )
-        _off(stand, checks)
+        stand.off(checks)
     with dynamometer.driving_speed(1.0):
         _hold(stand, checks, 1.0)
     _brake(stand, dynamometer, checks)
     _torque(stand, dynamometer, checks)
     # It cannot get there: the speed that was commanded is not reported as reached.
     stand.world.set_stuck_rotor(True)
-    with (
-        checks.refuses(
-            "a shaft that is jammed", MeasurementError, remedy="Wait for the speed, and raise where it does not come"
-        ),
-        dynamometer.driving_speed(_speed(dynamometer, 0.3)),
-    ):
-        pass
-    _off(stand, checks)
+    remedy = "Wait for the speed, and raise where it does not come"
+    with checks.refuses("a shaft that is jammed", MeasurementError, remedy=remedy):
+        enter(dynamometer.driving_speed(_speed(dynamometer, 0.3)))
+    stand.off(checks)
     stand.world.set_stuck_rotor(False)
     stand.wait(5.0)
     dynamometer.make_safe()
@@ -130,20 +119,15 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
 
 def _brake(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     """Check that the shaft coasts at the end of a block, and that stop() brakes it."""
-    with dynamometer.driving_speed(_speed(dynamometer, 0.9)):
-        pass
+    enter(dynamometer.driving_speed(_speed(dynamometer, 0.9)))
     # What somebody sets at the front panel meanwhile changes nothing.
     stand.find()
-    checks.that(
-        "coasts at the end of a block",
-        abs(stand.world.dynamometer.speed()) > 1.0,
-        "it was braked",
-        "Coast to a stop at the end of a block",
-    )
+    coasts = abs(stand.world.dynamometer.speed()) > 1.0
+    checks.that("coasts at the end of a block", coasts, "it was braked", "Coast to a stop at the end of a block")
     dynamometer.stop()
     speed = stand.world.dynamometer.speed()
     checks.close("stop(): at rest", speed, 0.0, _REST, "Return once the shaft stands")
-    _off(stand, checks)
+    stand.off(checks)
 
 
 def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
@@ -164,17 +148,15 @@ def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
                 stand.wait(0.2)
                 left = stand.world.dynamometer.torque()
                 checks.close("command_zero(): torque", left, 0.0, 0.02, "Command no speed and no torque")
-        _off(stand, checks)
+        stand.off(checks)
     stand.world.set_stuck_rotor(False)
     with dynamometer.driving_torque(float(f"{0.05 * dynamometer.maximum_torque:.3g}"), 40.0):
         stand.wait(1.0)
         dynamometer.stop()
         speed = stand.world.dynamometer.speed()
         checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, "Switch off before the mode is changed")
-    for torque, limit in ((math.nan, 40.0), (2.0 * dynamometer.maximum_torque, 40.0), (0.1, -1.0), (0.1, 1e5)):
-        with checks.refuses("torques that cannot be", SetpointError, remedy="Check before anything is sent"):
-            with dynamometer.driving_torque(torque, limit):
-                pass
+    wrong = ((math.nan, 40.0), (2.0 * dynamometer.maximum_torque, 40.0), (0.1, -1.0), (0.1, 1e5))
+    checks.rejects("torques that cannot be", dynamometer.driving_torque, *wrong)
     dynamometer.stop()
 
 

@@ -92,6 +92,14 @@ _SCPI_SUPPLY = Manual(
         Reply(r"^MEAS:VOLT", b"+9.9E+37", MeasurementError),
         Reply(r"^OUTP\?", b"0", ReportedError, call="energised begins"),
         Reply(r"^MEAS:(VOLT|CURR)", b"+1.0E-01", reads={"": OutputMode.UNREGULATED}, call="output_mode"),
+        # Regulated is what is within a hundredth of the 6 A that it can have.
+        *(
+            Reply(r"^MEAS:CURR", b"+1.0E+00", reads={"": mode}, call="output_mode", beside={r"^CURR\?": level})
+            for level, mode in (
+                (b"+1.05E+00", OutputMode.CONSTANT_CURRENT),
+                (b"+1.07E+00", OutputMode.CONSTANT_VOLTAGE),
+            )
+        ),
         Reply(r"^OUTP\?", b"0", reads={"": OutputMode.OFF}, call="output_mode"),
         *_TRIPS,
     ),
@@ -149,19 +157,13 @@ _POINT = Accuracy(gain=1e-3, source="calibration")
 E4980A_CALIBRATED = tuple(
     {
         "calibration": (ImpedanceCalibration(at, *points),),
-        "manual": Manual(
-            accuracies_at={
-                (*_AT_1_KHZ[:2], frequency, *_AT_1_KHZ[3:]): tuple(
-                    one or two for one, two in zip(points, stated, strict=True)
-                )
-            }
-        ),
+        "manual": Manual(accuracies_at={(*_AT_1_KHZ[:2], frequency, *_AT_1_KHZ[3:]): stated}),
     }
     for at, frequency, points, stated in (
-        (1000.9, 1000.0, (_POINT, _POINT), _STATED[_AT_1_KHZ]),
-        (999.1, 1000.0, (_POINT, None), _STATED[_AT_1_KHZ]),
-        (1000.0, 1000.0, (None, _POINT), _STATED[_AT_1_KHZ]),
-        (1001.2, 1000.0, (None, None), _STATED[_AT_1_KHZ]),
+        (1000.9, 1000.0, (_POINT, _POINT), (_POINT, _POINT)),
+        (999.1, 1000.0, (_POINT, None), (_POINT, _STATED[_AT_1_KHZ][1])),
+        (1000.0, 1000.0, (None, _POINT), (_STATED[_AT_1_KHZ][0], _POINT)),
+        (1001.2, 1000.0, (_POINT, _POINT), _STATED[_AT_1_KHZ]),
         (1.5e6, 1.5e6, (_POINT, _POINT), (_POINT, _POINT)),
     )
 )
@@ -186,7 +188,7 @@ _34461A = Manual(
 _PREAMBLE = "+1,+0,+{},+1,{},-1.25E-02,{},{},+0.0E+00,+32768"
 
 
-def _preamble(points: int = 1000, x: str = "+5.0E-05", reference: str = "+0", y: str = "+5.0E-04") -> bytes:
+def _preamble(points: int = 500, x: str = "+5.0E-05", reference: str = "+0", y: str = "+5.0E-04") -> bytes:
     return _PREAMBLE.format(points, x, reference, y).encode()
 
 

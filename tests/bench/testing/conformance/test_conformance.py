@@ -22,8 +22,7 @@ from bench.testing.conformance.kit import Conformance
 from bench.testing.conformance.report import Checks
 from drivers.interfaces import Accuracy, CommunicationError, Identity, MeasurementError, Reading
 from drivers.lutron.options import LutronTachometerOptions
-from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, REFUSED, VARIANTS
-from tests.bench.testing.conformance.own_manuals import MANUALS
+from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, manual_of
 
 #: Those that a check of takes well under half a second.
 QUICK = ("keysight-e4980a", "keysight-34461a", "lutron-tachometer", "keysight-34970a", "gwinstek-gpt9800")
@@ -51,8 +50,7 @@ def test_our_drivers_conform(name: str) -> None:
         name,
         options=OPTIONS[name],
         found=FOUND.get(name),
-        manual=MANUALS[name],
-        refused=REFUSED.get(name, ()),
+        manual=manual_of(name),
         variants=VARIANTS.get(name, ()),
     )
     assert report.passed, "\n".join(map(str, report.failures))
