@@ -49,9 +49,8 @@ def check_altered(trial: Trial) -> None:
         remedy = "Wait for the next whole one, and no longer"
         trial.checks.that("the second half of a frame", not wrong, wrong, remedy)
         late = took[1] - 2.0 * took[0]
-        trial.checks.that(
-            "the second half of a frame: in time", late <= 0.1 * took[0], f"{late:.3g} s too late", remedy
-        )
+        right, advice = late <= 0.1 * took[0], remedy
+        trial.checks.that("the second half of a frame: in time", right, f"{late:.3g} s too late", advice)
     if feeds:
         written = [text for direction, text in traffic if direction == "write"]
         for text, reply in replies.items():
@@ -62,9 +61,8 @@ def check_altered(trial: Trial) -> None:
                     for shift in (-0.49 * step, 0.49 * step) if re.search(pattern, text) else ():
                         with _read_back(trial, text, f"{float(reply) + shift:.9g}") as (made, instrument):
                             wrong = trial.wrong(made, instrument)
-                        trial.checks.that(
-                            f"a setting that is rounded to {step:g}", not wrong, wrong, f"Allow that to '{text}'"
-                        )
+                        advice = f"Allow that to '{text}'"
+                        trial.checks.that(f"a setting that is rounded to {step:g}", not wrong, wrong, advice)
         for command, held in settings.items():
             if held:
                 _lost(trial, command, held)

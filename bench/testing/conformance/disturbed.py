@@ -174,6 +174,5 @@ def _tripped(trial: Trial, trip: Trip, message: _Message, took: float) -> None:
         with suppress(ReportedError):
             instrument.make_safe()
         wrong = trial.wrong(made, instrument)
-        trial.checks.that(
-            f"{what}: afterwards", bool(wrong) is not trip.resets, wrong or "it is gone", "Reset it in make_safe"
-        )
+        advice = "Reset it in make_safe"
+        trial.checks.that(f"{what}: afterwards", bool(wrong) is not trip.resets, wrong or "it is gone", advice)

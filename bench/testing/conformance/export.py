@@ -28,13 +28,11 @@ def check_export(export: Target | str, *, catalogues: Catalogues | None = None) 
     subject = example_subject(export)
     sheet = sheet_for(export, subject)
     written = export.write(sheet)
-    checks.that(
-        "writes text", isinstance(written, str) and bool(written.strip()), "nothing was written", "Return the file"
-    )
+    advice = "Return the file"
+    checks.that("writes text", isinstance(written, str) and bool(written.strip()), "nothing was written", advice)
     checks.that("the same each time", export.write(sheet) == written, "it differs", "Use no time and no order of a set")
-    checks.that(
-        "suffix", bool(re.fullmatch(r"\.[A-Za-z0-9.]+", export.suffix)), f"{export.suffix!r}", "Give it with its point"
-    )
+    advice = "Give it with its point"
+    checks.that("suffix", bool(re.fullmatch(r"\.[A-Za-z0-9.]+", export.suffix)), f"{export.suffix!r}", advice)
     names = [field.name for field in export.fields]
     checks.that("fields' names", len(set(names)) == len(names), f"{names}", "Name each once")
     for line in sheet.lines:

@@ -244,9 +244,8 @@ def _met(trial: Trial, reply: Reply | NotYet, number: int, what: str, error: typ
                     _use(trial, made, line)
                 except InstrumentError:
                     late = line.now - line.came
-                    trial.checks.that(
-                        f"{what}: in time", late <= within, f"{late:.3g} s", f"Tell it within {within:g} s"
-                    )
+                    advice = f"Tell it within {within:g} s"
+                    trial.checks.that(f"{what}: in time", late <= within, f"{late:.3g} s", advice)
                     raise
     return line.longest
 
@@ -262,7 +261,6 @@ def check_model(trial: Trial, model: Model) -> None:
         instrument = made.open()
         for name, value in model.states.items():
             found = getattr(instrument, name)
-            trial.checks.that(
-                f"{name} with {what}", found == value, f"{found} instead of {value}", "Compare with the manual"
-            )
+            remedy = "Compare with the manual"
+            trial.checks.that(f"{name} with {what}", found == value, f"{found} instead of {value}", remedy)
         instrument.close()

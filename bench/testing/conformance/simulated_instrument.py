@@ -57,20 +57,16 @@ def _check_alone(unit: SimulatedUnit, checks: Checks) -> None:
     with VirtualBench(motor, [unit], sockets=False, six_step=six_step, fixture=simulated.role in FIXTURE) as bench:
         before = bench.world.truth()
         bench.instrument(simulated.role)
-        checks.that(
-            "has faults", isinstance(bench.faults(simulated.role), Faults), "none", "Give it `faults`, a Faults()"
-        )
-        checks.that(
-            "has a cable", bench.connection(simulated.role).up, "it is out", "Give it `connection`, a Connection()"
-        )
+        remedy = "Give it `faults`, a Faults()"
+        checks.that("has faults", isinstance(bench.faults(simulated.role), Faults), "none", remedy)
+        remedy = "Give it `connection`, a Connection()"
+        checks.that("has a cable", bench.connection(simulated.role).up, "it is out", remedy)
         checks.that("has an address", bool(bench.address(simulated.role)), "none", "Compare its transport")
         after = bench.world.truth()
-        checks.that(
-            "off when it is made", not after["energised"], "it is on", "Begin as after switching on at the mains"
-        )
-        checks.that(
-            "leaves the world alone", before["wiring"] == after["wiring"], "it rewires", "That is the hands' work"
-        )
+        remedy = "Begin as after switching on at the mains"
+        checks.that("off when it is made", not after["energised"], "it is on", remedy)
+        remedy = "That is the hands' work"
+        checks.that("leaves the world alone", before["wiring"] == after["wiring"], "it rewires", remedy)
         bench.clock.sleep(1.0)
         checks.that("off after a while", not bench.world.truth()["energised"], "it is on", "Wait for a command")
     if simulated.transport == "visa":
@@ -80,9 +76,8 @@ def _check_alone(unit: SimulatedUnit, checks: Checks) -> None:
             for name in bench.roles:
                 bench.instrument(name).write(b"*IDN?\n")
                 replies.append(bench.instrument(name).read(200, 1.0)[0])
-            checks.that(
-                "*IDN?", all(reply.endswith(b"\n") and len(reply) > 4 for reply in replies), f"{replies}", "Answer it"
-            )
+            right, remedy = all(reply.endswith(b"\n") and len(reply) > 4 for reply in replies), "Answer it"
+            checks.that("*IDN?", right, f"{replies}", remedy)
 
 
 def _check_readings(subject: DriverUnderTest, checks: Checks) -> None:

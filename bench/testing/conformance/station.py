@@ -55,9 +55,8 @@ def _watched(trial: Trial, name: str) -> None:
             instrument: Any = made.open()
             armed = instrument.watchdog
             same = armed is not None and armed.time == asked.time
-            checks.that(
-                f"{name}: armed", same, f"{armed}, asked for {asked}", "Arm what is asked for, and read it back"
-            )
+            remedy = "Arm what is asked for, and read it back"
+            checks.that(f"{name}: armed", same, f"{armed}, asked for {asked}", remedy)
             guard: Any = made.open(guarding=True, elsewhere=True)
             checks.that(f"{name}: guarding arms nothing", guard.watchdog is None, f"{guard.watchdog}", "Leave it alone")
             guard.close()

@@ -42,9 +42,8 @@ def _brief(stand: Stand, drive: Any, checks: Checks) -> None:
         stand.wait(0.5)
         _compare(stand, drive, checks, "running")
         found, actual = drive.hall_state(), stand.world.six_step.hall_state()
-    checks.that(
-        "Hall signals while running", len(found) == 3 and isinstance(found[0], bool), f"{found}, {actual}", "Give three"
-    )
+    right, remedy = len(found) == 3 and isinstance(found[0], bool), "Give three"
+    checks.that("Hall signals while running", right, f"{found}, {actual}", remedy)
     stand.off(checks)
 
 

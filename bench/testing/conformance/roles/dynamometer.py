@@ -38,9 +38,8 @@ def _compare(stand: Stand, dynamometer: Any, checks: Checks, what: str) -> None:
     checks.accuracy(f"{what}: speed reading", reading.speed_accuracy, reading.speed, "rad/s", speed, slack)
     checks.accuracy(f"{what}: torque reading", reading.torque_accuracy, reading.torque, "N·m", torque, 5e-3)
     power = reading.speed * reading.torque
-    checks.close(
-        f"{what}: power", reading.power, power, 0.02 * abs(power) + 0.1, "Power is torque times speed, with its sign"
-    )
+    remedy = "Power is torque times speed, with its sign"
+    checks.close(f"{what}: power", reading.power, power, 0.02 * abs(power) + 0.1, remedy)
     now = stand.bench.clock.now()
     checks.that("time of the reading", before <= reading.time <= now, f"{reading.time:g} s", "Give the clock's time")
 
@@ -88,9 +87,8 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
                 dynamometer.zero_torque()
             dynamometer.command_zero()
             stand.wait(2.0)
-            checks.close(
-                "command_zero(): speed", stand.world.dynamometer.speed(), 0.0, 1.0, "Command no speed and no torque"
-            )
+            advice = "Command no speed and no torque"
+            checks.close("command_zero(): speed", stand.world.dynamometer.speed(), 0.0, 1.0, advice)
         stand.off(checks)
     with dynamometer.driving_speed(1.0):
         _hold(stand, checks, 1.0)

@@ -26,9 +26,8 @@ def _measure(stand: Stand, tester: Any, checks: Checks, voltage: float, duration
     checks.close("set point: test voltage", applied, voltage, _SET * voltage, remedy)
     checks.close("set point: test time", held, duration, 0.1 + 0.02 * duration, remedy)
     checks.close("reading: test voltage", reading.voltage, applied, 0.01 * voltage + 2.0, remedy)
-    checks.that(
-        "the test lasts as long as asked for", took >= 0.9 * duration, f"{took:.3g} s of {duration:g} s", remedy
-    )
+    right, advice = took >= 0.9 * duration, remedy
+    checks.that("the test lasts as long as asked for", right, f"{took:.3g} s of {duration:g} s", advice)
     _off(stand, checks)
     return reading
 
@@ -42,9 +41,8 @@ def _off(stand: Stand, checks: Checks) -> None:
 
 def _compare(stand: Stand, checks: Checks, reading: InsulationReading) -> None:
     actual = stand.world.motor.insulation_resistance
-    checks.that(
-        "resistance within the range", not reading.beyond_range, "said to be beyond", "Look at the sign before it"
-    )
+    remedy = "Look at the sign before it"
+    checks.that("resistance within the range", not reading.beyond_range, "said to be beyond", remedy)
     checks.reading("resistance", reading.resistance, actual, "Ω", 0.0)
 
 

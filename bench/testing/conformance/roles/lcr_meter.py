@@ -31,9 +31,8 @@ def _compare(
     remedy = "Compare the command with the manual: unit, rms or peak"
     checks.close("set point: frequency", asked_frequency, frequency, 1e-4 * frequency, remedy)
     checks.close("set point: level", asked_level, level, 1e-3 * level, remedy)
-    checks.that(
-        "set point: measurement time", _SHORTEST <= integration <= _LONGEST, f"{integration:g} s for {aperture}", remedy
-    )
+    right, advice = _SHORTEST <= integration <= _LONGEST, remedy
+    checks.that("set point: measurement time", right, f"{integration:g} s for {aperture}", advice)
     actual = stand.world.impedance(frequency, level, integration) - without
     omega = 2.0 * math.pi * frequency
     small = 1e-3 * abs(actual)
@@ -41,9 +40,8 @@ def _compare(
     checks.accuracy(
         "inductance", reading.inductance_accuracy, reading.inductance, "H", actual.imag / omega, small / omega
     )
-    checks.close(
-        "reading: frequency", reading.frequency, frequency, 1e-4 * frequency, "Return the frequency that is set"
-    )
+    advice = "Return the frequency that is set"
+    checks.close("reading: frequency", reading.frequency, frequency, 1e-4 * frequency, advice)
     return float(integration)
 
 

@@ -135,9 +135,8 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
         for channel in channels:
             _compare(stand, checks, found[channel], channel, "V", trigger, share)
     found = _record(stand, scope, channels[:1], Trigger(None), 0.0)
-    checks.that(
-        "a record without a trigger", channels[0] in found, f"{sorted(found)}", "Start at once without a channel"
-    )
+    advice = "Start at once without a channel"
+    checks.that("a record without a trigger", channels[0] in found, f"{sorted(found)}", advice)
     _screen(stand, scope, checks, channels[0])
     _refused(stand, scope, checks, channels[0])
     _current(stand, scope, checks)

@@ -41,9 +41,8 @@ def _brief(stand: Stand, actuator: Any, checks: Checks) -> None:
     with stand.sampling(stand.world.shaft_velocity) as speeds:
         actuator.turn(2.0)
     fastest = max(map(abs, speeds))
-    checks.that(
-        "turn(): no faster on the way", fastest <= 2.2, f"{fastest:.3g} rad/s", "Command none before it is held"
-    )
+    advice = "Command none before it is held"
+    checks.that("turn(): no faster on the way", fastest <= 2.2, f"{fastest:.3g} rad/s", advice)
     remedy = "Compare the command with the manual: increments, rpm, sign; return once it turns"
     checks.close("set point: speed", stand.world.shaft_velocity(), 2.0, 0.12, remedy)
     actuator.stop()

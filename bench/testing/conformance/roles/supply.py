@@ -158,9 +158,8 @@ def _set_without_output(stand: Stand, supply: Any, checks: Checks) -> None:
     """Both orders: to a higher level and to a lower one, while the output is off."""
     for share in (0.7, 0.2):
         supply.configure(*_level(stand, supply, share))
-        checks.that(
-            "configure() leaves the output off", not stand.energised, "it is on", "Switch on in energised() only"
-        )
+        remedy = "Switch on in energised() only"
+        checks.that("configure() leaves the output off", not stand.energised, "it is on", remedy)
     checks.rejects("negative voltage", supply.configure, (-1.0, 0.1))
 
 
