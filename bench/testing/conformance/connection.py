@@ -54,6 +54,11 @@ def check_connection(trial: Trial) -> None:
         with trial.having(serial_number="not this one").stand() as made:
             with checks.refuses("another serial number answers", IdentityError, remedy="Compare it with serial_number"):
                 made.open().close()
+    with trial.opened() as (made, instrument), suppress(InstrumentError):
+        # A port that fails is renewed, or told.
+        for stream in made.streams:
+            stream.read = _failing
+        trial.brief(made, instrument)
     with checks.refuses("nothing answers", InstrumentError, remedy="Raise CommunicationError"):
         with trial.stand() as made:
             made.bench.address(subject.role.value)
@@ -64,6 +69,10 @@ def check_connection(trial: Trial) -> None:
                 trial.brief(made, instrument)
             finally:
                 instrument.close()
+
+
+def _failing(*_: Any) -> bytes:
+    raise ConnectionResetError("the port is gone")
 
 
 def _waiting(made: Stand, checks: Checks, *, guarded: bool) -> None:

@@ -140,19 +140,22 @@ def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *,
 
 
 def _cut(trial: Trial, message: _Message) -> None:
-    """Check silence from a message on: it is told, and once the line is mended make_safe takes the energy away."""
+    """Check a cable that comes out at a message: it is told, and once it is back make_safe takes the energy away."""
     with trial.opened() as (made, instrument):
-        silence = made.faults.add(Fault(FaultKind.SILENCE, lambda count, _: count >= message.number, times=None))
+        cable = made.bench.connection(trial.subject.role.value)
+        made.faults.watch(Watch.at(message.number, cable.pull))
         with trial.checks.refuses("a line that is cut", InstrumentError, remedy="Raise CommunicationError"):
             trial.brief(made, instrument)
-        made.faults.remove(silence)
-        instrument.make_safe()
+        cable.plug()
+        with suppress(ReportedError):
+            # What it says of the message that was cut.
+            instrument.make_safe()
         off, remedy = not made.energised, "Renew the connection"
         trial.checks.that("make_safe once the line is mended", off, "it is on", remedy)
 
 
 def _unanswered(trial: Trial, energise: Energise) -> None:
-    """Check that make_safe takes the energy away of an instrument that obeys, and answers no question any more."""
+    """Check that make_safe takes the energy away where no question is answered."""
     with trial.opened() as (made, instrument), suppress(InstrumentError), energise(made, instrument):
         made.faults.add(Fault(FaultKind.SILENCE, lambda _, text: "?" in text or text.startswith("read"), times=None))
         with suppress(InstrumentError):

@@ -33,7 +33,8 @@ class Reply:
     name of what is returned ("value", "resistance.value", "1.clipped"; "" is all of it). It is told `within` so long (s), and the
     error `says` so in its text.
     With `call` it comes in that method only (of a block also "… begins"), and some such message must be sent there; with `after`
-    it comes once a message in which that is found was sent in the same call. `beside` are replies that come with it.
+    it comes once a message in which that is found was sent in the same call, so many `times` at most. `beside` are replies that
+    come with it.
     Messages are SCPI's own, "read 1 2103H 2" (unit, address, count) for Modbus, "read 6041H 0" for CAN, "frame" for a serial
     line. `data` is the reply without its line end, the registers' or the object's bytes, the whole frame.
     """
@@ -47,6 +48,7 @@ class Reply:
     within: float = math.inf
     says: str = ""
     beside: Mapping[str, bytes] = field(default_factory=dict)
+    times: float = math.inf
 
 
 @dataclass(frozen=True)

@@ -131,6 +131,8 @@ class _Line:
             return False
         if self._looks is not None and self._row > self._looks:
             return False
+        if isinstance(self._reply, Reply) and self.struck >= self._reply.times:
+            return False
         if isinstance(self._reply, NotYet) and now - self._since > 10.0 * self._reply.patience + 10.0:
             return False
         self.struck += 1

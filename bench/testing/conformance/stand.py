@@ -54,7 +54,8 @@ class _NotedStream:
 
     def __init__(self, stream: ByteStream) -> None:
         self._stream, self.closed = stream, False
-        self.write, self.read, self.reset_input_buffer = stream.write, stream.read, stream.reset_input_buffer
+        self.write, self.reset_input_buffer = stream.write, stream.reset_input_buffer
+        self.read: Callable[[int, float], bytes] = stream.read
 
     def close(self) -> None:
         """Close it."""

@@ -150,6 +150,7 @@ def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     stand.world.set_stuck_rotor(False)
     with dynamometer.driving_torque(float(f"{0.05 * dynamometer.maximum_torque:.3g}"), 40.0):
         stand.wait(1.0)
+        _compare(stand, dynamometer, checks, "at a torque")
         dynamometer.stop()
         speed = stand.world.dynamometer.speed()
         checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, "Switch off before the mode is changed")

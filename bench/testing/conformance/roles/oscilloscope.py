@@ -103,6 +103,7 @@ def _show(stand: Stand, scope: Any, channel: int, offset: float = 0.0, screens: 
 
 def _brief(stand: Stand, scope: Any, checks: Checks) -> None:
     channel = _voltage_channels(stand, scope)[0]
+    checks.that("gives_waveforms", scope.gives_waveforms, "it says no", "Say so where samples can be fetched")
     amplitude = _show(stand, scope, channel)
     trigger = Trigger(channel, 0.3 * amplitude)
     _compare(stand, checks, _record(stand, scope, [channel], trigger, 0.25)[channel], channel, "V", trigger, 0.25)

@@ -24,6 +24,9 @@ _CURRENT = Accuracy(offset=0.5, resolution=0.01)
 _FAULT, _NO_STATE, _READY = b"\x18\x02", b"\x05\x02", b"\x31\x02"
 _CIA402: Sequence[Reply] = (
     Reply("read 6041H 0", _FAULT, ReportedError),
+    # One that can be reset is told all the same, and one that comes on the way down.
+    Reply("read 6041H 0", _FAULT, ReportedError, says="in fault", times=1),
+    Reply("read 6041H 0", _FAULT, ReportedError, says="in fault", call="make_safe", after="read 6041H 0"),
     Reply("read 6041H 0", b"\x1f\x02", ReportedError),
     Reply("read 6041H 0", _NO_STATE, CommunicationError),
     Reply("read 1000H 0", b"\x91\x01\x02\x00", IdentityError),

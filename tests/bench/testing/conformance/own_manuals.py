@@ -149,6 +149,10 @@ _E4980A = Manual(
         Reply(r"FETC", b"+0.00000E+00,+0.00000E+00,+0", reads={"inductance": 0.0, "resistance": 0.0}, call="measure"),
         Reply(r"FETC", b"+1.23450E-04,+2.00000E+00,+0", reads=_DIGITS, call="measure"),
         Reply(r"FETC", b"+1.00000E-03,+1.00000E+00,+0,+1", reads={"inductance": 1e-3}, call="measure"),
+        *(
+            Reply(r"FETC", b"+1.00000E-03,+1.00000E+00" + more, CommunicationError, call="measure")
+            for more in (b"", b",+0,+1,+0", b",+0,+1,+0,+0", b",+0,+1,+0,+0,+0")
+        ),
         Reply(r"CORR:SHOR:STAT\?", b"0", ReportedError),
     ),
 )
