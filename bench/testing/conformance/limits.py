@@ -70,7 +70,7 @@ def _as_stated(made: Stand, instrument: Any, stated: Limits, checks: Checks, rem
     what = f"{stated.method}: {stated.argument} as the manual states it"
 
     def call(value: float) -> None:
-        enter(getattr(instrument, stated.method)(**{**stated.beside, stated.argument: value}))
+        enter(getattr(instrument, stated.method)(**{**stated.beside, stated.argument: stated.of(value)}))
 
     for value in (stated.lowest, stated.highest):
         try:

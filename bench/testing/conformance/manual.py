@@ -13,7 +13,7 @@ class Limits:
     """The lowest and the highest value that `method` takes for `argument`, beside the other arguments in `beside`.
 
     Both are taken, and what is `beyond` them by so much, a thousandth unless given, is refused with nothing sent. `step` is what
-    values are multiples of.
+    values are multiples of. `of` makes the argument of a value, where it is no number.
     """
 
     method: str
@@ -23,6 +23,7 @@ class Limits:
     beside: Mapping[str, Any] = field(default_factory=dict)
     step: float = 0.0
     beyond: float = 0.0
+    of: Callable[[float], Any] = lambda value: value
 
 
 @dataclass(frozen=True)

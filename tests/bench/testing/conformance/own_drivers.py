@@ -9,7 +9,7 @@ from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKi
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
 from tests.bench.testing.conformance.own_cia402_manuals import INVERTER_VARIANTS
-from tests.bench.testing.conformance.own_manuals import E4980A_CALIBRATED, MANUALS
+from tests.bench.testing.conformance.own_manuals import E4980A_CALIBRATED, GPT9800_SLOW, MANUALS
 
 VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
 _POINT = Accuracy(gain=1e-3, source="calibration")
@@ -131,5 +131,5 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "cia402-inverter": ({"heartbeat_time": 1.0}, *INVERTER_VARIANTS),
     "cia402-six-step": ({"heartbeat_time": 1.0},),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
-    "gwinstek-gpt9800": ({"ramp_time": 0.5},),
+    "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),
 }

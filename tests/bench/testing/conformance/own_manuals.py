@@ -7,6 +7,7 @@ from bench.testing.conformance.manual import Limits, Manual, Model, NotYet, Repl
 from drivers.interfaces import (
     Accuracy,
     Aperture,
+    ChannelSettings,
     CommunicationError,
     Identity,
     IdentityError,
@@ -203,6 +204,10 @@ _INFINIIVISION = Manual(
     limits=(
         Limits("configure_acquisition", "record_time", 20e-9, 500.0, {"points": 1}),
         Limits("configure_acquisition", "points", 1, 2_000_000, {"record_time": 1.0}),
+        # 2.5 GSa/s; 1 mV to 5 V a division, by a probe of ten to one.
+        Limits("configure_acquisition", "points", 1, 2500, {"record_time": 1e-6}, beyond=1),
+        Limits("configure_channel", "settings", 0.08, 400.0, {"channel": 1}, beyond=1e-3, of=ChannelSettings),
+        Limits("configure_channel", "settings", -400.0, 400.0, {"channel": 2}, of=lambda offset: ChannelSettings(10.0, offset)),
         Limits("configure_acquisition", "pre_trigger", 0.0, 1.0, {"record_time": 1.0, "points": 1000}),
     ),
     models=(
@@ -244,7 +249,7 @@ _INFINIIVISION = Manual(
 _LUTRON = Manual(
     identity=Identity("Lutron", "DT-2236"),
     # A frame a second, a little late at most; 9600 baud, and two periods are waited for it.
-    takes={"measure_speed": (1.0, 1.03)},
+    takes={"measure_speed": (1.01, 1.03)},
     port={"baudrate": 9600, "bytesize": 8, "parity": "N", "stopbits": 1, "timeout": 2.0},
     accuracies={
         "speed reading": Accuracy(offset=_RPM, resolution=0.1 * _RPM),
@@ -372,6 +377,11 @@ _GPT9800 = Manual(
         NotYet("MEAS", _shown("TEST", "0.499", "0369M", "T=000.9"), 5.0),
     ),
 )
+#: The test has three seconds more than its ramp and its time, whatever they are.
+GPT9800_SLOW = {
+    "ramp_time": 5.0,
+    "manual": Manual(not_yet=(NotYet("MEAS", _shown("TEST", "0.000", "0369M", "T=000.9"), 3.0, call="measure"),)),
+}
 _34970A = Manual(
     identity=Identity("HEWLETT-PACKARD", "34970A", "0", "13-2-2"),
     models=(
