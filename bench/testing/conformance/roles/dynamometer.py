@@ -64,6 +64,7 @@ def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     speed = _speed(dynamometer, 0.1)
     dynamometer.stop()
     dynamometer.zero_torque()
+    _compare(stand, dynamometer, checks, "at rest")
     with dynamometer.driving_speed(speed):
         _hold(stand, checks, speed)
         _compare(stand, dynamometer, checks, "at speed")

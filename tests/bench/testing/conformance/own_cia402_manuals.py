@@ -34,6 +34,10 @@ _CIA402: Sequence[Reply] = (
 _POWER = (NotYet("read 6041H 0", _READY, 1.0), NotYet("read 6061H 0", b"\0", 1.0))
 
 
+def _in_fault(*calls: str) -> Sequence[Reply]:
+    return tuple(Reply("read 6041H 0", _FAULT, ReportedError, call=call, says="in fault") for call in calls)
+
+
 def _node(product: int, model: str, **stated: Any) -> Manual:
     return Manual(
         identity=Identity("vendor 0x000002FF", model, "1", "10000"),
@@ -53,6 +57,7 @@ INVERTER = _node(
     },
     replies=(
         *_CIA402,
+        *_in_fault("measure_frequency", "measure_current", "driving_frequency begins", "driving_frequency ends"),
         Reply("read 6075H 0", b"\0\0\0\0", ReportedError),
         Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
@@ -72,6 +77,7 @@ SIX_STEP = _node(
     accuracies={f"{when}: {what}": one for when in ("running", "at speed") for what, one in _BUS.items()},
     replies=(
         *_CIA402,
+        *_in_fault("measure_bus_voltage", "measure_bus_current", "measure_frequency", "running begins", "running ends"),
         Reply("read 6061H 0", b"\0", MeasurementError),
         Reply("read 6079H 0", b"\xc0\x5d\0\0", reads={"value": 24.0}),
         Reply("read 2010H 0", b"\x18\xfc\xff\xff", reads={"value": -1.0}),
@@ -86,6 +92,7 @@ ROTOR = _node(
     accuracies={"angle": Accuracy(resolution=2.0 * math.pi / 65_536)},
     replies=(
         *_CIA402,
+        *_in_fault("turn", "move_by", "stop"),
         # Where the outputs have a mask, all three are to be in it.
         *(Reply("read 60FEH 2", mask, None, beside={"write 60FEH 2": b""}) for mask in (_NONE, b"\0\0\7\0")),
         Reply("read 608FH 1", _NONE, ReportedError),

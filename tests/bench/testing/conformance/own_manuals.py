@@ -328,6 +328,22 @@ _DELTA = Manual(
 )
 
 
+#: Forwards, before anything was commanded.
+DELTA_BY_COMMAND = {
+    "direction_from": "command",
+    "manual": Manual(
+        replies=(
+            Reply(
+                "read 2 0000H 6",
+                bytes.fromhex("000030390000177000000308"),
+                reads={"speed": 60.0 * _RPM},
+                call="measure",
+            ),
+        )
+    ),
+}
+
+
 def _shown(status: str, kilovolts: str, resistance: str, time: str) -> bytes:
     return f"IR ,{status} ,{kilovolts}kV,{resistance} ohm,{time}S".encode()
 
