@@ -48,9 +48,7 @@ def check_altered(trial: Trial) -> None:
                 took.append(made.bench.clock.now() - began)
         remedy = "Wait for the next whole one, and no longer"
         trial.checks.that("the second half of a frame", not wrong, wrong, remedy)
-        late = took[1] - 2.0 * took[0]
-        right, advice = late <= 0.1 * took[0], remedy
-        trial.checks.that("the second half of a frame: in time", right, f"{late:.3g} s too late", advice)
+        trial.checks.that("the second half of a frame: in time", took[1] <= 2.1 * took[0], f"{took} s", remedy)
     if feeds:
         written = [text for direction, text in traffic if direction == "write"]
         for text, reply in replies.items():

@@ -103,10 +103,8 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
         right, advice = passed <= took + trial.session.longest, "Wait no longer than the reply time"
         checks.that(f"{what}: in time", right, f"{passed:.3g} s instead of {took:.3g} s ('{message.text}')", advice)
         made.faults.clear()
-        wrong, remedy = (
-            trial.wrong(made, instrument, safe=True),
-            "Throw away what may still come before the next exchange",
-        )
+        wrong = trial.wrong(made, instrument, safe=True)
+        remedy = "Throw away what may still come before the next exchange"
         checks.that(f"{what}: the next exchange is in step", not wrong, f"after '{message.text}': {wrong}", remedy)
 
 

@@ -108,12 +108,9 @@ def _told(checks: Checks, what: str) -> Iterator[None]:
         yield
     except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
         where = inspect.trace()[-1]
-        checks.that(
-            f"{what}: no other error",
-            False,
-            f"{type(error).__name__}: {error} ({where.filename.rsplit('/', 1)[-1]}:{where.lineno})",
-            "A driver raises InstrumentError where the instrument is at fault, and nothing in proper use",
-        )
+        said = f"{type(error).__name__}: {error} ({where.filename.rsplit('/', 1)[-1]}:{where.lineno})"
+        remedy = "A driver raises InstrumentError where the instrument is at fault, and nothing in proper use"
+        checks.that(f"{what}: no other error", False, said, remedy)
 
 
 def _use(trial: Trial) -> None:

@@ -57,9 +57,8 @@ def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: s
             wrong = [1.001 * highest + 1e-6, math.nan, math.inf, -1.001 * highest - 1e-6]
             for value in (one for one in wrong if not math.isinf(highest)):
                 made.messages.clear()
-                with checks.refuses(
-                    f"{name}: {argument} = {'beyond' if value == value else 'NaN'}", SetpointError, remedy=remedy
-                ):
+                what = f"{name}: {argument} = {'beyond' if value == value else 'NaN'}"
+                with checks.refuses(what, SetpointError, remedy=remedy):
                     enter(getattr(instrument, name)(**{**allowed, argument: value}))
                 sent = [message for message, _ in made.messages]
                 checks.that(f"{name}: nothing is sent for what is refused", not sent, f"{sent}", remedy)

@@ -165,9 +165,8 @@ def check_replies(trial: Trial) -> None:
         for name, (least, most) in checks.manual.takes.items():
             took = line.took.get(name, ())
             right = bool(took) and all(least <= one <= most for one in took)
-            checks.that(
-                f"{name}() lasts {least:g} s to {most:g} s", right, f"{took} s", "Compare its waits with the manual"
-            )
+            remedy = "Compare its waits with the manual"
+            checks.that(f"{name}() lasts {least:g} s to {most:g} s", right, f"{took} s", remedy)
     for reply in checks.manual.replies:
         name = f"'{reply.data.decode('latin-1') if reply.data.isascii() else reply.data.hex(' ')}' to {reply.message}"
         if reply.error is None and not reply.reads:

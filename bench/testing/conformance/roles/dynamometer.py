@@ -46,13 +46,8 @@ def _compare(stand: Stand, dynamometer: Any, checks: Checks, what: str) -> None:
 
 def _hold(stand: Stand, checks: Checks, speed: float) -> None:
     actual = stand.world.dynamometer.speed(0.02)
-    checks.close(
-        "set point: speed",
-        actual,
-        speed,
-        _SLIP * abs(speed) + _STEP,
-        "Compare the command with the manual (rpm, Hz, pole pairs, direction), and wait until the speed has settled",
-    )
+    remedy = "Compare the command with the manual (rpm, Hz, pole pairs, direction), and wait until it has settled"
+    checks.close("set point: speed", actual, speed, _SLIP * abs(speed) + _STEP, remedy)
     checks.that("drives in a block", stand.energised, "the drive is off", "Enable it in the block")
     stand.wait(0.5)
     later = stand.world.dynamometer.speed(0.02)
@@ -137,9 +132,8 @@ def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
         with dynamometer.driving_torque(torque, 40.0):
             stand.wait(0.5)
             actual = stand.world.dynamometer.torque(0.02)
-            checks.close(
-                "set point: torque", actual, torque, 0.02 * abs(torque) + 2e-3 * dynamometer.maximum_torque, remedy
-            )
+            slack = 0.02 * abs(torque) + 2e-3 * dynamometer.maximum_torque
+            checks.close("set point: torque", actual, torque, slack, remedy)
             reading = dynamometer.measure()
             checks.close("torque reading at rest", reading.torque, actual, 0.02 * abs(actual) + 0.02, remedy)
             if share < 0.0:

@@ -60,20 +60,16 @@ def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
     for share in (-stand.between(0.1, 0.3), stand.between(0.4, 0.9)):
         current = _current(inverter, share)
         with stand.sampling(stand.world.inverter.current_amplitude) as currents, inverter.driving_current(current):
-            checks.close(
-                "set point: current", stand.world.inverter.q_current(), current, 0.03 * abs(current) + 0.05, remedy
-            )
+            found, slack = stand.world.inverter.q_current(), 0.03 * abs(current) + 0.05
+            checks.close("set point: current", found, current, slack, remedy)
             stand.wait(_SETTLED)
             _compare(stand, inverter, checks, "at a current")
             inverter.set_current(-current / 2.0)
             found = stand.world.inverter.q_current()
-            checks.close("set point: current in a block", found, -current / 2.0, 0.03 * abs(current) + 0.05, remedy)
-            checks.that(
-                "no more current on the way",
-                max(currents, default=0.0) <= 1.2 * abs(current) + 0.2,
-                f"{max(currents, default=0.0):.3g} A for {current:.3g} A",
-                "Command no current before the drive is enabled",
-            )
+            checks.close("set point: current in a block", found, -current / 2.0, slack, remedy)
+            most, none = max(currents, default=0.0), "Command no current before the drive is enabled"
+            less = most <= 1.2 * abs(current) + 0.2
+            checks.that("no more current on the way", less, f"{most:.3g} A for {current:.3g} A", none)
             inverter.command_zero()
             stand.wait(_SETTLED)
             found = stand.world.inverter.q_current()

@@ -37,11 +37,9 @@ def _compare(
     omega = 2.0 * math.pi * frequency
     small = 1e-3 * abs(actual)
     checks.accuracy("resistance", reading.resistance_accuracy, reading.resistance, "Ω", actual.real, small)
-    checks.accuracy(
-        "inductance", reading.inductance_accuracy, reading.inductance, "H", actual.imag / omega, small / omega
-    )
-    advice = "Return the frequency that is set"
-    checks.close("reading: frequency", reading.frequency, frequency, 1e-4 * frequency, advice)
+    actual, small = actual / omega, small / omega
+    checks.accuracy("inductance", reading.inductance_accuracy, reading.inductance, "H", actual.imag, small)
+    checks.close("reading: frequency", reading.frequency, frequency, 1e-4 * frequency, remedy)
     return float(integration)
 
 

@@ -56,15 +56,10 @@ def _compare(
 ) -> None:
     remedy = "Compare the preamble's increments, origins and references, and the byte order, with the manual"
     time, values = waveform.time, waveform.values
-    checks.that(
-        "waveform: channel and unit", (waveform.channel, waveform.unit) == (channel, unit), f"{waveform.unit}", remedy
-    )
-    checks.that(
-        "waveform: number of points", len(values) >= _POINTS and len(time) == len(values), f"{len(values)}", remedy
-    )
-    checks.close(
-        "waveform: length", float(time[-1] - time[0]), _RECORD, 2e-3, "Compare the time scale's command: s a division?"
-    )
+    same, enough = (waveform.channel, waveform.unit) == (channel, unit), len(time) == len(values) >= _POINTS
+    checks.that("waveform: channel and unit", same, f"{waveform.unit}", remedy)
+    checks.that("waveform: number of points", enough, f"{len(values)}", remedy)
+    checks.close("waveform: length", float(time[-1] - time[0]), _RECORD, 2e-3, "Compare the time scale: s a division?")
     checks.close("waveform: share before the trigger", float(-time[0]), share * _RECORD, 2e-3, remedy)
     accuracy = waveform.accuracy
     actual = _amplitude(stand, channel)
@@ -77,21 +72,17 @@ def _compare(
     checks.that("waveform: accuracy", right, f"{accuracy}", advice)
     steps = np.unique(np.abs(np.diff(values)))
     least = float(steps[steps > 1e-9 * actual].min())
-    checks.that(
-        "waveform: resolution",
-        0.2 * least <= waveform.resolution <= 5.0 * least,
-        f"{waveform.resolution:.3g} {unit}, the samples are {least:.3g} {unit} apart",
-        "It is one step of the converter",
-    )
+    right = 0.2 * least <= waveform.resolution <= 5.0 * least
+    said = f"{waveform.resolution:.3g} {unit}, the samples are {least:.3g} {unit} apart"
+    checks.that("waveform: resolution", right, said, "It is one step of the converter")
     checks.that("waveform: not clipped", not waveform.clipped, "said to be clipped", remedy)
     if trigger.channel == channel:
         at = int(np.argmin(np.abs(time)))
         advice = "Compare level and time zero"
         checks.close("trigger: level", float(values[at]), trigger.level, 0.05 * actual + accuracy.offset, advice)
         slope = float(values[min(at + len(values) // 50, len(values) - 1)] - values[max(at - len(values) // 50, 0)])
-        checks.that(
-            "trigger: slope", (slope > 0.0) is (trigger.slope is Slope.RISING), f"{slope:g} {unit}", "Compare the slope"
-        )
+        right = (slope > 0.0) is (trigger.slope is Slope.RISING)
+        checks.that("trigger: slope", right, f"{slope:g} {unit}", "Compare the slope")
 
 
 def _show(stand: Stand, scope: Any, channel: int, offset: float = 0.0, screens: float = 4.0) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError, MeasurementError
+from drivers.interfaces import InstrumentError
 
 _ANGLE = math.radians(2.5)
 
@@ -85,9 +85,8 @@ def _full(stand: Stand, actuator: Any, checks: Checks) -> None:
         remedy = "Compare the command with the manual: increments, rpm, sign"
         checks.close("set point: speed", found, speed, 0.03 * abs(speed), remedy)
         for block in (actuator.couple_dynamometer, actuator.uncouple_dynamometer, actuator.lock):
-            with checks.refuses(
-                f"{block.__name__}() while the shaft turns", InstrumentError, remedy="Ask the speed first"
-            ):
+            what = f"{block.__name__}() while the shaft turns"
+            with checks.refuses(what, InstrumentError, remedy="Ask the speed first"):
                 block()
         actuator.stop()
         checks.close("stop(): speed", stand.world.shaft_velocity(), 0.0, 0.1, "Return once the drive stands")
@@ -99,9 +98,7 @@ def _full(stand: Stand, actuator: Any, checks: Checks) -> None:
     checks.rejects("angles that cannot be", actuator.move_by, (math.nan,), (1e12,))
     stand.world.set_stuck_rotor(True)
     for act in (actuator.turn, actuator.move_by):
-        with checks.refuses(
-            f"{act.__name__}() of a jammed shaft", InstrumentError, MeasurementError, remedy="Watch it move"
-        ):
+        with checks.refuses(f"{act.__name__}() of a jammed shaft", InstrumentError, remedy="Watch it move"):
             act(1.0)
         checks.that("nothing drives a jammed shaft", not stand.energised, "it is driven", "Let go on errors")
     stand.world.set_stuck_rotor(False)

@@ -59,13 +59,9 @@ def _hold_current(stand: Stand, supply: Supply, checks: Checks, limit: float) ->
     voltage = min(supply.maximum_voltage, rounded(1.5 * limit * _resistance(stand)))
     with supply.energised(voltage, limit, Regulated.CURRENT):
         stand.wait(_SETTLED)
-        checks.close(
-            "set point: current limit",
-            stand.world.truth()["supply_current"],
-            limit,
-            2.0 * _SET * supply.maximum_current,
-            "Compare the current command with the manual: unit, scale, channel; protection off for Regulated.CURRENT",
-        )
+        actual, slack = stand.world.truth()["supply_current"], 2.0 * _SET * supply.maximum_current
+        remedy = "Compare the current command with the manual: unit, scale, channel; protection off here"
+        checks.close("set point: current limit", actual, limit, slack, remedy)
         mode = supply.output_mode()
         remedy = "Compare the status bits with the manual"
         checks.that("output_mode at current", mode is OutputMode.CONSTANT_CURRENT, f"{mode}", remedy)

@@ -12,18 +12,21 @@ from bench.plugins.catalogues import installed
 from bench.testing.conformance import (
     Limits,
     Manual,
+    Model,
     NotYet,
     Reply,
+    Trip,
     check_driver,
     check_export,
     check_simulated_instrument,
 )
 from bench.testing.conformance.kit import Conformance
 from bench.testing.conformance.report import Checks
-from drivers.interfaces import Accuracy, CommunicationError, Identity, MeasurementError, Reading
+from drivers.interfaces import Accuracy, CommunicationError, Identity, IdentityError, MeasurementError, Reading
 from drivers.lutron.options import LutronTachometerOptions
-from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, manual_of
+from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
 
+_BY_102 = {"maximum_frequency": 1e6}
 #: Those that a check of takes well under half a second.
 QUICK = ("keysight-e4980a", "keysight-34461a", "lutron-tachometer", "keysight-34970a", "gwinstek-gpt9800")
 #: A make that nobody of us knows, as the how-to has it: one that does not confirm that its output is off.
@@ -55,6 +58,14 @@ def test_our_drivers_conform(name: str) -> None:
     )
     assert report.passed, "\n".join(map(str, report.failures))
     assert len(report.findings) > 30
+
+
+def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
+    trip = Trip(lambda simulated: simulated._power.trip(0x2310), says="0x3210", resets=False)
+    report = check_driver("cia402-six-step", options=OPTIONS["cia402-six-step"], manual=Manual(trip=trip))
+    found = [one.check for one in report.failures]
+    assert any(check.startswith("a fault of its own at '") and check.endswith("': afterwards") for check in found)
+    assert any(check.startswith("a fault of its own at '") and check.endswith("'") for check in found)
 
 
 @pytest.mark.parametrize("name", sorted(installed().exports))
@@ -147,10 +158,21 @@ def test_mistakes_are_found(
         ("keysight-34461a", Manual(replies=(Reply("READ", b"+9.9E+37", None),)), "is no error"),
         ("keysight-34461a", Manual(replies=(Reply("NEVER", b"0", None),)), "is no error"),
         ("gwinstek-gpt9800", Manual(not_yet=(NotYet(r"FUNC:TEST\?", b"TEST ON", 9.0),)), "patience"),
+        ("lutron-tachometer", Manual(replies=(Reply("frame", b"", says="no such words"),)), "measure_speed"),
+        ("lutron-tachometer", Manual(replies=(Reply("frame", 9 * b"0", within=0.1),)), "in time"),
+        ("lutron-tachometer", Manual(takes={"measure_speed": (2.0, 3.0)}), "measure_speed() lasts"),
+        ("lutron-tachometer", Manual(port={"baudrate": 4800}), "baudrate of the port"),
+        ("keysight-e4980a", Manual(models=(Model({r"\*OPT\?": b"032"}, states=_BY_102),)), "maximum_frequency with"),
+        (
+            "keysight-34461a",
+            Manual(models=(Model(options={"calibration": {}}, error=IdentityError),)),
+            "not opened with",
+        ),
+        ("scpi-supply", Manual(steps={"^VOLT": 0.1}), "rounded to 0.1"),
     ],
 )
 def test_a_driver_that_is_not_as_its_manual_is_found(driver: str, manual: Manual, check: str) -> None:
-    report = check_driver(driver, options=OPTIONS[driver], manual=manual)
+    report = check_driver(driver_named(driver), options=OPTIONS[driver], manual=manual)
     assert any(check in finding.check for finding in report.failures), "\n".join(map(str, report.failures))
 
 
