@@ -250,9 +250,10 @@ class ScpiSupply(ScpiDriver, Supply):
         channel, commands = self._channel, self._commands
         steps = [(commands.voltage, voltage)]
         if commands.over_voltage:
-            protection = (commands.over_voltage, self._protection_for(voltage))
+            steps = [(commands.over_voltage, self._protection_for(voltage)), *steps]
             # The protection must stay above the level at every moment, upwards and downwards.
-            steps.insert(0 if voltage >= channel.number(commands.voltage) else 1, protection)
+            if voltage < channel.number(commands.voltage):
+                steps.reverse()
         trips = regulated is Regulated.VOLTAGE or self._options.trip_at_current_limit
         self._protection.set_over_current(trips=trips)
         for header, value in ((commands.current, current_limit), *steps):

@@ -85,7 +85,7 @@ class Cia402Inverter(Inverter):
         check_setpoint(self._name, "current", current, "A", 0.0, self._options.maximum_current, "the station")
         with always(self._node.disable, self._node.objects.calls):
             self._node.select(PROFILE_VELOCITY)
-            self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
+            self._objects.write(TARGET_VELOCITY, 0, 0, 4)
             amplitude = round(current / self._options.current_scale / CURRENT_STEP)
             self._objects.write(PHASE_CURRENT, 0, amplitude, 4)
             self._power.enable()
@@ -103,7 +103,7 @@ class Cia402Inverter(Inverter):
         self._check_current(current)
         with always(self._node.disable, self._node.objects.calls):
             self._node.select(PROFILE_TORQUE)
-            self._objects.write(TARGET_TORQUE, 0, 0, 2, signed=True)
+            self._objects.write(TARGET_TORQUE, 0, 0, 2)
             self._power.enable()
             self._command_current(current)
             yield
@@ -140,9 +140,9 @@ class Cia402Inverter(Inverter):
         Raises ReportedError for an SDO abort, CommunicationError where the drive does not answer.
         """
         try:
-            self._objects.write(TARGET_TORQUE, 0, 0, 2, signed=True)
+            self._objects.write(TARGET_TORQUE, 0, 0, 2)
         finally:
-            self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
+            self._objects.write(TARGET_VELOCITY, 0, 0, 4)
 
     def make_safe(self) -> None:
         """Go to Switch on disabled and make sure of it; raises ReportedError naming a fault that was found."""

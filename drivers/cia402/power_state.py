@@ -103,9 +103,7 @@ class PowerStateMachine:
         return state
 
     def enable(self) -> None:
-        """Go to Operation enabled, step by step; raises ReportedError where the drive does not follow."""
-        if self.state() is not PowerState.SWITCH_ON_DISABLED:
-            self.disable()
+        """Go from Switch on disabled to Operation enabled, step by step; raises ReportedError where the drive does not follow."""
         for command, wanted in (
             (SHUTDOWN, PowerState.READY_TO_SWITCH_ON),
             (SWITCH_ON, PowerState.SWITCHED_ON),

@@ -133,7 +133,7 @@ class Cia402RotorActuator(RotorActuator):
     def stop(self) -> None:
         """End turning and let the shaft go; returns when the drive stands."""
         with always(self._release_hold, self._objects.calls):
-            self._objects.write(TARGET_VELOCITY, 0, 0, 4, signed=True)
+            self._objects.write(TARGET_VELOCITY, 0, 0, 4)
             self._await(
                 lambda: abs(self._speed()) <= STANDING,
                 lambda: self._missed(0.0),
@@ -201,7 +201,7 @@ class Cia402RotorActuator(RotorActuator):
             raise InstrumentError(self._name, text("the brake is closed"), remedy=text("Release the shaft first"))
         self._node.select(mode)
         if target is not None:
-            self._objects.write(target, 0, 0, 4, signed=True)
+            self._objects.write(target, 0, 0, 4)
         self._power.enable()
         self._switch(CLUTCH, CLUTCH)
 

@@ -52,8 +52,8 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         self._identity = identify(session, KEYSIGHT, ("E4980A",), options.serial_number)
         self._maximum_frequency, self._frequency_owner = lesser(self._model_frequency(), options.maximum_frequency)
         self._maximum_level, self._level_owner = lesser(data.MAXIMUM_LEVEL, options.maximum_level)
-        self._frequency, self._level, self._aperture = 1000.0, 1.0, Aperture.MEDIUM
-        self._configured = False
+        self._frequency: float | None = None
+        self._level, self._aperture = 1.0, Aperture.MEDIUM
         # The E4980AL has no DC bias (data sheet, "DC bias signal"); what the front panel left on must not reach a motor.
         self._without_bias = () if self._is_al() else ("BIAS:STAT OFF",)
         session.check_errors()
@@ -99,7 +99,6 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         ):
             self._session.write(command)
         self._frequency, self._level, self._aperture = frequency, level, aperture
-        self._configured = True
 
     def correct_short(self) -> None:
         """Measure the shorted leads and subtract them from now on; takes up to two minutes.
@@ -123,7 +122,7 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         Raises OverloadError where there is no value, MeasurementError where the status is not good
         or nothing was configured yet.
         """
-        if not self._configured:
+        if self._frequency is None:
             raise MeasurementError(
                 self._name, text("no function and frequency set"), remedy=text("Call configure() first")
             )

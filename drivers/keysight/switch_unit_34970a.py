@@ -187,8 +187,8 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
 
     def _check_module(self, slot: int) -> None:
         said = self._session.query(f"SYST:CTYP? {slot}")
-        fields = [field.strip() for field in said.split(",")]
-        if len(fields) < 2 or fields[1] in ("", "0"):
+        model = said.partition(",")[2].partition(",")[0].strip()
+        if model in ("", "0"):
             channels = ", ".join(str(channel) for channel in self._all if str(channel)[0] == str(slot)[0])
             raise IdentityError(
                 self._name,

@@ -38,7 +38,7 @@ def parse_preamble(reply: str) -> Preamble:
         raise ValueError(text("no value (9.9E37)"))
     if form != 1:
         raise ValueError(text("format {form:g} instead of 1 (WORD)", form=form))
-    if x_increment <= 0 or y_increment <= 0 or points < 1:
+    if min(x_increment, y_increment, points) <= 0:
         raise ValueError(text("points and increments must be positive"))
     return Preamble(int(points), x_increment, x_origin, x_reference, y_increment, y_origin, y_reference)
 

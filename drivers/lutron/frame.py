@@ -14,7 +14,7 @@ LENGTH = 16
 
 @dataclass(frozen=True)
 class Frame:
-    """What a display shows: `value`, its last digit `step`, and the two digits that stand for the unit."""
+    """What a display shows: `value` without its sign, its last digit `step`, and the two digits that stand for the unit."""
 
     annunciator: str
     value: float
@@ -39,5 +39,4 @@ def parse_frame(raw: bytes) -> Frame:
     if not digits.isdigit():
         raise ValueError(text("digits {digits}", digits=repr(digits)))
     scale = 10 ** int(point)
-    sign = -1 if polarity == b"1" else 1
-    return Frame(annunciator.decode("ascii"), sign * int(digits) / scale, 1 / scale)
+    return Frame(annunciator.decode("ascii"), int(digits) / scale, 1 / scale)

@@ -115,9 +115,9 @@ class LutronTachometer(Tachometer):
                     "Select rpm on the instrument; where it shows rpm, enter its code as annunciator in the station file"
                 ),
             )
-        speed = abs(frame.value) * RPM
+        speed = frame.value * RPM
         if speed > self._options.speed_limit:
-            raise MeasurementError(self._name, text("{value:g} rpm is beyond its range", value=abs(frame.value)))
+            raise MeasurementError(self._name, text("{value:g} rpm is beyond its range", value=frame.value))
         return Reading(speed, "rad/s", self._accuracy(frame), self._clock.now())
 
     def make_safe(self) -> None:

@@ -25,8 +25,7 @@ from bench.testing.conformance.driver import check_driver
 from bench.testing.conformance.report import ConformanceReport
 from bench.testing.conformance.session import session_of
 from drivers.interfaces import Role
-from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, REFUSED, VARIANTS, driver_named
-from tests.bench.testing.conformance.own_manuals import MANUALS
+from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
 from tests.studies.mutants import TARGETS, Mutant, mutants
 
 #: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
@@ -76,8 +75,7 @@ def check_own(driver: str, *, first_only: bool = False, thorough: bool = True) -
         driver_named(driver),
         options=OPTIONS[driver],
         found=FOUND.get(driver),
-        manual=MANUALS[driver],
-        refused=REFUSED.get(driver, ()),
+        manual=manual_of(driver),
         variants=VARIANTS.get(driver, ()),
         thorough=thorough,
         first_only=first_only,

@@ -1,11 +1,15 @@
 """What of a driver's module cannot be told from outside, whatever it is: a study of mistakes leaves it as it is.
 
-- **Messages**: what stands in `text(…)` and in `raise`, and what serves nothing else: a local name, a function of the module or a
-  table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message shows), a
-  property that the drivers read in messages only.
+- **Messages**: what stands in `text(…)`, in `raise` and in `add_note(…)`, and what serves nothing else: a local name, a function of
+  the module or a table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message
+  shows), a property that the drivers read in messages only, what a method of their own returns that they call in `text(…)` only,
+  but not what that asks the instrument.
 - **Annotations**, decorators and imports.
 - **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
 - **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives.
+- **Lengths of pieces**: a constant that is nothing but the step of a `range` and the end of the slices that begin there. All pieces
+  together are the whole, however long each is.
+- **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is.
 """
 
 import ast
@@ -35,7 +39,8 @@ def unobservable(tree: ast.Module) -> set[int]:
     called += [node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name in names]
     pauses = {id(each) for part in called for each in ast_nodes(part)}
     defaults = {id(each) for part in _given_defaults(tree) for each in ast_nodes(part)}
-    return found | messages | pauses | defaults
+    pieces = {id(each) for part in _pieces(tree) for each in ast_nodes(part)}
+    return found | messages | pauses | defaults | pieces
 
 
 def _formal(node: ast.AST) -> Iterator[ast.AST]:
@@ -50,6 +55,8 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
             yield from node.decorator_list
         case ast.AnnAssign():
             yield node.annotation
+        case ast.keyword(arg="strict"):
+            yield node.value
         case ast.JoinedStr():
             # What is formatted into a command is behaviour; a format is no part of the tree that can be changed alone.
             yield from (p.format_spec for p in node.values if isinstance(p, ast.FormattedValue) and p.format_spec)
@@ -60,6 +67,8 @@ def _message(node: ast.AST) -> Iterator[ast.AST]:
         yield node
     elif isinstance(node, ast.Raise):
         yield from ast.iter_child_nodes(node)
+    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and "add_note" in ast.unparse(node.value.func):
+        yield node
 
 
 def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
@@ -78,6 +87,13 @@ def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
     for function in (each for each in ast_nodes(tree) if isinstance(each, ast.FunctionDef)):
         if any(ast.unparse(one) == "property" for one in function.decorator_list) and function.name in _shown():
             found |= {id(each) for part in function.body for each in ast_nodes(part)}
+        elif function.name.startswith("_") and function.name in _shown(texts=True):
+            asked = [node for node in ast_nodes(function) if isinstance(node, ast.Call) and _asks(node)]
+            kept = {id(each) for node in asked for each in ast_nodes(node)}
+            returned = [node for node in ast_nodes(function) if isinstance(node, ast.Return) and node.value is not None]
+            for node in returned:
+                whole = ast_nodes(node.value if _asks(node.value) else node)  # type: ignore[arg-type]
+                found |= {id(each) for each in whole} - kept
         for node in ast_nodes(function):
             if isinstance(node, ast.Assign) and (name := _target(node)) and not _asks(node.value):
                 uses = _uses(function, name)
@@ -122,6 +138,20 @@ def _pauses(node: ast.AST) -> Iterator[Any]:
                     yield each
 
 
+def _pieces(tree: ast.Module) -> Iterator[ast.AST]:
+    for node in tree.body:
+        name = _target(node) if isinstance(node, ast.Assign) else ""
+        loops = [each for each in ast_nodes(tree) if isinstance(each, ast.For) and name in ast.unparse(each.iter)]
+        if not name or name in _imported() or not loops:
+            continue
+        start = ast.unparse(loops[0].target)
+        steps = ast.unparse(loops[0].iter).startswith("range(0, ") and ast.unparse(loops[0].iter).endswith(f", {name})")
+        slices = [each for each in ast_nodes(loops[0]) if isinstance(each, ast.Slice)]
+        whole = all(ast.unparse(each) == f"{start}:{start} + {name}" for each in slices)
+        if len(loops) == 1 and steps and slices and whole and len(_uses(tree, name)) == len(slices) + 1:
+            yield node
+
+
 def _given_defaults(tree: ast.Module) -> Iterator[ast.AST]:
     for owner in (each for each in tree.body if isinstance(each, ast.ClassDef)):
         for made in (each for each in owner.body if isinstance(each, ast.FunctionDef) and each.name == "__init__"):
@@ -138,11 +168,12 @@ def _modules() -> tuple[ast.Module, ...]:
 
 
 @cache
-def _shown() -> frozenset[str]:
-    """Return the attributes that the drivers' modules read in messages only."""
+def _shown(*, texts: bool = False) -> frozenset[str]:
+    """Return the attributes that the drivers' modules read in messages only, or only in their `texts`."""
     shown, other = set(), set()
     for tree in _modules():
-        messages = {id(each) for node in ast_nodes(tree) for part in _message(node) for each in ast_nodes(part)}
+        said = (part for node in ast_nodes(tree) for part in _message(node) if not texts or isinstance(node, ast.Call))
+        messages = {id(each) for part in said for each in ast_nodes(part)}
         for node in ast_nodes(tree):
             if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load):
                 (shown if id(node) in messages else other).add(node.attr)
@@ -175,7 +206,18 @@ def _calls_of(name: str) -> tuple[ast.Call, ...] | None:
                 for each in ast_nodes(place)
                 if isinstance(each, ast.Call) and isinstance(each.func, ast.Name) and each.func.id == called
             ]
-            if len(here) != len(_uses(place, called)):
+            derived = [
+                node
+                for node in ast_nodes(place)
+                if isinstance(node, ast.ClassDef) and called in map(ast.unparse, node.bases)
+            ]
+            made = [
+                each
+                for node in derived
+                for each in ast_nodes(node)
+                if isinstance(each, ast.Call) and ast.unparse(each.func) == "super().__init__"
+            ]
+            if len(made) != len(derived) or len(here) + len(derived) != len(_uses(place, called)):
                 return None
-            calls += here
+            calls += here + made
     return tuple(calls)

@@ -2,7 +2,7 @@
 
 from bench.testing.conformance.driver import check_driver
 from bench.testing.conformance.export import check_export
-from bench.testing.conformance.manual import Limits, Manual, NotYet, Reply
+from bench.testing.conformance.manual import Limits, Manual, Model, NotYet, Reply, Trip
 from bench.testing.conformance.procedure import check_procedure
 from bench.testing.conformance.report import CheckFinding, ConformanceReport
 from bench.testing.conformance.simulated_instrument import check_simulated_instrument
@@ -12,8 +12,10 @@ __all__ = [
     "ConformanceReport",
     "Limits",
     "Manual",
+    "Model",
     "NotYet",
     "Reply",
+    "Trip",
     "check_driver",
     "check_export",
     "check_procedure",

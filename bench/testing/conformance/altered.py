@@ -40,15 +40,27 @@ def check_altered(trial: Trial) -> None:
                     one_use(trial, made, instrument, "a malformed reply", f"{text} → {altered.strip()}")
     if _FRAME in replies:
         # Its first half was thrown away with what had come before.
-        with _replaced(trial, _FRAME, replies[_FRAME][len(replies[_FRAME]) // 2 :]) as (made, instrument):
-            wrong = trial.wrong(made, instrument)
-        trial.checks.that("the second half of a frame", not wrong, wrong, "Wait for the next whole one")
+        took = []
+        for part in (replies[_FRAME], replies[_FRAME][len(replies[_FRAME]) // 2 :]):
+            with _replaced(trial, _FRAME, part) as (made, instrument):
+                began = made.bench.clock.now()
+                wrong = trial.wrong(made, instrument)
+                took.append(made.bench.clock.now() - began)
+        remedy = "Wait for the next whole one, and no longer"
+        trial.checks.that("the second half of a frame", not wrong, wrong, remedy)
+        trial.checks.that("the second half of a frame: in time", took[1] <= 2.1 * took[0], f"{took} s", remedy)
     if feeds:
         written = [text for direction, text in traffic if direction == "write"]
         for text, reply in replies.items():
             before = written[: len(written) - written[::-1].index(text) - 1]
             if any(other.startswith(f"{text.split('?')[0]} ") for other in before):
                 _not_read_back(trial, text, reply.strip())
+                for pattern, step in trial.checks.manual.steps.items():
+                    for shift in (-0.49 * step, 0.49 * step) if re.search(pattern, text) else ():
+                        with _read_back(trial, text, f"{float(reply) + shift:.9g}") as (made, instrument):
+                            wrong = trial.wrong(made, instrument)
+                        advice = f"Allow that to '{text}'"
+                        trial.checks.that(f"a setting that is rounded to {step:g}", not wrong, wrong, advice)
         for command, held in settings.items():
             if held:
                 _lost(trial, command, held)
@@ -84,6 +96,15 @@ def _not_read_back(trial: Trial, text: str, said: str) -> None:
         other = f"{1.0 - level:.0f}" if level in (0.0, 1.0) else f"{level + 0.008:.6E}"
     except ValueError:
         other = "NONE"
+    with _read_back(trial, text, other) as (made, instrument):
+        remedy = f"Compare what '{text}' says with what was set ({other} was taken for {said})"
+        with trial.checks.refuses("a setting that does not read back", InstrumentError, remedy=remedy):
+            trial.brief(made, instrument)
+
+
+@contextmanager
+def _read_back(trial: Trial, text: str, other: str) -> Iterator[tuple[Stand, Any]]:
+    """Have a query be answered by something else, once the setting was set."""
     header, written = text.split("?")[0], False
 
     def strikes(_: int, message: str) -> bool:
@@ -93,15 +114,13 @@ def _not_read_back(trial: Trial, text: str, said: str) -> None:
 
     with trial.opened() as (made, instrument):
         made.faults.add(Fault(FaultKind.REPLACE, strikes, reply=other.encode() + b"\n", times=None))
-        remedy = f"Compare what '{text}' says with what was set ({other} was taken for {said})"
-        with trial.checks.refuses("a setting that does not read back", InstrumentError, remedy=remedy):
-            trial.brief(made, instrument)
+        yield made, instrument
 
 
 def _lost(trial: Trial, command: str, held: bytes) -> None:
     """Have a command be lost on its way: what was to be set is read back, or it makes no difference."""
     with trial.opened() as (made, instrument):
-        made.lose(command)
+        made.answer({f"^{re.escape(command)}$": b""})
         with suppress(InstrumentError):
             trial.brief(made, instrument)
             found = _setting(made, command)

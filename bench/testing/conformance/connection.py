@@ -1,8 +1,10 @@
 """A driver's connection: closed, opened again, refused where another instrument or nothing answers."""
 
-from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
+from unittest.mock import patch
+
+import serial
 
 from bench.testing.conformance.ends import TAKE_OVER
 from bench.testing.conformance.report import Checks
@@ -18,36 +20,31 @@ _OTHERS = {
 }
 
 
-def check_refused_options(trial: Trial, wrong: Mapping[str, Any]) -> None:
-    """Check that options which this instrument cannot have are refused, by the error `raises` where that is among them."""
-    remedy, wrong = "Check them when opening", dict(wrong)
-    errors = (wrong.pop("raises"),) if "raises" in wrong else (InstrumentError, ValueError)
-    with trial.checks.refuses(f"options that cannot be: {wrong}", *errors, remedy=remedy):
-        with trial.having(**wrong).stand() as made:
-            made.open().close()
-
-
 def check_connection(trial: Trial) -> None:
     """Check the ways in which a connection is made, ends, and fails."""
     subject, checks = trial.subject, trial.checks
-    with trial.opened() as (made, instrument):
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        before = made.connections
+        instrument = made.open()
         instrument.close()
         instrument.close()
-        left = [stream for stream in made.streams if not stream.closed]
-        checks.that("close() lets go of the line", not left, f"{len(left)} connections are open", "Close the port")
+        left = made.connections - before
+        checks.that("close() lets go of the line", left <= 0, f"{left} connections are open", "Close the port")
         again = made.open()
         wrong = trial.wrong(made, again)
         checks.that("close() lets go: opened again, it works", not wrong, wrong, TAKE_OVER)
         again.close()
     with trial.stand() as made:
         if made.transport == "visa":
-            if subject.role.feeds:
-                _waiting(made, checks)
+            _waiting(made, checks, guarded=subject.role.feeds)
         else:
             made.listen()
             made.open(guarding=True).close()
             remedy = "Ask nothing that the run could notice"
             checks.that("guarding asks nothing when it opens", not made.messages, f"{made.messages}", remedy)
+    if checks.manual.port:
+        _check_port(trial)
     with trial.stand() as made:
         if made.transport in _OTHERS:
             made.faults.add(_OTHERS[made.transport]())
@@ -57,6 +54,11 @@ def check_connection(trial: Trial) -> None:
         with trial.having(serial_number="not this one").stand() as made:
             with checks.refuses("another serial number answers", IdentityError, remedy="Compare it with serial_number"):
                 made.open().close()
+    with trial.opened() as (made, instrument), suppress(InstrumentError):
+        # A port that fails is renewed, or told.
+        for stream in made.streams:
+            stream.read = _failing
+        trial.brief(made, instrument)
     with checks.refuses("nothing answers", InstrumentError, remedy="Raise CommunicationError"):
         with trial.stand() as made:
             made.bench.address(subject.role.value)
@@ -69,16 +71,40 @@ def check_connection(trial: Trial) -> None:
                 instrument.close()
 
 
-def _waiting(made: Stand, checks: Checks) -> None:
+def _failing(*_: Any) -> bytes:
+    raise ConnectionResetError("the port is gone")
+
+
+def _waiting(made: Stand, checks: Checks, *, guarded: bool) -> None:
     """Check that an error that waits is told by who opens the instrument for use, and left alone by who guards it."""
-    simulated = made.simulated
-    simulated.write(b"NO:SUCH:HEADER\n")
-    made.open(guarding=True).close()
-    simulated.write(b"SYST:ERR?\n")
-    reply, _ = simulated.read(200, 1.0)
-    remedy = "Ask nothing that the run could notice when guarding"
-    checks.that("guarding leaves errors alone", not reply.lstrip(b"+").startswith(b"0"), "the queue is empty", remedy)
-    simulated.write(b"NO:SUCH:HEADER\n")
+
+    def waits() -> bool:
+        made.simulated.write(b"SYST:ERR?\n")
+        return not made.simulated.read(200, 1.0)[0].lstrip(b"+").startswith(b"0")
+
+    made.simulated.write(b"NO:SUCH:HEADER\n")
+    if guarded:
+        made.open(guarding=True).close()
+        remedy = "Ask nothing that the run could notice when guarding"
+        checks.that("guarding leaves errors alone", waits(), "the queue is empty", remedy)
+        made.simulated.write(b"NO:SUCH:HEADER\n")
     with suppress(InstrumentError):
         made.open().close()
-        checks.that("an error that waits is told", False, "nobody looked", "Look at the error queue when opening")
+        left = guarded or waits()
+        checks.that("an error that waits is told", not left, "nobody looked", "Look at the error queue when opening")
+
+
+def _check_port(trial: Trial) -> None:
+    """Check how a serial port is set up, where the manual states it, and that one which cannot be opened is told."""
+    found: dict[str, Any] = {}
+
+    def opens(port: Any) -> None:
+        found.update(port.get_settings())
+        raise serial.SerialException("there is no such port")
+
+    with patch.object(serial.Serial, "open", opens), trial.stand() as made:
+        with trial.checks.refuses("a port that cannot be opened", InstrumentError, remedy="Raise CommunicationError"):
+            made.open(address="/dev/ttyS99").close()
+    for name, value in trial.checks.manual.port.items():
+        wrong = f"{found.get(name)} instead of {value}"
+        trial.checks.that(f"{name} of the port", found.get(name) == value, wrong, "Compare it with the manual")

@@ -1,14 +1,16 @@
 """A use whose messages are disturbed one by one: every error is told, nothing stays on, and the next use is right."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+from bench.testing.conformance.manual import Trip
 from bench.testing.conformance.report import Checks, in_words
-from bench.testing.conformance.session import Trial
+from bench.testing.conformance.session import Energise, Trial
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError
-from sim_instruments.faults.line_faults import Fault, FaultKind
+from drivers.interfaces import InstrumentError, ReportedError
+from sim_instruments.faults.line_faults import Fault, FaultKind, Watch
 
 #: A delay (s) beyond every time-out: the reply comes when another one is waited for; and one that is no fault.
 _LATE, _LITTLE_LATE = 30.0, 0.05
@@ -61,8 +63,14 @@ def disturb(trial: Trial) -> None:
         made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=_LITTLE_LATE, times=None))
         wrong = trial.wrong(made, instrument, safe=True)
     trial.checks.that("replies that come a little late", not wrong, wrong, "Wait for the reply time")
-    for message in [one for one in messages if one.energised][: 3 if trial.thorough else 1]:
+    fed = [one for one in messages if one.energised]
+    for message in fed[: 3 if trial.thorough else 1]:
         _cut(trial, message)
+    if trial.session.energise is not None:
+        _unanswered(trial, trial.session.energise)
+    if trial.checks.manual.trip is not None:
+        for message in [*(one for one in messages if fed and one.number < fed[0].number), *fed[:1]]:
+            _tripped(trial, trial.checks.manual.trip, message, took)
 
 
 def _different(messages: Sequence[tuple[str, bool]]) -> Iterator[_Message]:
@@ -85,22 +93,25 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
     what, checks = _WHAT[kind], trial.checks
     with trial.opened() as (made, instrument):
         made.faults.add(Fault.at(kind, message.number, delay=_LATE))
+        if kind is FaultKind.SILENCE and message.text.startswith("write") and made.transport == "modbus":
+            unit = made.simulated.units[int(message.text.split()[1])]
+            made.faults.watch(Watch.at(message.number, lambda: _lose(unit)))
         began = made.bench.clock.now()
         # What the instrument itself refuses is not sent again by itself: it was told, and whoever hears it makes safe.
         one_use(trial, made, instrument, what, message.text, refusal=kind in (FaultKind.EXCEPTION, FaultKind.REPLACE))
         passed = made.bench.clock.now() - began
-        checks.that(
-            f"{what}: in time",
-            passed <= took + trial.session.longest,
-            f"{passed:.3g} s instead of {took:.3g} s ('{message.text}')",
-            "Wait no longer than the reply time",
-        )
+        right, advice = passed <= took + trial.session.longest, "Wait no longer than the reply time"
+        checks.that(f"{what}: in time", right, f"{passed:.3g} s instead of {took:.3g} s ('{message.text}')", advice)
         made.faults.clear()
-        wrong, remedy = (
-            trial.wrong(made, instrument, safe=True),
-            "Throw away what may still come before the next exchange",
-        )
+        wrong = trial.wrong(made, instrument, safe=True)
+        remedy = "Throw away what may still come before the next exchange"
         checks.that(f"{what}: the next exchange is in step", not wrong, f"after '{message.text}': {wrong}", remedy)
+
+
+def _lose(unit: Any) -> None:
+    """Have the next request to write never get to a Modbus unit."""
+    taken = unit.write
+    unit.write = lambda *_: setattr(unit, "write", taken)
 
 
 def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *, refusal: bool = False) -> None:
@@ -111,6 +122,7 @@ def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *,
     during, told, checks = Checks(), False, trial.checks
     try:
         trial.session.brief(made, instrument, during)
+        instrument.make_safe()
     except InstrumentError as error:
         told = True
         checks.that(f"{what}: is told", in_words(error.what), f"it says '{error.what}'", "Say what was wrong in words")
@@ -126,12 +138,42 @@ def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *,
 
 
 def _cut(trial: Trial, message: _Message) -> None:
-    """Check silence from a message on: it is told, and once the line is mended make_safe takes the energy away."""
+    """Check a cable that comes out at a message: it is told, and once it is back make_safe takes the energy away."""
     with trial.opened() as (made, instrument):
-        silence = made.faults.add(Fault(FaultKind.SILENCE, lambda count, _: count >= message.number, times=None))
+        cable = made.bench.connection(trial.subject.role.value)
+        made.faults.watch(Watch.at(message.number, cable.pull))
         with trial.checks.refuses("a line that is cut", InstrumentError, remedy="Raise CommunicationError"):
             trial.brief(made, instrument)
-        made.faults.remove(silence)
-        instrument.make_safe()
+        cable.plug()
+        with suppress(ReportedError):
+            # What it says of the message that was cut.
+            instrument.make_safe()
         off, remedy = not made.energised, "Renew the connection"
         trial.checks.that("make_safe once the line is mended", off, "it is on", remedy)
+
+
+def _unanswered(trial: Trial, energise: Energise) -> None:
+    """Check that make_safe takes the energy away where no question is answered."""
+    with trial.opened() as (made, instrument), suppress(InstrumentError), energise(made, instrument):
+        made.faults.add(Fault(FaultKind.SILENCE, lambda _, text: "?" in text or text.startswith("read"), times=None))
+        with suppress(InstrumentError):
+            instrument.make_safe()
+        off, remedy = not made.energised, "Send what takes the energy away before anything is asked"
+        trial.checks.that("make_safe where no question is answered", off, "it is on", remedy)
+
+
+def _tripped(trial: Trial, trip: Trip, message: _Message, took: float) -> None:
+    """Check a fault of the instrument's own at a message: it is told as what it is, and does not stay where it can be reset."""
+    what, remedy = f"a fault of its own at '{message.text}'", "Look at the instrument's state wherever it is waited for"
+    with trial.opened() as (made, instrument):
+        made.faults.watch(Watch.at(message.number, lambda: trip.make(made.simulated)))
+        began = made.bench.clock.now()
+        with trial.checks.refuses(what, ReportedError, remedy=remedy, says=(trip.says,)):
+            trial.brief(made, instrument)
+        late = made.bench.clock.now() - began - took
+        trial.checks.that(f"{what}: in time", late <= trip.within, f"{late:.3g} s too late", remedy)
+        with suppress(ReportedError):
+            instrument.make_safe()
+        wrong = trial.wrong(made, instrument)
+        advice = "Reset it in make_safe"
+        trial.checks.that(f"{what}: afterwards", bool(wrong) is not trip.resets, wrong or "it is gone", advice)

@@ -3,27 +3,27 @@
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from typing import Any
 
 from bench.i18n.errors import InputError
 from bench.plugins.catalogues import Catalogues, installed
 from bench.station.library_logs import quieten_libraries
 from bench.testing.conformance.altered import check_altered
-from bench.testing.conformance.connection import check_connection, check_refused_options
+from bench.testing.conformance.connection import check_connection
 from bench.testing.conformance.disturbed import disturb
 from bench.testing.conformance.ends import check_ends, check_found
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
 from bench.testing.conformance.manual import Manual
-from bench.testing.conformance.replies import check_replies
+from bench.testing.conformance.replies import check_model, check_replies
 from bench.testing.conformance.report import Checks, ConformanceReport, FirstFailure
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.stand import DriverUnderTest, Found, station_of
 from bench.testing.conformance.station import check_station
 from drivers.catalogue import Driver
-from drivers.interfaces import Accuracy, Role
+from drivers.interfaces import Role
 from drivers.interfaces.text import text
+from sim_instruments.catalogue import SimulatedInstrument
 
 
 def check_driver(
@@ -34,9 +34,7 @@ def check_driver(
     found: Found | None = None,
     catalogues: Catalogues | None = None,
     seed: int = 0,
-    accuracies: Mapping[str, Accuracy] | None = None,
     manual: Manual | None = None,
-    refused: Sequence[Mapping[str, Any]] = (),
     variants: Sequence[Mapping[str, Any]] = (),
     thorough: bool = False,
     first_only: bool = False,
@@ -45,26 +43,23 @@ def check_driver(
 
     `role` is for a name that has drivers of several. `options` are an instance of the driver's options, or a mapping for it.
     `found` changes the simulated instrument before the driver meets it: settings that somebody may have left. `catalogues`
-    hold the plug-ins, the installed ones where they are not given. `manual` is what the maker states, `accuracies` those of it
-    by the check's name ("at voltage: voltage reading"). `variants` are other options, each beside the others, with which it is
-    used as well, and `refused` those with which it must not open (`raises` among them names the error). `thorough` disturbs
-    each message in every way, `first_only` ends at the first failure.
+    hold the plug-ins, the installed ones where they are not given. `manual` is what the maker states. `variants` are other
+    options, each beside the others, with which it is used as well; with a `manual` among them it is held to that instead.
+    `thorough` disturbs each message in every way, `first_only` ends at the first failure.
 
     Raises InputError for a driver or a simulated instrument that is not there.
     """
     quieten_libraries()
-    subject = _subject(driver, role, options, found, catalogues or installed())
-    manual = manual or Manual()
-    manual = replace(manual, accuracies={**manual.accuracies, **(accuracies or {})})
-    checks = Checks(first_only=first_only, manual=manual)
+    subject = subject_of(driver, role, options, catalogues or installed(), found=found)
+    checks = Checks(first_only=first_only, manual=manual or Manual())
     trial = Trial(subject, session_of(subject.role), checks, seed, thorough)
     with suppress(FirstFailure):
         for check in (check_interface, _use, check_limits, check_ends, check_found, check_connection, check_replies):
             with _told(checks, check.__name__.strip("_")):
                 check(trial)
-        for wrong in refused:
-            with _told(checks, "options that cannot be"):
-                check_refused_options(trial, wrong)
+        for model in checks.manual.models:
+            with _told(checks, "models"):
+                check_model(trial, model)
         with _told(checks, "options of the station"):
             check_station(trial, variants)
         with _told(checks, "disturbed line"):
@@ -73,24 +68,35 @@ def check_driver(
     return checks.report(f"{subject.driver.name} ({subject.role.value})")
 
 
-def _subject(
-    driver: Driver | str, role: Role | None, options: Any, found: Found | None, catalogues: Catalogues
+def subject_of(
+    driver: Driver | str,
+    role: Role | None,
+    options: Any,
+    catalogues: Catalogues,
+    simulated: SimulatedInstrument | None = None,
+    found: Found | None = None,
 ) -> DriverUnderTest:
+    """Return what is checked, by a driver or its name; `simulated` is the declared one where it is not given.
+
+    Raises InputError for what is no driver, or has no simulated instrument.
+    """
     if isinstance(driver, str):
         named = catalogues.drivers.need(driver, lambda why: InputError(why))
         chosen = [each for each in named if role in (None, each.role)]
         if len(chosen) != 1:
+            roles = ", ".join(each.role.value for each in named)
             raise InputError(
-                text(
-                    "{driver} has drivers of several roles; give one of {roles}",
-                    driver=driver,
-                    roles=", ".join(d.role.value for d in named),
-                )
+                text("{driver} has drivers of several roles; give one of {roles}", driver=driver, roles=roles)
             )
         driver = chosen[0]
-    if not driver.simulated:
-        raise InputError(text("{driver} names no simulated instrument: give Driver(simulated=…)", driver=driver.name))
-    simulated = catalogues.simulated_instruments.need(driver.simulated, lambda why: InputError(why))
+    if not isinstance(driver, Driver):
+        raise InputError(text("{driver!r} is no driver: give a Driver(…), or the name of one", driver=driver))
+    if simulated is None:
+        if not driver.simulated:
+            raise InputError(
+                text("{driver} names no simulated instrument: give Driver(simulated=…)", driver=driver.name)
+            )
+        simulated = catalogues.simulated_instruments.need(driver.simulated, lambda why: InputError(why))
     made = options if isinstance(options, driver.options) else driver.options(**(options or {}))
     return DriverUnderTest(driver, made, simulated, station_of(made), found)
 
@@ -102,12 +108,9 @@ def _told(checks: Checks, what: str) -> Iterator[None]:
         yield
     except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
         where = inspect.trace()[-1]
-        checks.that(
-            f"{what}: no other error",
-            False,
-            f"{type(error).__name__}: {error} ({where.filename.rsplit('/', 1)[-1]}:{where.lineno})",
-            "A driver raises InstrumentError where the instrument is at fault, and nothing in proper use",
-        )
+        said = f"{type(error).__name__}: {error} ({where.filename.rsplit('/', 1)[-1]}:{where.lineno})"
+        remedy = "A driver raises InstrumentError where the instrument is at fault, and nothing in proper use"
+        checks.that(f"{what}: no other error", False, said, remedy)
 
 
 def _use(trial: Trial) -> None:

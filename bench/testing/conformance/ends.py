@@ -1,14 +1,17 @@
 """That everything is off where a block ends, however it ends, and whatever the instrument was found in."""
 
+import math
 from contextlib import nullcontext, suppress
 from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError
+from drivers.interfaces import Clock, InstrumentError
 
 TAKE_OVER = "Bring the instrument into the state that is needed, whatever it was found in"
+#: How many of a use's waits are interrupted.
+_WAITS = 4
 _SAFE = "Take the energy away in a finally clause, and confirm that it is"
 
 
@@ -16,9 +19,41 @@ class _InterruptionError(Exception):
     """What the block of a caller may raise."""
 
 
+class _Clock:
+    """A clock at which somebody presses Ctrl-C while a driver waits for the `strikes`-th time, the `slept`-th being the last."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock, self.slept, self.strikes = clock, 0, math.inf
+        self.now = clock.now
+
+    def sleep(self, seconds: float) -> None:
+        """Let time (s) pass, or half of it."""
+        self.slept += 1
+        self._clock.sleep(seconds if self.slept != self.strikes else 0.5 * seconds)
+        if self.slept == self.strikes:
+            raise KeyboardInterrupt
+
+
+def _interrupted(trial: Trial, turn: float) -> int:
+    """Check that Ctrl-C while a driver waits for the `turn`-th time leaves nothing on; return how often it waits."""
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        made.clock = clock = _Clock(made.bench.clock)
+        instrument = made.open()
+        clock.slept, clock.strikes = 0, turn
+        with suppress(KeyboardInterrupt, InstrumentError):
+            trial.session.brief(made, instrument, Checks())
+        trial.checks.that("off after Ctrl-C while it waits", not made.energised, "it is on", _SAFE)
+        instrument.close()
+        return clock.slept
+
+
 def check_ends(trial: Trial) -> None:
     """Check that a block ends with everything off, however it ends, and that what does not switch off is told."""
     session, checks, energise = trial.session, trial.checks, trial.session.energise
+    waits = _interrupted(trial, math.inf) if trial.subject.role.feeds else 0
+    for turn in range(1, waits + 1, max(1, waits // _WAITS)):
+        _interrupted(trial, turn)
     with trial.opened() as (made, instrument):
         instrument.make_safe()
         checks.that("make_safe when off", not made.energised, "it is on", _SAFE)

@@ -28,25 +28,19 @@ def check_export(export: Target | str, *, catalogues: Catalogues | None = None) 
     subject = example_subject(export)
     sheet = sheet_for(export, subject)
     written = export.write(sheet)
-    checks.that(
-        "writes text", isinstance(written, str) and bool(written.strip()), "nothing was written", "Return the file"
-    )
+    advice = "Return the file"
+    checks.that("writes text", isinstance(written, str) and bool(written.strip()), "nothing was written", advice)
     checks.that("the same each time", export.write(sheet) == written, "it differs", "Use no time and no order of a set")
-    checks.that(
-        "suffix", bool(re.fullmatch(r"\.[A-Za-z0-9.]+", export.suffix)), f"{export.suffix!r}", "Give it with its point"
-    )
+    advice = "Give it with its point"
+    checks.that("suffix", bool(re.fullmatch(r"\.[A-Za-z0-9.]+", export.suffix)), f"{export.suffix!r}", advice)
     names = [field.name for field in export.fields]
     checks.that("fields' names", len(set(names)) == len(names), f"{names}", "Name each once")
     for line in sheet.lines:
         _check_figure(export, sheet, line, written, checks)
     _check_refused(export, subject, checks)
     awkward = replace(subject, motor=_AWKWARD, serial_number=_AWKWARD)
-    checks.that(
-        "an awkward name",
-        bool(export.write(sheet_for(export, awkward))),
-        "nothing was written",
-        "Mask what the format needs",
-    )
+    remedy = "Mask what the format needs"
+    checks.that("an awkward name", bool(export.write(sheet_for(export, awkward))), "nothing was written", remedy)
     return checks.report(f"{export.name} (export)")
 
 
@@ -74,12 +68,8 @@ def _check_figure(export: Target, sheet: Any, line: Any, written: str, checks: C
     """Each figure stands in the file: with another value the file is another one."""
     other = replace(line, figure=replace(line.figure, value=2.0 * line.figure.value + 1.0))
     lines = tuple(other if each is line else each for each in sheet.lines)
-    checks.that(
-        f"{line.name}: stands in the file",
-        export.write(replace(sheet, lines=lines)) != written,
-        "the file is the same with another value",
-        "Write the figure of this line",
-    )
+    right, remedy = export.write(replace(sheet, lines=lines)) != written, "Write the figure of this line"
+    checks.that(f"{line.name}: stands in the file", right, "the file is the same with another value", remedy)
 
 
 def _check_refused(export: Target, subject: Subject, checks: Checks) -> None:

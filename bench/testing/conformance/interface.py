@@ -26,27 +26,20 @@ def check_interface(trial: Trial) -> None:
                 continue
             parameters = list(inspect.signature(getattr(instrument, name)).parameters.values())
             have = {one.name: one.default for one in parameters}
-            checks.that(
-                f"signature of {name}",
-                have == dict(declared.arguments),
-                f"{have} instead of {dict(declared.arguments)}",
-                "Take the interface's names and defaults",
-            )
+            right, advice = have == dict(declared.arguments), "Take the interface's names and defaults"
+            checks.that(f"signature of {name}", right, f"{have} instead of {dict(declared.arguments)}", advice)
         identity = instrument.identity
         known = isinstance(identity, Identity) and bool(identity.model)
         checks.that("identity", known, f"{identity}", "Ask the instrument when it is opened")
         if (stated := checks.manual.identity) is not None:
-            checks.that(
-                "identity as stated", identity == stated, f"{identity} instead of {stated}", "Compare its parts"
-            )
-        checks.that(
-            "identity stays", instrument.identity == identity, "it changes", "Keep what was asked when it was opened"
-        )
+            wrong = f"{identity} instead of {stated}"
+            checks.that("identity as stated", identity == stated, wrong, "Compare its parts")
+        same = instrument.identity == identity
+        checks.that("identity stays", same, "it changes", "Keep what was asked when it was opened")
         if isinstance(subject.options, Watching):
             asked, armed = subject.options.watchdog, instrument.watchdog
-            checks.that(
-                "watchdog", armed is None or asked is not None, f"{armed}, asked for {asked}", "Arm what is asked for"
-            )
+            wrong = f"{armed}, asked for {asked}"
+            checks.that("watchdog", armed is None or asked is not None, wrong, "Arm what is asked for")
         if "configure" in declarations(interface) and not subject.role.feeds:
             _unready(trial, instrument)
         for arguments, accuracy in checks.manual.accuracies_at.items():

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from bench.i18n.errors import InputError
+from bench.plugins.catalogue import BrokenPlugin
 from bench.plugins.catalogues import Catalogues, installed
 from bench.plugins.files import load_file
 from bench.testing.conformance.driver import check_driver
@@ -21,8 +23,12 @@ class Conformance:
         self._catalogues: Catalogues = installed()
 
     def files(self, *paths: Path | str) -> "Conformance":
-        """Add plug-in files, as a station's [plugins] names them. Raises InputError for one that is not there."""
-        self._catalogues = self._catalogues.with_files([load_file(Path(path).resolve(), str(path)) for path in paths])
+        """Add plug-in files, as a station's [plugins] names them. Raises InputError for one that is not there, or unusable."""
+        files = [load_file(Path(path).resolve(), str(path)) for path in paths]
+        for file in files:
+            if file.error is not None:
+                raise InputError(BrokenPlugin("", file.origin, file.error).sentence)
+        self._catalogues = self._catalogues.with_files(files)
         return self
 
     def driver(self, driver: Any, **how: Any) -> ConformanceReport:

@@ -5,11 +5,11 @@ import math
 from typing import Any
 
 from bench.testing.conformance.manual import Limits
-from bench.testing.conformance.report import Checks
+from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, Role, SetpointError
-from drivers.interfaces.declarations import Lasting, declarations
+from drivers.interfaces.declarations import declarations
 
 
 def check_limits(trial: Trial) -> None:
@@ -48,11 +48,8 @@ def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: s
                 continue
             highest = float(getattr(instrument, amount.own))
             checks.that(f"{amount.own} is positive", highest > 0.0, f"{highest}", "State the largest value")
-            allowed = dict.fromkeys(declared.arguments, 0.0)
-            allowed = {
-                **allowed,
-                **{other: one for other, one in declared.arguments.items() if one is not inspect.Parameter.empty},
-            }
+            given = declared.arguments.items()
+            allowed = {other: 0.0 if one is inspect.Parameter.empty else one for other, one in given}
             if role is Role.INSULATION_TESTER:
                 allowed["duration"] = 1.0
             if role is Role.LCR_METER:
@@ -60,13 +57,9 @@ def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: s
             wrong = [1.001 * highest + 1e-6, math.nan, math.inf, -1.001 * highest - 1e-6]
             for value in (one for one in wrong if not math.isinf(highest)):
                 made.messages.clear()
-                with checks.refuses(
-                    f"{name}: {argument} = {'beyond' if value == value else 'NaN'}", SetpointError, remedy=remedy
-                ):
-                    result = getattr(instrument, name)(**{**allowed, argument: value})
-                    if declared.lasting is Lasting.BLOCK:
-                        with result:
-                            pass
+                what = f"{name}: {argument} = {'beyond' if value == value else 'NaN'}"
+                with checks.refuses(what, SetpointError, remedy=remedy):
+                    enter(getattr(instrument, name)(**{**allowed, argument: value}))
                 sent = [message for message, _ in made.messages]
                 checks.that(f"{name}: nothing is sent for what is refused", not sent, f"{sent}", remedy)
                 checks.that(f"{name}: nothing is on for what is refused", not made.energised, "it is on", remedy)
@@ -76,10 +69,7 @@ def _as_stated(made: Stand, instrument: Any, stated: Limits, checks: Checks, rem
     what = f"{stated.method}: {stated.argument} as the manual states it"
 
     def call(value: float) -> None:
-        result = getattr(instrument, stated.method)(**{**stated.beside, stated.argument: value})
-        if hasattr(result, "__enter__"):
-            with result:
-                pass
+        enter(getattr(instrument, stated.method)(**{**stated.beside, stated.argument: stated.of(value)}))
 
     for value in (stated.lowest, stated.highest):
         try:
@@ -90,9 +80,10 @@ def _as_stated(made: Stand, instrument: Any, stated: Limits, checks: Checks, rem
             # At its limit it may be that nothing settles; the value was taken.
             checks.that(what, True, f"{error}", remedy)
         instrument.make_safe()
-    beyond = stated.step or 1e-3 * max(abs(stated.lowest), abs(stated.highest))
+    beyond = stated.beyond or stated.step or 1e-3 * max(abs(stated.lowest), abs(stated.highest))
     between = [stated.lowest + 0.5 * stated.step] if stated.step else []
-    for value in (stated.lowest - min(beyond, abs(stated.lowest) * 1e-3 or beyond), stated.highest + beyond, *between):
+    below = stated.beyond or min(beyond, abs(stated.lowest) * 1e-3 or beyond)
+    for value in (stated.lowest - below, stated.highest + beyond, *between):
         made.messages.clear()
         with checks.refuses(what, SetpointError, remedy=f"{remedy} ({value:g})"):
             call(value)

@@ -82,17 +82,12 @@ def _check_run(ran: Ran, checks: Checks, gives: Mapping[str, Any], own: Mapping[
     checks.that("completed", ran.status == "completed", f"{ran.status}: {ran.cause}", "Find out by the run's journal")
     _check_left(ran, checks, "after a run")
     given = [each for each in gives if each in ran.parameters]
-    checks.that(
-        "gives what it declares",
-        bool(given) or not gives,
-        f"none of {sorted(gives)}",
-        "ConformanceReport each parameter",
-    )
+    remedy = "ConformanceReport each parameter"
+    checks.that("gives what it declares", bool(given) or not gives, f"none of {sorted(gives)}", remedy)
     true = {**ran.truth, **(own or {})}
     compared = [each for each in given if each in true]
-    checks.that(
-        "a truth to compare with", bool(compared) or not given, f"none of {given} has one", "Give truth=… to the check"
-    )
+    advice = "Give truth=… to the check"
+    checks.that("a truth to compare with", bool(compared) or not given, f"none of {given} has one", advice)
     for each in given:
         declared, found = gives[each], ran.parameters[each]
         checks.that(f"{each}: unit", found.unit == declared.unit, f"{found.unit}", f"It is declared in {declared.unit}")

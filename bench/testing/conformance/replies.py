@@ -4,11 +4,10 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from operator import attrgetter
+from contextlib import contextmanager, nullcontext, suppress
 from typing import Any
 
-from bench.testing.conformance.manual import NotYet, Reply
+from bench.testing.conformance.manual import Model, NotYet, Reply
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
@@ -19,6 +18,8 @@ from sim_instruments.faults.line_faults import Fault, FaultKind
 _LOOKS = 2
 #: How far (relative, s) a driver's patience may be from the stated one.
 _PATIENCE, _LOOK = 0.15, 0.15
+#: What no message is.
+_NONE = Reply("(?!)", b"")
 
 
 class _NotToldError(Exception):
@@ -39,8 +40,9 @@ class _Calls:
     def call(self, name: str, act: Callable[..., Any], *given: Any, **named: Any) -> Any:
         """Call something; raises _NotToldError where it returns nevertheless."""
         self.line.begin(name)
-        struck = self.line.struck
+        struck, began = self.line.struck, self.line.now
         result = act(*given, **named)
+        self.line.took.setdefault(name, []).append(self.line.now - began)
         if self.line.struck > struck and self.line.must_tell:
             self.line.returned(name, result)
         return self._block(name, result) if hasattr(result, "__enter__") else result
@@ -64,36 +66,63 @@ class _Line:
         self._made, self._reply, self._begins, self._looks = made, reply, begins, looks
         self._pattern = re.compile(reply.message)
         transport = made.transport
-        self._fault = Fault(FaultKind.FROZEN if transport == "modbus" else FaultKind.REPLACE, self._strikes, times=None)
+        kind = FaultKind.FROZEN if transport == "modbus" else FaultKind.REPLACE
+        self._fault = Fault(kind, self._strikes, times=None)
         self._transport, self._row = transport, 0
+        self._after = re.compile(reply.after if isinstance(reply, Reply) else "")
+        self._beside = reply.beside if isinstance(reply, Reply) else {}
+        self._wanted = self._open = False
         self.number, self.struck, self.must_tell = -1, 0, begins is not None and looks is None
-        #: The calls that have such messages, by their number; the times (s) of the row of messages that lasted longest.
+        #: The calls that have such messages, by their number; how long (s) each lasted, by its name.
         self.met: dict[int, str] = {}
+        self.took: dict[str, list[float]] = {}
+        #: When (s) the reply came first, and the times (s) of the row of messages that lasted longest.
+        self.came = math.inf
         self.read = False
         self.longest, self._since, self._name = 0.0, 0.0, ""
         made.faults.add(self._fault)
 
+    @property
+    def now(self) -> float:
+        """The bench time (s)."""
+        return self._made.bench.clock.now()
+
     def begin(self, name: str) -> None:
         """Begin the next call."""
         self.number, self._name = self.number + 1, name
+        self._wanted = self._reply.call in ("", name, name.partition(" ")[0])
+        self._open = self._wanted and not self._after.pattern
 
     def returned(self, name: str, result: Any) -> None:
         """Raise where a call that met the reply returns, or returns another value than that of the reply."""
         reads = self._reply.reads if isinstance(self._reply, Reply) else {}
         if not reads:
             raise _NotToldError(name)
+        if result is None:
+            return
         self.read = True
         for what, value in reads.items():
-            found = attrgetter(what)(result)
-            if not math.isclose(found, value, rel_tol=1e-6, abs_tol=1e-12):
-                raise _NotToldError(f"{name}: {what} is {found:g} instead of {value:g}")
+            found = result
+            for part in what.split(".") if what else ():
+                found = found[int(part)] if part.isdigit() else getattr(found, part)
+            if not (
+                math.isclose(found, value, rel_tol=1e-6, abs_tol=1e-12) if isinstance(value, float) else found == value
+            ):
+                raise _NotToldError(f"{name}: {what} is {found} instead of {value}")
 
     def _strikes(self, _: int, message: str) -> bool:
-        now = self._made.bench.clock.now()
-        if self._pattern.search(message) is None:
+        if (
+            self._wanted
+            and self.struck
+            and any(self._put(message, data) for pattern, data in self._beside.items() if re.search(pattern, message))
+        ):
+            return True
+        if self._pattern.search(message) is None or not self._open:
+            self._open = self._open or (self._wanted and self._after.search(message) is not None)
             # What asks for errors in between is no other matter.
             self._row = self._row if "ERR" in message else 0
             return False
+        now = self.now
         self.met.setdefault(self.number, self._name)
         self._since = now if self._row == 0 else self._since
         self._row += 1
@@ -102,37 +131,50 @@ class _Line:
             return False
         if self._looks is not None and self._row > self._looks:
             return False
+        if isinstance(self._reply, Reply) and self.struck >= self._reply.times:
+            return False
         if isinstance(self._reply, NotYet) and now - self._since > 10.0 * self._reply.patience + 10.0:
             return False
         self.struck += 1
-        self._put(message)
-        return True
+        self.came = min(self.came, now)
+        return self._put(message, self._reply.data)
 
-    def _put(self, message: str) -> None:
-        data = self._reply.data
+    def _put(self, message: str, data: bytes) -> bool:
         match self._transport:
             case "visa":
                 self._fault.reply = data + b"\n"
             case "modbus":
                 self._fault.memory[message] = bytes((3, len(data))) + data
             case "can":
-                _, index, subindex = message.split()
+                verb, index, subindex = message.split()
                 place = int(index[:4], 16).to_bytes(2, "little") + bytes([int(subindex)])
-                self._fault.reply = bytes([0x43 | (4 - len(data)) << 2]) + place + data.ljust(4, b"\0")
+                command = 0x43 | (4 - len(data)) << 2 if verb == "read" else 0x60
+                self._fault.reply = bytes([command]) + place + data.ljust(4, b"\0")
             case _:
                 self._fault.reply = data
+        return True
 
 
 def check_replies(trial: Trial) -> None:
-    """Check each reply that the manual speaks of, in each call that may meet it."""
+    """Check each reply that the manual speaks of, in each call that may meet it, and how long calls last."""
     checks = trial.checks
+    if checks.manual.takes:
+        with trial.stand() as made:
+            line = _Line(made, _NONE, None)
+            _use(trial, made, line)
+        for name, (least, most) in checks.manual.takes.items():
+            took = line.took.get(name, ())
+            right = bool(took) and all(least <= one <= most for one in took)
+            remedy = "Compare its waits with the manual"
+            checks.that(f"{name}() lasts {least:g} s to {most:g} s", right, f"{took} s", remedy)
     for reply in checks.manual.replies:
         name = f"'{reply.data.decode('latin-1') if reply.data.isascii() else reply.data.hex(' ')}' to {reply.message}"
         if reply.error is None and not reply.reads:
             _goes_on(trial, reply, f"{name} is no error")
             continue
         for number, call in _calls(trial, reply, name):
-            _met(trial, reply, number, f"{name}: {call}", reply.error)
+            if call != "make_safe" or not reply.reads:
+                _met(trial, reply, number, f"{name}: {call}", reply.error)
     for waited in checks.manual.not_yet:
         name = f"not yet: {waited.message}"
         _goes_on(trial, waited, f"{name} is waited for")
@@ -148,7 +190,7 @@ def _calls(trial: Trial, reply: Reply | NotYet, name: str) -> Sequence[tuple[int
         line = _Line(made, reply, None)
         _use(trial, made, line)
     first = {call: number for number, call in reversed(line.met.items())}
-    met = [(number, call) for call, number in first.items() if reply.call in ("", call, call.partition(" ")[0])]
+    met = [(number, call) for call, number in first.items()]
     trial.checks.that(f"{name}: there are such messages", bool(met), "none is sent", "Compare it with the messages")
     return met
 
@@ -159,6 +201,7 @@ def _use(trial: Trial, made: Stand, line: _Line, checks: Checks | None = None) -
     calls.instrument = calls.call("open", made.open)
     try:
         trial.session.brief(made, calls, checks or Checks())
+        calls.make_safe()
     finally:
         calls.instrument.close()
 
@@ -171,6 +214,9 @@ def _goes_on(trial: Trial, reply: Reply | NotYet, what: str) -> None:
             line = _Line(made, reply, 0, looks=_LOOKS if isinstance(reply, NotYet) else sys.maxsize)
             _use(trial, made, line, during)
             during.that("it comes", line.struck > 0, "no such message is sent", "Compare it with the messages")
+            took = max((line.took[call][-1] for call in line.met.values()), default=0.0)
+            within = reply.within if isinstance(reply, Reply) else math.inf
+            during.that("in time", took <= within, f"{took:.3g} s", f"Go on within {within:g} s")
         except InstrumentError as error:
             during.that("no error", False, f"{error}", "It is a proper reply")
     trial.checks.that(what, not during.wrong, during.wrong, "Go on")
@@ -178,6 +224,7 @@ def _goes_on(trial: Trial, reply: Reply | NotYet, what: str) -> None:
 
 def _met(trial: Trial, reply: Reply | NotYet, number: int, what: str, error: type[InstrumentError] | None) -> float:
     """Check that the reply, from a call on, is told, or read; return how long (s) the same question was asked at most."""
+    remedy = "Look at every reply, and raise where it is not what the manual announces"
     with trial.stand() as made:
         line = _Line(made, reply, number)
         line.must_tell = isinstance(reply, Reply)
@@ -189,8 +236,32 @@ def _met(trial: Trial, reply: Reply | NotYet, number: int, what: str, error: typ
             except _NotToldError as wrong:
                 trial.checks.that(what, False, f"{wrong}", "Compare scale, sign and unit with the manual")
             trial.checks.that(what, line.read, "no value is returned", "It is a proper reply")
+        elif isinstance(reply, NotYet) and not reply.told:
+            _use(trial, made, line)
         else:
-            remedy = "Look at every reply, and raise where it is not what the manual announces"
-            with trial.checks.refuses(what, error or InstrumentError, remedy=remedy):
-                _use(trial, made, line)
+            says, within = (reply.says, reply.within) if isinstance(reply, Reply) else ("", math.inf)
+            with trial.checks.refuses(what, error or InstrumentError, remedy=remedy, says=(says,)):
+                try:
+                    _use(trial, made, line)
+                except InstrumentError:
+                    late = line.now - line.came
+                    advice = f"Tell it within {within:g} s"
+                    trial.checks.that(f"{what}: in time", late <= within, f"{late:.3g} s", advice)
+                    raise
     return line.longest
+
+
+def check_model(trial: Trial, model: Model) -> None:
+    """Check what a driver says of another model or with other options, or that it does not open with them."""
+    what = " and ".join(str(dict(one)) for one in (model.answers, model.options) if one)
+    errors = model.error if isinstance(model.error, tuple) else (model.error,)
+    refused = trial.checks.refuses(f"not opened with {what}", *errors, remedy="Check it when opening")
+    with refused if errors else nullcontext(), trial.having(**model.options).stand() as made:
+        if model.answers:
+            made.answer(model.answers)
+        instrument = made.open()
+        for name, value in model.states.items():
+            found = getattr(instrument, name)
+            remedy = "Compare with the manual"
+            trial.checks.that(f"{name} with {what}", found == value, f"{found} instead of {value}", remedy)
+        instrument.close()

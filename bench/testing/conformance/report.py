@@ -1,12 +1,13 @@
 """What a conformance check found: one named finding a check, each with what was wrong and what to do."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 from bench.testing.conformance.manual import Manual
-from drivers.interfaces import Accuracy, InstrumentError, Reading
+from drivers.interfaces import Accuracy, InstrumentError, Reading, SetpointError
 
 #: A reading counts as right within its stated limits of error and this many standard deviations of its noise.
 _DEVIATIONS = 5.0
@@ -52,6 +53,13 @@ class ConformanceReport:
 def in_words(said: object) -> bool:
     """Tell whether something is said in words, and not by a number or a name alone."""
     return any(character.isalpha() for character in str(said)) and not isinstance(said, int | float)
+
+
+def enter(result: Any) -> None:
+    """Enter and leave the block that a method gives; nothing for what is none."""
+    if hasattr(result, "__enter__"):
+        with result:
+            pass
 
 
 class FirstFailure(BaseException):
@@ -102,18 +110,12 @@ class Checks:
         """Note whether a value is within its stated limits of error of the actual one."""
         self.stated.append(stated)
         half = abs(stated.gain * value) + stated.offset + stated.resolution
-        self.that(
-            f"{check}: accuracy is stated",
-            half + stated.noise > 0.0 and in_words(stated.source),
-            f"{stated}",
-            "Give gain, offset and resolution as the manual states them, and its place as the source",
-        )
-        self.that(
-            f"{check}: accuracy is plausible",
-            half <= 0.2 * abs(actual) + 10.0 * slack + 2.0 * stated.resolution or actual == 0.0,
-            f"± {half:.3g} {unit} of {actual:.3g} {unit}",
-            "Compare the stated accuracy with the manual: relative or in the unit, per cent or parts",
-        )
+        right = half + stated.noise > 0.0 and in_words(stated.source)
+        advice = "Give gain, offset and resolution as the manual states them, and its place as the source"
+        self.that(f"{check}: accuracy is stated", right, f"{stated}", advice)
+        right = half <= 0.2 * abs(actual) + 10.0 * slack + 2.0 * stated.resolution or actual == 0.0
+        advice = "Compare the stated accuracy with the manual: relative or in the unit, per cent or parts"
+        self.that(f"{check}: accuracy is plausible", right, f"± {half:.3g} {unit} of {actual:.3g} {unit}", advice)
         self.as_stated(check, stated)
         allowed = half + _DEVIATIONS * stated.noise + slack
         remedy = "Compare scale, sign and unit with the maker's manual"
@@ -133,18 +135,27 @@ class Checks:
         self.that(f"{check}: accuracy as the manual states it", same, f"{stated} instead of {manual}", "Correct it")
 
     @contextmanager
-    def refuses(self, check: str, *errors: type[BaseException], remedy: str) -> Iterator[None]:
-        """Note whether the block raises one of these errors."""
+    def refuses(
+        self, check: str, *errors: type[BaseException], remedy: str, says: Collection[str] = ("",)
+    ) -> Iterator[None]:
+        """Note whether the block raises one of these errors, in words, and that `says` one of these."""
         names = " or ".join(error.__name__ for error in errors)
         try:
             yield
         except errors as error:
             what = error.what if isinstance(error, InstrumentError) else error
-            self.that(check, in_words(what), f"the error says '{what}'", "Say what was wrong in words")
+            said = in_words(what) and any(one in str(error) for one in says)
+            self.that(check, said, f"the error says '{what}'", f"Say what was wrong in words: {' or '.join(says)}")
         except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
             self.that(check, False, f"{type(error).__name__} instead of {names}: {error}", remedy)
         else:
             self.that(check, False, f"no {names} was raised", remedy)
+
+    def rejects(self, check: str, act: Callable[..., Any], *wrong: Sequence[Any]) -> None:
+        """Note whether a method refuses each of these arguments, at the latest when the block that it gives is entered."""
+        for arguments in wrong:
+            with self.refuses(check, SetpointError, remedy="Check before anything is sent"):
+                enter(act(*arguments))
 
     def report(self, subject: str) -> ConformanceReport:
         """Return what was found."""

@@ -11,6 +11,7 @@ from bench.testing.conformance.stand import DriverUnderTest, Stand, stand
 from drivers.interfaces import InstrumentError, Role, Traffic
 
 Use = Callable[[Stand, Any, Checks], None]
+Energise = Callable[[Stand, Any], AbstractContextManager[None]]
 
 
 def _nothing(stand: Stand, instrument: Any, checks: Checks) -> None:
@@ -30,7 +31,7 @@ class CheckSession:
     prepare: Callable[[Stand], None]
     brief: Use
     full: Use = _nothing
-    energise: Callable[[Stand, Any], AbstractContextManager[None]] | None = None
+    energise: Energise | None = None
     stuck: str = ""
     longest: float = 60.0
 
@@ -87,5 +88,6 @@ class Trial:
         return checks.wrong
 
     def brief(self, made: Stand, instrument: Any) -> None:
-        """Use it briefly, whatever comes of it."""
+        """Use it briefly and make it safe, whatever comes of it."""
         self.session.brief(made, instrument, Checks())
+        instrument.make_safe()

@@ -7,6 +7,7 @@ import numpy as np
 from bench.i18n.errors import InputError
 from bench.motor.motor_file import load_motor
 from bench.plugins.catalogues import Catalogues, installed
+from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.report import Checks, ConformanceReport
 from bench.testing.conformance.session import session_of
 from bench.testing.conformance.stand import DriverUnderTest, motor_for, stand
@@ -23,18 +24,19 @@ def check_simulated_instrument(
     simulated: SimulatedInstrument | str,
     *,
     station: Options | None = None,
-    driver: Driver | None = None,
+    driver: Driver | str | None = None,
     options: object = None,
     catalogues: Catalogues | None = None,
 ) -> ConformanceReport:
-    """Check a simulated instrument, itself or by its name; with a `driver` before it (and its `options`) also its readings.
+    """Check a simulated instrument, itself or by its name; with a `driver` (and its `options`) before it, likewise, also its readings.
 
     `station` is what a station file says of it.
 
-    Raises InputError for one that is not there.
+    Raises InputError for one that is not there, and a driver that is none.
     """
+    catalogues = catalogues or installed()
     if isinstance(simulated, str):
-        simulated = (catalogues or installed()).simulated_instruments.need(simulated, lambda why: InputError(why))
+        simulated = catalogues.simulated_instruments.need(simulated, lambda why: InputError(why))
     checks = Checks()
     known = simulated.role in {role.value for role in Role}
     checks.that("role", known, simulated.role, "Take one of the roles of drivers.interfaces.Role")
@@ -44,7 +46,8 @@ def check_simulated_instrument(
     checks.that("ratings", positive, f"{ratings}", "Give maximum_voltage and the like, SI, positive")
     _check_alone(SimulatedUnit(simulated, options=station or {}), checks)
     if driver is not None:
-        _check_readings(DriverUnderTest(driver, options or driver.options(), simulated, station or {}), checks)
+        subject = subject_of(driver, Role(simulated.role), options, catalogues, simulated)
+        _check_readings(replace(subject, station=station or {}), checks)
     return checks.report(f"{simulated.name} (simulated instrument)")
 
 
@@ -54,20 +57,16 @@ def _check_alone(unit: SimulatedUnit, checks: Checks) -> None:
     with VirtualBench(motor, [unit], sockets=False, six_step=six_step, fixture=simulated.role in FIXTURE) as bench:
         before = bench.world.truth()
         bench.instrument(simulated.role)
-        checks.that(
-            "has faults", isinstance(bench.faults(simulated.role), Faults), "none", "Give it `faults`, a Faults()"
-        )
-        checks.that(
-            "has a cable", bench.connection(simulated.role).up, "it is out", "Give it `connection`, a Connection()"
-        )
+        remedy = "Give it `faults`, a Faults()"
+        checks.that("has faults", isinstance(bench.faults(simulated.role), Faults), "none", remedy)
+        remedy = "Give it `connection`, a Connection()"
+        checks.that("has a cable", bench.connection(simulated.role).up, "it is out", remedy)
         checks.that("has an address", bool(bench.address(simulated.role)), "none", "Compare its transport")
         after = bench.world.truth()
-        checks.that(
-            "off when it is made", not after["energised"], "it is on", "Begin as after switching on at the mains"
-        )
-        checks.that(
-            "leaves the world alone", before["wiring"] == after["wiring"], "it rewires", "That is the hands' work"
-        )
+        remedy = "Begin as after switching on at the mains"
+        checks.that("off when it is made", not after["energised"], "it is on", remedy)
+        remedy = "That is the hands' work"
+        checks.that("leaves the world alone", before["wiring"] == after["wiring"], "it rewires", remedy)
         bench.clock.sleep(1.0)
         checks.that("off after a while", not bench.world.truth()["energised"], "it is on", "Wait for a command")
     if simulated.transport == "visa":
@@ -77,9 +76,8 @@ def _check_alone(unit: SimulatedUnit, checks: Checks) -> None:
             for name in bench.roles:
                 bench.instrument(name).write(b"*IDN?\n")
                 replies.append(bench.instrument(name).read(200, 1.0)[0])
-            checks.that(
-                "*IDN?", all(reply.endswith(b"\n") and len(reply) > 4 for reply in replies), f"{replies}", "Answer it"
-            )
+            right, remedy = all(reply.endswith(b"\n") and len(reply) > 4 for reply in replies), "Answer it"
+            checks.that("*IDN?", right, f"{replies}", remedy)
 
 
 def _check_readings(subject: DriverUnderTest, checks: Checks) -> None:
@@ -93,9 +91,5 @@ def _check_readings(subject: DriverUnderTest, checks: Checks) -> None:
             session.brief(made, instrument, checks)
             instrument.close()
         dialogues.append(traffic)
-    checks.that(
-        "the same seed gives the same readings",
-        bool(dialogues[0]) and dialogues[0] == dialogues[1],
-        "they differ",
-        "Draw noise from the place's generator only",
-    )
+    right, remedy = bool(dialogues[0]) and dialogues[0] == dialogues[1], "Draw noise from the place's generator only"
+    checks.that("the same seed gives the same readings", right, "they differ", remedy)

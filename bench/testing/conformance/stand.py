@@ -1,6 +1,7 @@
 """One driver before its simulated counterpart on a virtual bench, with its line in view."""
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
@@ -9,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from bench.motor.motor_file import load_motor
+from bench.testing.conformance.report import Checks
 from drivers.catalogue import Driver, Surroundings
-from drivers.interfaces import Instrument, Role, Traffic
+from drivers.interfaces import Clock, Instrument, Role, Traffic
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.in_process import ByteStream
 from sim_instruments.bench import VirtualBench
@@ -18,6 +20,7 @@ from sim_instruments.catalogue import FIXTURE, SimulatedInstrument, SimulatedUni
 from sim_instruments.faults.line_faults import Faults, Watch
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.scpi.exchange import ReadEnd
 
 #: A transducer that was not zeroed shows so much (N·m).
 _TORQUE_OFFSET = 0.05
@@ -51,7 +54,8 @@ class _NotedStream:
 
     def __init__(self, stream: ByteStream) -> None:
         self._stream, self.closed = stream, False
-        self.write, self.read, self.reset_input_buffer = stream.write, stream.read, stream.reset_input_buffer
+        self.write, self.reset_input_buffer = stream.write, stream.reset_input_buffer
+        self.read: Callable[[int, float], bytes] = stream.read
 
     def close(self) -> None:
         """Close it."""
@@ -72,6 +76,8 @@ class Stand:
 
     def __post_init__(self) -> None:
         self._can_buses = CanBuses(self.bench)
+        #: The clock that the driver is given.
+        self.clock: Clock = self.bench.clock
 
     @property
     def world(self) -> Any:
@@ -108,36 +114,50 @@ class Stand:
             or world.truth()["shaft_holder"] in ("turning", "pulling")
         )
 
-    def open(self, *, guarding: bool = False, elsewhere: bool = False, traffic: Traffic | None = None) -> Instrument:
-        """Open the driver's instrument, or as another process would: on a CAN bus, by a connection of its own."""
+    @property
+    def connections(self) -> int:
+        """How many connections to instruments are open: streams, and resources of VISA."""
+        visa = self.bench.visa_library.sessions if self.transport == "visa" else 0
+        return visa + sum(not stream.closed for stream in self.streams)
+
+    def open(
+        self, *, guarding: bool = False, elsewhere: bool = False, traffic: Traffic | None = None, address: str = ""
+    ) -> Instrument:
+        """Open the driver's instrument, or as another process would: on a CAN bus, by a connection of its own.
+
+        At another `address` than on the bench, where that is given.
+        """
         import pyvisa
 
         bench = self.bench
         surroundings = Surroundings(
-            bench.clock,
+            self.clock,
             visa=lambda: pyvisa.ResourceManager(bench.visa_library),
             can_buses=CanBuses(bench) if elsewhere else self._can_buses,
             in_process=self,
             traffic=traffic,
             guarding=guarding,
         )
-        address = bench.address(self.subject.role.value)
-        text = (
-            address
-            if isinstance(address, str)
-            else f"can://{address['interface']}/{address['channel']}?node={address['node_id']}"
-        )
-        return self.subject.driver.open(text, self.subject.options, surroundings)
+        place = address or bench.address(self.subject.role.value)
+        if not isinstance(place, str):
+            place = f"can://{place['interface']}/{place['channel']}?node={place['node_id']}"
+        return self.subject.driver.open(place, self.subject.options, surroundings)
 
-    def lose(self, command: str) -> None:
-        """Have a command (SCPI) never get to the simulated instrument."""
-        taken = self.simulated.write
+    def answer(self, answers: Mapping[str, bytes]) -> None:
+        """Have messages (SCPI, by a regular expression) be answered so, and never get to the simulated instrument."""
+        taken, given, waiting = self.simulated.write, self.simulated.read, list[bytes]()
 
         def write(data: bytes, *end: Any) -> None:
-            if data.strip().decode("latin-1") != command:
+            said = data.strip().decode("latin-1")
+            found = [reply for pattern, reply in answers.items() if re.search(pattern, said)]
+            if not found:
                 taken(data, *end)
+            waiting.extend(reply + b"\n" for reply in found[:1] if reply)
 
-        self.simulated.write = write
+        def read(*how: Any) -> Any:
+            return (waiting.pop(0), ReadEnd.MESSAGE) if waiting else given(*how)
+
+        self.simulated.write, self.simulated.read = write, read
 
     def stream(self, address: str) -> ByteStream:
         """Return a connection in process, of which note is taken."""
@@ -147,6 +167,16 @@ class Stand:
     def can_bus(self, channel: str) -> Any:
         """Return an end of a bus in process."""
         return self.bench.can_bus(channel)
+
+    def find(self) -> None:
+        """Bring the instrument into the state in which it may be found."""
+        if self.subject.found is not None:
+            self.subject.found(self.simulated)
+
+    def off(self, checks: Checks) -> None:
+        """Check that nothing is energised."""
+        remedy = "Switch it off in a finally clause"
+        checks.that("off at the end of a block", not self.energised, "it is on", remedy)
 
     def wait(self, seconds: float) -> None:
         """Let bench time pass (s)."""
@@ -226,8 +256,7 @@ def stand(subject: DriverUnderTest, seed: int = 0, *, sockets: bool = False) -> 
         motor, [unit], seed=seed, errors=errors, six_step=six_step, sockets=sockets, fixture=fixture
     ) as bench:
         made = Stand(subject, bench, generator)
-        if subject.found is not None:
-            subject.found(made.simulated)
+        made.find()
         yield made
 
 

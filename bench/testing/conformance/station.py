@@ -4,6 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
+from bench.testing.conformance.interface import check_interface
+from bench.testing.conformance.limits import check_limits
+from bench.testing.conformance.replies import check_replies
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import station_of
@@ -26,8 +29,14 @@ def check_station(trial: Trial, variants: Sequence[Mapping[str, Any]]) -> None:
                 (one.gain, one.offset, one.source) == (accuracy.gain, 0.01, accuracy.source) for one in during.stated
             )
             trial.checks.that(f"{name} of the station", same, "no reading states it", "It replaces the maker's")
-    for variant in variants:
-        other, name = trial.having(**variant), f"with {dict(variant)}"
+    for each in variants:
+        variant = {name: value for name, value in each.items() if name != "manual"}
+        other, name = trial.having(**variant), f"with {variant}"
+        if "manual" in each:
+            stated = replace(other, checks=replace(trial.checks, manual=each["manual"]))
+            for check in (check_interface, check_limits, check_replies):
+                check(stated)
+            continue
         other = replace(other, subject=replace(other.subject, station=station_of(other.subject.options)))
         if isinstance(other.subject.options, Watching) and other.subject.options.watchdog is not None:
             _watched(other, name)
@@ -46,9 +55,8 @@ def _watched(trial: Trial, name: str) -> None:
             instrument: Any = made.open()
             armed = instrument.watchdog
             same = armed is not None and armed.time == asked.time
-            checks.that(
-                f"{name}: armed", same, f"{armed}, asked for {asked}", "Arm what is asked for, and read it back"
-            )
+            remedy = "Arm what is asked for, and read it back"
+            checks.that(f"{name}: armed", same, f"{armed}, asked for {asked}", remedy)
             guard: Any = made.open(guarding=True, elsewhere=True)
             checks.that(f"{name}: guarding arms nothing", guard.watchdog is None, f"{guard.watchdog}", "Leave it alone")
             guard.close()

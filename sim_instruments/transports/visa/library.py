@@ -86,6 +86,11 @@ class InProcessVisaLibrary(VisaLibraryBase):
         self._sessions.clear()
         VisaLibraryBase._registry.pop((type(self), self.library_path), None)
 
+    @property
+    def sessions(self) -> int:
+        """How many resources are open."""
+        return len(self._sessions)
+
     def _session(self, session: int) -> _Session:
         try:
             return self._sessions[session]

@@ -42,10 +42,9 @@ def _brief(stand: Stand, drive: Any, checks: Checks) -> None:
         stand.wait(0.5)
         _compare(stand, drive, checks, "running")
         found, actual = drive.hall_state(), stand.world.six_step.hall_state()
-    checks.that(
-        "Hall signals while running", len(found) == 3 and isinstance(found[0], bool), f"{found}, {actual}", "Give three"
-    )
-    checks.that("off at the end of a block", not stand.energised, "the bridge is on", "Disable it in a finally clause")
+    right, remedy = len(found) == 3 and isinstance(found[0], bool), "Give three"
+    checks.that("Hall signals while running", right, f"{found}, {actual}", remedy)
+    stand.off(checks)
 
 
 def _full(stand: Stand, drive: Any, checks: Checks) -> None:
@@ -55,7 +54,7 @@ def _full(stand: Stand, drive: Any, checks: Checks) -> None:
     with drive.running():
         stand.wait(_RUN_UP)
         _compare(stand, drive, checks, "at speed")
-    checks.that("off at the end of a block", not stand.energised, "the bridge is on", "Disable it in a finally clause")
+    stand.off(checks)
     stand.wait(20.0)
 
 

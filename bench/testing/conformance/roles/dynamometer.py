@@ -4,13 +4,15 @@ import math
 from contextlib import AbstractContextManager
 from typing import Any
 
-from bench.testing.conformance.report import Checks
+from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import CheckSession
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError, MeasurementError, SetpointError
+from drivers.interfaces import InstrumentError, MeasurementError
 
 #: How far a speed may be from the one commanded: relative, and rad/s.
 _SLIP, _STEP = 0.06, 0.1
+#: How much (relative) a speed that has settled may still change.
+_SETTLED = 0.005
 _REST = 0.1
 
 
@@ -36,37 +38,32 @@ def _compare(stand: Stand, dynamometer: Any, checks: Checks, what: str) -> None:
     checks.accuracy(f"{what}: speed reading", reading.speed_accuracy, reading.speed, "rad/s", speed, slack)
     checks.accuracy(f"{what}: torque reading", reading.torque_accuracy, reading.torque, "N·m", torque, 5e-3)
     power = reading.speed * reading.torque
-    checks.close(
-        f"{what}: power", reading.power, power, 0.02 * abs(power) + 0.1, "Power is torque times speed, with its sign"
-    )
+    remedy = "Power is torque times speed, with its sign"
+    checks.close(f"{what}: power", reading.power, power, 0.02 * abs(power) + 0.1, remedy)
     now = stand.bench.clock.now()
     checks.that("time of the reading", before <= reading.time <= now, f"{reading.time:g} s", "Give the clock's time")
 
 
 def _hold(stand: Stand, checks: Checks, speed: float) -> None:
     actual = stand.world.dynamometer.speed(0.02)
-    checks.close(
-        "set point: speed",
-        actual,
-        speed,
-        _SLIP * abs(speed) + _STEP,
-        "Compare the command with the manual (rpm, Hz, pole pairs, direction), and wait until the speed has settled",
-    )
+    remedy = "Compare the command with the manual (rpm, Hz, pole pairs, direction), and wait until it has settled"
+    checks.close("set point: speed", actual, speed, _SLIP * abs(speed) + _STEP, remedy)
     checks.that("drives in a block", stand.energised, "the drive is off", "Enable it in the block")
-
-
-def _off(stand: Stand, checks: Checks) -> None:
-    checks.that("off at the end of a block", not stand.energised, "the drive is on", "Disable it in a finally clause")
+    stand.wait(0.5)
+    later = stand.world.dynamometer.speed(0.02)
+    slack = _SETTLED * abs(speed) + _STEP
+    checks.close("the speed has settled", actual, later, slack, "Wait until it changes no more")
 
 
 def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     speed = _speed(dynamometer, 0.1)
     dynamometer.stop()
     dynamometer.zero_torque()
+    _compare(stand, dynamometer, checks, "at rest")
     with dynamometer.driving_speed(speed):
         _hold(stand, checks, speed)
         _compare(stand, dynamometer, checks, "at speed")
-    _off(stand, checks)
+    stand.off(checks)
     dynamometer.stop()
 
 
@@ -80,31 +77,25 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
             _compare(stand, dynamometer, checks, "forwards" if speed > 0.0 else "backwards")
             dynamometer.set_speed(-speed / 3.0)
             _hold(stand, checks, -speed / 3.0)
-            for wrong in (math.nan, 2.0 * dynamometer.maximum_speed, -2.0 * dynamometer.maximum_speed):
-                with checks.refuses(
-                    "a speed beyond the maximum", SetpointError, remedy="Check before anything is sent"
-                ):
-                    dynamometer.set_speed(wrong)
+            wrong = (math.nan, 2.0 * dynamometer.maximum_speed, -2.0 * dynamometer.maximum_speed)
+            checks.rejects("a speed beyond the maximum", dynamometer.set_speed, *((one,) for one in wrong))
             with checks.refuses("zeroing a turning shaft", MeasurementError, remedy="Ask the speed first"):
                 dynamometer.zero_torque()
             dynamometer.command_zero()
             stand.wait(2.0)
-            checks.close(
-                "command_zero(): speed", stand.world.dynamometer.speed(), 0.0, 1.0, "Command no speed and no torque"
-            )
-        _off(stand, checks)
+            advice = "Command no speed and no torque"
+            checks.close("command_zero(): speed", stand.world.dynamometer.speed(), 0.0, 1.0, advice)
+        stand.off(checks)
+    with dynamometer.driving_speed(1.0):
+        _hold(stand, checks, 1.0)
     _brake(stand, dynamometer, checks)
     _torque(stand, dynamometer, checks)
     # It cannot get there: the speed that was commanded is not reported as reached.
     stand.world.set_stuck_rotor(True)
-    with (
-        checks.refuses(
-            "a shaft that is jammed", MeasurementError, remedy="Wait for the speed, and raise where it does not come"
-        ),
-        dynamometer.driving_speed(_speed(dynamometer, 0.3)),
-    ):
-        pass
-    _off(stand, checks)
+    remedy = "Wait for the speed, and raise where it does not come"
+    with checks.refuses("a shaft that is jammed", MeasurementError, remedy=remedy):
+        enter(dynamometer.driving_speed(_speed(dynamometer, 0.3)))
+    stand.off(checks)
     stand.world.set_stuck_rotor(False)
     stand.wait(5.0)
     dynamometer.make_safe()
@@ -122,18 +113,15 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
 
 def _brake(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     """Check that the shaft coasts at the end of a block, and that stop() brakes it."""
-    with dynamometer.driving_speed(_speed(dynamometer, 0.9)):
-        pass
-    checks.that(
-        "coasts at the end of a block",
-        abs(stand.world.dynamometer.speed()) > 1.0,
-        "it was braked",
-        "Coast to a stop at the end of a block",
-    )
+    enter(dynamometer.driving_speed(_speed(dynamometer, 0.9)))
+    # What somebody sets at the front panel meanwhile changes nothing.
+    stand.find()
+    coasts = abs(stand.world.dynamometer.speed()) > 1.0
+    checks.that("coasts at the end of a block", coasts, "it was braked", "Coast to a stop at the end of a block")
     dynamometer.stop()
     speed = stand.world.dynamometer.speed()
     checks.close("stop(): at rest", speed, 0.0, _REST, "Return once the shaft stands")
-    _off(stand, checks)
+    stand.off(checks)
 
 
 def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
@@ -144,9 +132,8 @@ def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
         with dynamometer.driving_torque(torque, 40.0):
             stand.wait(0.5)
             actual = stand.world.dynamometer.torque(0.02)
-            checks.close(
-                "set point: torque", actual, torque, 0.02 * abs(torque) + 2e-3 * dynamometer.maximum_torque, remedy
-            )
+            slack = 0.02 * abs(torque) + 2e-3 * dynamometer.maximum_torque
+            checks.close("set point: torque", actual, torque, slack, remedy)
             reading = dynamometer.measure()
             checks.close("torque reading at rest", reading.torque, actual, 0.02 * abs(actual) + 0.02, remedy)
             if share < 0.0:
@@ -154,17 +141,16 @@ def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
                 stand.wait(0.2)
                 left = stand.world.dynamometer.torque()
                 checks.close("command_zero(): torque", left, 0.0, 0.02, "Command no speed and no torque")
-        _off(stand, checks)
+        stand.off(checks)
     stand.world.set_stuck_rotor(False)
     with dynamometer.driving_torque(float(f"{0.05 * dynamometer.maximum_torque:.3g}"), 40.0):
         stand.wait(1.0)
+        _compare(stand, dynamometer, checks, "at a torque")
         dynamometer.stop()
         speed = stand.world.dynamometer.speed()
         checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, "Switch off before the mode is changed")
-    for torque, limit in ((math.nan, 40.0), (2.0 * dynamometer.maximum_torque, 40.0), (0.1, -1.0), (0.1, 1e5)):
-        with checks.refuses("torques that cannot be", SetpointError, remedy="Check before anything is sent"):
-            with dynamometer.driving_torque(torque, limit):
-                pass
+    wrong = ((math.nan, 40.0), (2.0 * dynamometer.maximum_torque, 40.0), (0.1, -1.0), (0.1, 1e5))
+    checks.rejects("torques that cannot be", dynamometer.driving_torque, *wrong)
     dynamometer.stop()
 
 

@@ -4,10 +4,10 @@ import math
 from contextlib import AbstractContextManager
 from typing import Any
 
-from bench.testing.conformance.report import Checks
+from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import CheckSession
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError, SetpointError
+from drivers.interfaces import InstrumentError
 
 _SETTLED = 0.1
 
@@ -44,11 +44,7 @@ def _turn(stand: Stand, inverter: Any, checks: Checks, frequency: float, current
         remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated"
         checks.close("set point: amplitude", found, current, 0.02 * current, remedy)
         _compare(stand, inverter, checks, "at a frequency")
-    _off(stand, checks)
-
-
-def _off(stand: Stand, checks: Checks) -> None:
-    checks.that("off at the end of a block", not stand.energised, "the drive is on", "Disable it in a finally clause")
+    stand.off(checks)
 
 
 def _brief(stand: Stand, inverter: Any, checks: Checks) -> None:
@@ -61,28 +57,24 @@ def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
     inverter.make_safe()
     stand.world.lock_rotor()
     remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated, sign"
-    for share in (stand.between(0.4, 0.9), -stand.between(0.1, 0.3)):
+    for share in (-stand.between(0.1, 0.3), stand.between(0.4, 0.9)):
         current = _current(inverter, share)
         with stand.sampling(stand.world.inverter.current_amplitude) as currents, inverter.driving_current(current):
-            checks.close(
-                "set point: current", stand.world.inverter.q_current(), current, 0.03 * abs(current) + 0.05, remedy
-            )
+            found, slack = stand.world.inverter.q_current(), 0.03 * abs(current) + 0.05
+            checks.close("set point: current", found, current, slack, remedy)
             stand.wait(_SETTLED)
             _compare(stand, inverter, checks, "at a current")
             inverter.set_current(-current / 2.0)
             found = stand.world.inverter.q_current()
-            checks.close("set point: current in a block", found, -current / 2.0, 0.03 * abs(current) + 0.05, remedy)
-            checks.that(
-                "no more current on the way",
-                max(currents, default=0.0) <= 1.2 * abs(current) + 0.2,
-                f"{max(currents, default=0.0):.3g} A for {current:.3g} A",
-                "Command no current before the drive is enabled",
-            )
+            checks.close("set point: current in a block", found, -current / 2.0, slack, remedy)
+            most, none = max(currents, default=0.0), "Command no current before the drive is enabled"
+            less = most <= 1.2 * abs(current) + 0.2
+            checks.that("no more current on the way", less, f"{most:.3g} A for {current:.3g} A", none)
             inverter.command_zero()
             stand.wait(_SETTLED)
             found = stand.world.inverter.q_current()
             checks.close("command_zero(): current", found, 0.0, 0.05, "Command no current and no speed")
-        _off(stand, checks)
+        stand.off(checks)
     stand.world.release_rotor()
     with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
         inverter.command_zero()
@@ -90,40 +82,23 @@ def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
         found = stand.world.inverter.output_frequency()
         checks.close("command_zero(): frequency", found, 0.0, 0.1, "Command no current and no speed")
     highest, current = inverter.maximum_frequency, inverter.maximum_current
-    for frequency, amplitude in (
-        (2.0 * highest, 1.0),
-        (-2.0 * highest, 1.0),
-        (math.nan, 1.0),
-        (1.0, -1.0),
-        (1.0, 2.0 * current),
-    ):
-        with checks.refuses("set points that cannot be", SetpointError, remedy="Check before anything is sent"):
-            with inverter.driving_frequency(frequency, amplitude):
-                pass
-    for wrong in (2.0 * current, -2.0 * current, math.nan):
-        with checks.refuses("currents that cannot be", SetpointError, remedy="Check before anything is sent"):
-            with inverter.driving_current(wrong):
-                pass
-        with checks.refuses("currents that cannot be set", SetpointError, remedy="Check before anything is sent"):
-            inverter.set_current(wrong)
+    wrong = ((2.0 * highest, 1.0), (-2.0 * highest, 1.0), (math.nan, 1.0), (1.0, -1.0), (1.0, 2.0 * current))
+    checks.rejects("set points that cannot be", inverter.driving_frequency, *wrong)
+    for act in (inverter.driving_current, inverter.set_current):
+        checks.rejects("currents that cannot be", act, *((one,) for one in (2.0 * current, -2.0 * current, math.nan)))
     stand.world.connect({})
-    with (
-        checks.refuses(
-            "a current that cannot flow", InstrumentError, remedy="Wait for it, and raise where it does not come"
-        ),
-        inverter.driving_current(_current(inverter, 0.5)),
-    ):
-        pass
-    _off(stand, checks)
+    remedy = "Wait for it, and raise where it does not come"
+    with checks.refuses("a current that cannot flow", InstrumentError, remedy=remedy):
+        enter(inverter.driving_current(_current(inverter, 0.5)))
+    stand.off(checks)
     _prepare(stand)
     stand.wait(5.0)
     remedy = "Wait until the ramp has ended, for settle_timeout at most"
     stand.world.damage.run_inverter_away(80.0)
     with checks.refuses("a frequency that is not reached", InstrumentError, remedy=remedy):
-        with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
-            pass
+        enter(inverter.driving_frequency(5.0, _current(inverter, 0.5)))
     stand.world.damage.run_inverter_away(None)
-    _off(stand, checks)
+    stand.off(checks)
     stand.wait(5.0)
 
 

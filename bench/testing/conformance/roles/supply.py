@@ -6,7 +6,7 @@ from typing import Any
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
 from bench.testing.conformance.stand import Stand, rounded
-from drivers.interfaces import OutputMode, Regulated, ReportedError, SetpointError, Supply
+from drivers.interfaces import OutputMode, Regulated, ReportedError, Supply
 
 #: What an output may be off its set point: share of the value, and of the largest one.
 _SET = 2e-3
@@ -46,20 +46,11 @@ def _hold_voltage(stand: Stand, supply: Supply, checks: Checks, voltage: float, 
         stand.wait(_SETTLED)
         actual = stand.world.truth()
         checks.that("energised: output is on", actual["output_on"], "the output is off", "Switch it on in energised()")
-        checks.close(
-            "set point: voltage",
-            actual["supply_voltage"],
-            voltage,
-            _SET * supply.maximum_voltage,
-            "Compare the voltage command with the manual: unit, scale, channel",
-        )
+        remedy = "Compare the voltage command with the manual: unit, scale, channel"
+        checks.close("set point: voltage", actual["supply_voltage"], voltage, _SET * supply.maximum_voltage, remedy)
         mode = supply.output_mode()
-        checks.that(
-            "output_mode at voltage",
-            mode is OutputMode.CONSTANT_VOLTAGE,
-            f"{mode}",
-            "Compare the status bits with the manual",
-        )
+        remedy = "Compare the status bits with the manual"
+        checks.that("output_mode at voltage", mode is OutputMode.CONSTANT_VOLTAGE, f"{mode}", remedy)
         _compare(stand, supply, checks, "at voltage")
     _off(stand, supply, checks)
 
@@ -68,20 +59,12 @@ def _hold_current(stand: Stand, supply: Supply, checks: Checks, limit: float) ->
     voltage = min(supply.maximum_voltage, rounded(1.5 * limit * _resistance(stand)))
     with supply.energised(voltage, limit, Regulated.CURRENT):
         stand.wait(_SETTLED)
-        checks.close(
-            "set point: current limit",
-            stand.world.truth()["supply_current"],
-            limit,
-            2.0 * _SET * supply.maximum_current,
-            "Compare the current command with the manual: unit, scale, channel; protection off for Regulated.CURRENT",
-        )
+        actual, slack = stand.world.truth()["supply_current"], 2.0 * _SET * supply.maximum_current
+        remedy = "Compare the current command with the manual: unit, scale, channel; protection off here"
+        checks.close("set point: current limit", actual, limit, slack, remedy)
         mode = supply.output_mode()
-        checks.that(
-            "output_mode at current",
-            mode is OutputMode.CONSTANT_CURRENT,
-            f"{mode}",
-            "Compare the status bits with the manual",
-        )
+        remedy = "Compare the status bits with the manual"
+        checks.that("output_mode at current", mode is OutputMode.CONSTANT_CURRENT, f"{mode}", remedy)
         _compare(stand, supply, checks, "at current")
     _off(stand, supply, checks)
 
@@ -89,7 +72,7 @@ def _hold_current(stand: Stand, supply: Supply, checks: Checks, limit: float) ->
 def _off(stand: Stand, supply: Supply, checks: Checks) -> None:
     mode = supply.output_mode()
     checks.that("output_mode when off", mode is OutputMode.OFF, f"{mode}", "Ask the output's state as well")
-    checks.that("off at the end of a block", not stand.energised, "the output is on", "Switch off in a finally clause")
+    stand.off(checks)
     # What the output's capacitors hold would trip the protection of a lower level.
     stand.wait(_SETTLED)
 
@@ -104,12 +87,9 @@ def _full(stand: Stand, supply: Any, checks: Checks) -> None:
         protections = stand.world.supply.protections()
         voltage, _ = _level(stand, supply, share)
         over = protections["over_voltage"]
-        checks.that(
-            "over-voltage protection",
-            over is None or _protects(stand, supply, voltage, over),
-            f"it stands at {over} V for a level of {voltage:g} V",
-            "Set it above the level by over_voltage_margin and over_voltage_headroom",
-        )
+        right = over is None or _protects(stand, supply, voltage, over)
+        remedy = "Set it above the level by over_voltage_margin and over_voltage_headroom"
+        checks.that("over-voltage protection", right, f"it stands at {over} V for a level of {voltage:g} V", remedy)
     highest = min(supply.maximum_current, 0.9 * supply.maximum_voltage / (1.5 * _resistance(stand)))
     for share in (0.8, stand.between(0.2, 0.6)):
         _hold_current(stand, supply, checks, rounded(share * highest))
@@ -120,13 +100,8 @@ def _full(stand: Stand, supply: Any, checks: Checks) -> None:
     with supply.energised(supply.maximum_voltage, rounded(supply.maximum_current)):
         stand.wait(_SETTLED)
         level = stand.world.truth()["supply_voltage"]
-    checks.close(
-        "set point: largest voltage",
-        level,
-        supply.maximum_voltage,
-        _SET * supply.maximum_voltage,
-        "Compare maximum_voltage with the model's rating",
-    )
+    remedy = "Compare maximum_voltage with the model's rating"
+    checks.close("set point: largest voltage", level, supply.maximum_voltage, _SET * supply.maximum_voltage, remedy)
     _prepare(stand)
     stand.wait(_SETTLED)
 
@@ -179,11 +154,9 @@ def _set_without_output(stand: Stand, supply: Any, checks: Checks) -> None:
     """Both orders: to a higher level and to a lower one, while the output is off."""
     for share in (0.7, 0.2):
         supply.configure(*_level(stand, supply, share))
-        checks.that(
-            "configure() leaves the output off", not stand.energised, "it is on", "Switch on in energised() only"
-        )
-    with checks.refuses("negative voltage", SetpointError, remedy="Allow 0 to the maximum"):
-        supply.configure(-1.0, 0.1)
+        remedy = "Switch on in energised() only"
+        checks.that("configure() leaves the output off", not stand.energised, "it is on", remedy)
+    checks.rejects("negative voltage", supply.configure, (-1.0, 0.1))
 
 
 SESSION = CheckSession(_prepare, _brief, _full, _energise, stuck="supply")

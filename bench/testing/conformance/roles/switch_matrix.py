@@ -51,12 +51,8 @@ def _compare(stand: Stand, matrix: Any, checks: Checks, wanted: Collection[str])
 def _connect(stand: Stand, matrix: Any, checks: Checks, wanted: frozenset[str]) -> None:
     before, changes = stand.bench.clock.now(), matrix.closed() != wanted
     matrix.connect(wanted)
-    checks.that(
-        "connect() waits until the contacts have settled",
-        stand.bench.clock.now() - before >= 0.02 or not changes,
-        "it returned at once",
-        "Wait for the relays' settling time",
-    )
+    right, remedy = stand.bench.clock.now() - before >= 0.02 or not changes, "Wait for the relays' settling time"
+    checks.that("connect() waits until the contacts have settled", right, "it returned at once", remedy)
     _compare(stand, matrix, checks, wanted)
 
 
@@ -72,7 +68,7 @@ def _full(stand: Stand, matrix: Any, checks: Checks) -> None:
     remedy = "Check with drivers.bases.crosspoints.conflict before anything is switched"
     for wanted in (*(each for each in _CONFLICTS if each <= there), frozenset({"A:nowhere"})):
         stand.messages.clear()
-        with checks.refuses(f"refused: {', '.join(sorted(wanted))}", CrosspointError, remedy=remedy):
+        with checks.refuses(f"refused: {', '.join(sorted(wanted))}", CrosspointError, remedy=remedy, says=wanted):
             matrix.connect(wanted)
         sent = [message for message, _ in stand.messages]
         checks.that("nothing is sent for what is refused", not sent, f"{sent} was sent", remedy)

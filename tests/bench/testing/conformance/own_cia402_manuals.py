@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from bench.testing.conformance.manual import Manual, NotYet, Reply
+from bench.testing.conformance.manual import Limits, Manual, NotYet, Reply, Trip
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -24,6 +24,9 @@ _CURRENT = Accuracy(offset=0.5, resolution=0.01)
 _FAULT, _NO_STATE, _READY = b"\x18\x02", b"\x05\x02", b"\x31\x02"
 _CIA402: Sequence[Reply] = (
     Reply("read 6041H 0", _FAULT, ReportedError),
+    # One that can be reset is told all the same, and one that comes on the way down.
+    Reply("read 6041H 0", _FAULT, ReportedError, says="in fault", times=1),
+    Reply("read 6041H 0", _FAULT, ReportedError, says="in fault", call="make_safe", after="read 6041H 0"),
     Reply("read 6041H 0", b"\x1f\x02", ReportedError),
     Reply("read 6041H 0", _NO_STATE, CommunicationError),
     Reply("read 1000H 0", b"\x91\x01\x02\x00", IdentityError),
@@ -31,10 +34,15 @@ _CIA402: Sequence[Reply] = (
 _POWER = (NotYet("read 6041H 0", _READY, 1.0), NotYet("read 6061H 0", b"\0", 1.0))
 
 
+def _in_fault(*calls: str) -> Sequence[Reply]:
+    return tuple(Reply("read 6041H 0", _FAULT, ReportedError, call=call, says="in fault") for call in calls)
+
+
 def _node(product: int, model: str, **stated: Any) -> Manual:
     return Manual(
         identity=Identity("vendor 0x000002FF", model, "1", "10000"),
         not_yet=(*_POWER, *stated.pop("not_yet", ())),
+        trip=Trip(lambda simulated: simulated._power.trip(0x2310), says="0x2310 (continuous over-current)", within=0.3),
         **stated,
     )
 
@@ -49,10 +57,19 @@ INVERTER = _node(
     },
     replies=(
         *_CIA402,
+        *_in_fault("measure_frequency", "measure_current", "driving_frequency begins", "driving_frequency ends"),
         Reply("read 6075H 0", b"\0\0\0\0", ReportedError),
         Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
     ),
+)
+#: A drive that counts in rms amperes; 16 bits of a thousandth of the rated 10 A hold no more than 327.67 A.
+INVERTER_VARIANTS = (
+    {"current_scale": 2.0, "manual": Manual(replies=(Reply("read 6077H 0", b"\x9c\xff", reads={"value": -2.0}),))},
+    {
+        "maximum_current": 1e4,
+        "manual": Manual(limits=(Limits("driving_current", "current", -327.67, 327.67, beyond=0.01),)),
+    },
 )
 SIX_STEP = _node(
     3,
@@ -60,6 +77,7 @@ SIX_STEP = _node(
     accuracies={f"{when}: {what}": one for when in ("running", "at speed") for what, one in _BUS.items()},
     replies=(
         *_CIA402,
+        *_in_fault("measure_bus_voltage", "measure_bus_current", "measure_frequency", "running begins", "running ends"),
         Reply("read 6061H 0", b"\0", MeasurementError),
         Reply("read 6079H 0", b"\xc0\x5d\0\0", reads={"value": 24.0}),
         Reply("read 2010H 0", b"\x18\xfc\xff\xff", reads={"value": -1.0}),
@@ -74,6 +92,9 @@ ROTOR = _node(
     accuracies={"angle": Accuracy(resolution=2.0 * math.pi / 65_536)},
     replies=(
         *_CIA402,
+        *_in_fault("turn", "move_by", "stop"),
+        # Where the outputs have a mask, all three are to be in it.
+        *(Reply("read 60FEH 2", mask, None, beside={"write 60FEH 2": b""}) for mask in (_NONE, b"\0\0\7\0")),
         Reply("read 608FH 1", _NONE, ReportedError),
         Reply("read 608FH 2", _NONE, ReportedError),
         Reply("read 608FH 2", b"\x03\0\0\0", ReportedError),

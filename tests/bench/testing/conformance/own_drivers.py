@@ -1,11 +1,15 @@
 """Our drivers with the options that they are checked with, and the state in which a predecessor may have left each."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from drivers.interfaces import Accuracy, IdentityError, ProbeKind, SetpointError
+from bench.testing.conformance.manual import Manual, Model
+from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, SetpointError
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
+from tests.bench.testing.conformance.own_cia402_manuals import INVERTER_VARIANTS
+from tests.bench.testing.conformance.own_manuals import DELTA_BY_COMMAND, E4980A_CALIBRATED, GPT9800_SLOW, MANUALS
 
 VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
 _POINT = Accuracy(gain=1e-3, source="calibration")
@@ -80,46 +84,52 @@ FOUND: Mapping[str, Any] = {
     "cia402-rotor-actuator": _objects({0x60FF: 200_000}),
 }  # fmt: skip
 
-#: Options that each must refuse, with the message that it gives when it opens.
-REFUSED: Mapping[str, Sequence[Mapping[str, Any]]] = {
+_REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
     "keysight-e36300": (
-        {"channel": 4, "raises": IdentityError},
-        {"over_current_delay": 0.2551, "raises": SetpointError},
-        {"over_current_delay": -0.1, "raises": SetpointError},
+        ({"channel": 4}, IdentityError),
+        ({"over_current_delay": 0.2551}, SetpointError),
+        ({"over_current_delay": -0.1}, SetpointError),
     ),
-    "keysight-34461a": ({"calibration": {5.0: Accuracy(gain=1e-4)}},),
-    "keysight-infiniivision": (
-        {"probes": {1: Probe(ProbeKind.VOLTAGE, 1e5)}},
-        {"probes": {1: Probe(ProbeKind.VOLTAGE, 1.01e4)}},
-        {"probes": {1: Probe(ProbeKind.VOLTAGE, 0.99e-3)}},
+    "keysight-34461a": (({"calibration": {5.0: Accuracy(gain=1e-4)}}, IdentityError),),
+    "keysight-infiniivision": tuple(
+        ({"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation)}}, SetpointError) for attenuation in (1e5, 1.01e4, 0.99e-3)
     ),
     "keysight-34970a": (
         *(
-            {"crosspoints": crosspoints, "raises": ValueError}
+            ({"crosspoints": crosspoints}, ValueError)
             for crosspoints in (
                 {"A:supply+": 99}, {"A:supply+": 10_000}, {"A:supply+": 111, "A:supply-": 111}, {"D:supply+": 111},
             )
         ),
-        {"crosspoints": {"A:supply+": 1101}, "raises": IdentityError},
-        {"crosspoints": {"A:supply+": 911}},
-        {"fixed": ("D:channel1~",), "raises": ValueError},
-        {"fixed": ("A:supply+",), "raises": ValueError},
+        ({"crosspoints": {"A:supply+": 1101}}, IdentityError),
+        ({"crosspoints": {"A:supply+": 911}}, InstrumentError),
+        ({"fixed": ("D:channel1~",)}, ValueError),
+        ({"fixed": ("A:supply+",)}, ValueError),
     ),
-    "gwinstek-gpt9800": ({"ramp_time": 0.05}, {"ramp_time": 1000.0}),
+    "gwinstek-gpt9800": (({"ramp_time": 0.05}, SetpointError), ({"ramp_time": 1000.0}, SetpointError)),
 }  # fmt: skip
+
+
+def manual_of(name: str) -> Manual:
+    """Return what the manual states of a driver's instrument, and the options that it must refuse."""
+    refused = (Model(options=options, error=error) for options, error in _REFUSED.get(name, ()))
+    return replace(MANUALS[name], models=(*MANUALS[name].models, *refused))
+
+
 #: Other options with which each is used as well.
 VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "keysight-e36300": ({"over_voltage_margin": 0.2, "over_voltage_headroom": 0.3},),
     "keysight-e4980a": (
         {"calibration": (ImpedanceCalibration(1000.0, resistance=_POINT),)},
         {"calibration": (ImpedanceCalibration(1000.0, resistance=_POINT, inductance=_POINT),)},
+        *E4980A_CALIBRATED,
     ),
     "keysight-34461a": ({"calibration": {10.0: _POINT}},),
     "keysight-infiniivision": ({"calibration": {1: Accuracy(gain=0.02, offset=0.1, source="calibration")}},),
     "keysight-34970a": ({"crosspoints": {}}, {"fixed": ("A:channel4~", "A:voltmeter+")}),
-    "delta-dyn200": ({"direction_from": "command"}, {"watchdog_time": 2.0}),
-    "cia402-inverter": ({"heartbeat_time": 1.0},),
+    "delta-dyn200": ({"direction_from": "command"}, DELTA_BY_COMMAND, {"watchdog_time": 2.0}),
+    "cia402-inverter": ({"heartbeat_time": 1.0}, *INVERTER_VARIANTS),
     "cia402-six-step": ({"heartbeat_time": 1.0},),
-    "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}),
-    "gwinstek-gpt9800": ({"ramp_time": 0.5},),
+    "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
+    "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),
 }

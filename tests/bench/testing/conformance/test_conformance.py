@@ -7,22 +7,26 @@ from typing import Any
 
 import pytest
 
+from bench.i18n.errors import InputError
 from bench.plugins.catalogues import installed
 from bench.testing.conformance import (
     Limits,
     Manual,
+    Model,
     NotYet,
     Reply,
+    Trip,
     check_driver,
     check_export,
     check_simulated_instrument,
 )
 from bench.testing.conformance.kit import Conformance
 from bench.testing.conformance.report import Checks
-from drivers.interfaces import Accuracy, CommunicationError, Identity, MeasurementError, Reading
-from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, REFUSED, VARIANTS
-from tests.bench.testing.conformance.own_manuals import MANUALS
+from drivers.interfaces import Accuracy, CommunicationError, Identity, IdentityError, MeasurementError, Reading
+from drivers.lutron.options import LutronTachometerOptions
+from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
 
+_BY_102 = {"maximum_frequency": 1e6}
 #: Those that a check of takes well under half a second.
 QUICK = ("keysight-e4980a", "keysight-34461a", "lutron-tachometer", "keysight-34970a", "gwinstek-gpt9800")
 #: A make that nobody of us knows, as the how-to has it: one that does not confirm that its output is off.
@@ -49,12 +53,19 @@ def test_our_drivers_conform(name: str) -> None:
         name,
         options=OPTIONS[name],
         found=FOUND.get(name),
-        manual=MANUALS[name],
-        refused=REFUSED.get(name, ()),
+        manual=manual_of(name),
         variants=VARIANTS.get(name, ()),
     )
     assert report.passed, "\n".join(map(str, report.failures))
     assert len(report.findings) > 30
+
+
+def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
+    trip = Trip(lambda simulated: simulated._power.trip(0x2310), says="0x3210", resets=False)
+    report = check_driver("cia402-six-step", options=OPTIONS["cia402-six-step"], manual=Manual(trip=trip))
+    found = [one.check for one in report.failures]
+    assert any(check.startswith("a fault of its own at '") and check.endswith("': afterwards") for check in found)
+    assert any(check.startswith("a fault of its own at '") and check.endswith("'") for check in found)
 
 
 @pytest.mark.parametrize("name", sorted(installed().exports))
@@ -65,6 +76,22 @@ def test_our_exports_conform(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(set(installed().simulated_instruments) - {"generic-supply"}))
 def test_our_simulated_instruments_conform(name: str) -> None:
     check_simulated_instrument(name).require()
+
+
+def test_a_simulated_instrument_is_checked_with_a_driver_by_its_name() -> None:
+    report = check_simulated_instrument("lutron-tachometer", driver="lutron-tachometer")
+    assert report.passed
+    assert any(one.check == "the same seed gives the same readings" for one in report.findings)
+    with pytest.raises(InputError, match="known are: "):
+        check_simulated_instrument("lutron-tachometer", driver="acme-none")
+    with pytest.raises(InputError, match="is no driver: give a Driver"):
+        check_simulated_instrument("lutron-tachometer", driver=LutronTachometerOptions)  # type: ignore[arg-type]
+
+
+def test_a_plug_in_file_that_cannot_be_used_is_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "acme.py").write_text("def opened(:\n")
+    with pytest.raises(InputError, match=r"acme\.py cannot be used: SyntaxError: invalid syntax"):
+        Conformance(tmp_path).files(tmp_path / "acme.py")
 
 
 def test_a_procedure_conforms(tmp_path: Path) -> None:
@@ -131,10 +158,21 @@ def test_mistakes_are_found(
         ("keysight-34461a", Manual(replies=(Reply("READ", b"+9.9E+37", None),)), "is no error"),
         ("keysight-34461a", Manual(replies=(Reply("NEVER", b"0", None),)), "is no error"),
         ("gwinstek-gpt9800", Manual(not_yet=(NotYet(r"FUNC:TEST\?", b"TEST ON", 9.0),)), "patience"),
+        ("lutron-tachometer", Manual(replies=(Reply("frame", b"", says="no such words"),)), "measure_speed"),
+        ("lutron-tachometer", Manual(replies=(Reply("frame", 9 * b"0", within=0.1),)), "in time"),
+        ("lutron-tachometer", Manual(takes={"measure_speed": (2.0, 3.0)}), "measure_speed() lasts"),
+        ("lutron-tachometer", Manual(port={"baudrate": 4800}), "baudrate of the port"),
+        ("keysight-e4980a", Manual(models=(Model({r"\*OPT\?": b"032"}, states=_BY_102),)), "maximum_frequency with"),
+        (
+            "keysight-34461a",
+            Manual(models=(Model(options={"calibration": {}}, error=IdentityError),)),
+            "not opened with",
+        ),
+        ("scpi-supply", Manual(steps={"^VOLT": 0.1}), "rounded to 0.1"),
     ],
 )
 def test_a_driver_that_is_not_as_its_manual_is_found(driver: str, manual: Manual, check: str) -> None:
-    report = check_driver(driver, options=OPTIONS[driver], manual=manual)
+    report = check_driver(driver_named(driver), options=OPTIONS[driver], manual=manual)
     assert any(check in finding.check for finding in report.failures), "\n".join(map(str, report.failures))
 
 
