@@ -149,7 +149,7 @@ class Node:
 @pytest.fixture(autouse=True)
 def quickly_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every test leaves a bus, which otherwise takes as long as its thread listens."""
-    monkeypatch.setattr("drivers.transport.can.buses.LISTENING_TIME", 0.002)
+    monkeypatch.setattr("drivers.transport.can.buses.LISTENING_TIME", 0.01)
 
 
 @pytest.fixture
