@@ -28,8 +28,6 @@ INSTRUMENTS = frozenset(
         "ModbusLine",
     }
 )
-#: Names that still mean several things. The list only shrinks: give one of the classes a name of its own and take it out.
-ACCEPTED = frozenset({"Limits", "Watch"})
 
 
 @cache
@@ -44,12 +42,12 @@ def duplicates() -> Mapping[str, Sequence[str]]:
 
 
 def test_no_public_class_bears_the_name_of_another() -> None:
-    fresh = {name: places for name, places in duplicates().items() if name not in ACCEPTED | INSTRUMENTS}
+    fresh = {name: places for name, places in duplicates().items() if name not in INSTRUMENTS}
     assert not fresh, "\n".join(f"{name}: {', '.join(places)}" for name, places in fresh.items())
 
 
-def test_the_list_of_accepted_names_only_shrinks() -> None:
-    unique = sorted((ACCEPTED | INSTRUMENTS) - duplicates().keys())
+def test_the_list_of_instruments_only_shrinks() -> None:
+    unique = sorted(INSTRUMENTS - duplicates().keys())
     assert not unique, f"no longer defined twice, take out of the list: {', '.join(unique)}"
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from sim_instruments.faults.description import Description, Mend
-from sim_instruments.faults.line_faults import Watch
+from sim_instruments.faults.line_faults import MessageWatch
 
 if TYPE_CHECKING:
     from sim_instruments.faults.target import FaultTarget
@@ -89,7 +89,11 @@ class Injector:
         def seen() -> None:
             self._begin_at(entry, self._bench.clock.now() + entry.described.after)
 
-        watch = Watch.on(message.pattern or "", seen) if message.count is None else Watch.at(message.count, seen)
+        watch = (
+            MessageWatch.on(message.pattern or "", seen)
+            if message.count is None
+            else MessageWatch.at(message.count, seen)
+        )
         faults.watch(watch)
         entry.due = lambda: faults.unwatch(watch)
 

@@ -86,7 +86,7 @@ class Fault:
 
 
 @dataclass
-class Watch:
+class MessageWatch:
     """Calls `seen` once, at the n-th message since it was added, or at the first in which the pattern is found."""
 
     strikes: Callable[[int, str], bool]
@@ -94,12 +94,12 @@ class Watch:
     count: int = 0
 
     @classmethod
-    def at(cls, count: int, seen: Callable[[], None]) -> "Watch":
+    def at(cls, count: int, seen: Callable[[], None]) -> "MessageWatch":
         """Return a watch for the n-th message, counted from 1."""
         return cls(lambda number, _: number == count, seen)
 
     @classmethod
-    def on(cls, pattern: str, seen: Callable[[], None]) -> "Watch":
+    def on(cls, pattern: str, seen: Callable[[], None]) -> "MessageWatch":
         """Return a watch for a message in which the regular expression is found, whatever its case."""
         return cls(_found(pattern), seen)
 
@@ -109,7 +109,7 @@ class Faults:
 
     def __init__(self) -> None:
         self._faults: list[Fault] = []
-        self._watches: list[Watch] = []
+        self._watches: list[MessageWatch] = []
 
     def __len__(self) -> int:
         return len(self._faults) + len(self._watches)
@@ -126,11 +126,11 @@ class Faults:
         """Take a fault away; one that is not there is no matter."""
         self._faults = [other for other in self._faults if other is not fault]
 
-    def watch(self, watch: Watch) -> None:
+    def watch(self, watch: MessageWatch) -> None:
         """Have a message looked out for."""
         self._watches.append(watch)
 
-    def unwatch(self, watch: Watch) -> None:
+    def unwatch(self, watch: MessageWatch) -> None:
         """Look out for it no longer; one that is not there is no matter."""
         self._watches = [other for other in self._watches if other is not watch]
 

@@ -2,7 +2,7 @@
 
 from bench.testing.conformance.driver import check_driver
 from bench.testing.conformance.export import check_export
-from bench.testing.conformance.manual import Limits, Manual, Model, NotYet, Reply, Trip
+from bench.testing.conformance.manual import Manual, Model, NotYet, ProtectionTrip, Reply, StatedLimits
 from bench.testing.conformance.procedure import check_procedure
 from bench.testing.conformance.report import CheckFinding, ConformanceReport
 from bench.testing.conformance.simulated_instrument import check_simulated_instrument
@@ -10,12 +10,12 @@ from bench.testing.conformance.simulated_instrument import check_simulated_instr
 __all__ = [
     "CheckFinding",
     "ConformanceReport",
-    "Limits",
     "Manual",
     "Model",
     "NotYet",
+    "ProtectionTrip",
     "Reply",
-    "Trip",
+    "StatedLimits",
     "check_driver",
     "check_export",
     "check_procedure",

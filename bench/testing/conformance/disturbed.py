@@ -5,12 +5,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from bench.testing.conformance.manual import Trip
+from bench.testing.conformance.manual import ProtectionTrip
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Energise, Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, ReportedError
-from sim_instruments.faults.line_faults import Fault, FaultKind, Watch
+from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: A delay (s) beyond every time-out: the reply comes when another one is waited for; and one that is no fault.
 _LATE, _LITTLE_LATE = 30.0, 0.05
@@ -95,7 +95,7 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
         made.faults.add(Fault.at(kind, message.number, delay=_LATE))
         if kind is FaultKind.SILENCE and message.text.startswith("write") and made.transport == "modbus":
             unit = made.simulated.units[int(message.text.split()[1])]
-            made.faults.watch(Watch.at(message.number, lambda: _lose(unit)))
+            made.faults.watch(MessageWatch.at(message.number, lambda: _lose(unit)))
         began = made.bench.clock.now()
         # What the instrument itself refuses is not sent again by itself: it was told, and whoever hears it makes safe.
         one_use(trial, made, instrument, what, message.text, refusal=kind in (FaultKind.EXCEPTION, FaultKind.REPLACE))
@@ -141,7 +141,7 @@ def _cut(trial: Trial, message: _Message) -> None:
     """Check a cable that comes out at a message: it is told, and once it is back make_safe takes the energy away."""
     with trial.opened() as (made, instrument):
         cable = made.bench.connection(trial.subject.role.value)
-        made.faults.watch(Watch.at(message.number, cable.pull))
+        made.faults.watch(MessageWatch.at(message.number, cable.pull))
         with trial.checks.refuses("a line that is cut", InstrumentError, remedy="Raise CommunicationError"):
             trial.brief(made, instrument)
         cable.plug()
@@ -162,11 +162,11 @@ def _unanswered(trial: Trial, energise: Energise) -> None:
         trial.checks.that("make_safe where no question is answered", off, "it is on", remedy)
 
 
-def _tripped(trial: Trial, trip: Trip, message: _Message, took: float) -> None:
+def _tripped(trial: Trial, trip: ProtectionTrip, message: _Message, took: float) -> None:
     """Check a fault of the instrument's own at a message: it is told as what it is, and does not stay where it can be reset."""
     what, remedy = f"a fault of its own at '{message.text}'", "Look at the instrument's state wherever it is waited for"
     with trial.opened() as (made, instrument):
-        made.faults.watch(Watch.at(message.number, lambda: trip.make(made.simulated)))
+        made.faults.watch(MessageWatch.at(message.number, lambda: trip.make(made.simulated)))
         began = made.bench.clock.now()
         with trial.checks.refuses(what, ReportedError, remedy=remedy, says=(trip.says,)):
             trial.brief(made, instrument)

@@ -4,7 +4,7 @@ import inspect
 import math
 from typing import Any
 
-from bench.testing.conformance.manual import Limits
+from bench.testing.conformance.manual import StatedLimits
 from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
@@ -65,7 +65,7 @@ def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: s
                 checks.that(f"{name}: nothing is on for what is refused", not made.energised, "it is on", remedy)
 
 
-def _as_stated(made: Stand, instrument: Any, stated: Limits, checks: Checks, remedy: str) -> None:
+def _as_stated(made: Stand, instrument: Any, stated: StatedLimits, checks: Checks, remedy: str) -> None:
     what = f"{stated.method}: {stated.argument} as the manual states it"
 
     def call(value: float) -> None:

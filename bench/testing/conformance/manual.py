@@ -9,7 +9,7 @@ from drivers.interfaces import Accuracy, Identity, InstrumentError
 
 
 @dataclass(frozen=True)
-class Limits:
+class StatedLimits:
     """The lowest and the highest value that `method` takes for `argument`, beside the other arguments in `beside`.
 
     Both are taken, and what is `beyond` them by so much, a thousandth unless given, is refused with nothing sent. `step` is what
@@ -80,7 +80,7 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Trip:
+class ProtectionTrip:
     """A fault of the instrument's own: `make` gets the simulated one, and has it switch itself off, with a fault that stays.
 
     It is told by a ReportedError that `says` so in its text, `within` so long (s) more than the use takes without it. Where
@@ -107,11 +107,11 @@ class Manual:
     defaults: Mapping[str, Any] = field(default_factory=dict)
     accuracies: Mapping[str, Accuracy] = field(default_factory=dict)
     accuracies_at: Mapping[tuple[Any, ...], Accuracy | tuple[Accuracy, ...]] = field(default_factory=dict)
-    limits: Sequence[Limits] = ()
+    limits: Sequence[StatedLimits] = ()
     replies: Sequence[Reply] = ()
     not_yet: Sequence[NotYet] = ()
     models: Sequence[Model] = ()
-    trip: Trip | None = None
+    trip: ProtectionTrip | None = None
     takes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     steps: Mapping[str, float] = field(default_factory=dict)
     port: Mapping[str, Any] = field(default_factory=dict)

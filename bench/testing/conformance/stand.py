@@ -17,7 +17,7 @@ from drivers.transport.can.buses import CanBuses
 from drivers.transport.in_process import ByteStream
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import FIXTURE, SimulatedInstrument, SimulatedUnit
-from sim_instruments.faults.line_faults import Faults, Watch
+from sim_instruments.faults.line_faults import Faults, MessageWatch
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.exchange import ReadEnd
@@ -195,7 +195,7 @@ class Stand:
             found.append(read())
             return False
 
-        watch = Watch(hears, lambda: None)
+        watch = MessageWatch(hears, lambda: None)
         self.faults.watch(watch)
         try:
             yield found
@@ -209,7 +209,7 @@ class Stand:
             self.messages.append((message, self.energised))
             return False
 
-        self.faults.watch(Watch(hears, lambda: None))
+        self.faults.watch(MessageWatch(hears, lambda: None))
 
     def watch(self, owner: Any, name: str) -> None:
         """Take note of what a method of the world is called with."""

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from bench.testing.conformance.manual import Limits, Manual, NotYet, Reply, Trip
+from bench.testing.conformance.manual import Manual, NotYet, ProtectionTrip, Reply, StatedLimits
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -42,7 +42,9 @@ def _node(product: int, model: str, **stated: Any) -> Manual:
     return Manual(
         identity=Identity("vendor 0x000002FF", model, "1", "10000"),
         not_yet=(*_POWER, *stated.pop("not_yet", ())),
-        trip=Trip(lambda simulated: simulated._power.trip(0x2310), says="0x2310 (continuous over-current)", within=0.3),
+        trip=ProtectionTrip(
+            lambda simulated: simulated._power.trip(0x2310), says="0x2310 (continuous over-current)", within=0.3
+        ),
         **stated,
     )
 
@@ -68,7 +70,7 @@ INVERTER_VARIANTS = (
     {"current_scale": 2.0, "manual": Manual(replies=(Reply("read 6077H 0", b"\x9c\xff", reads={"value": -2.0}),))},
     {
         "maximum_current": 1e4,
-        "manual": Manual(limits=(Limits("driving_current", "current", -327.67, 327.67, beyond=0.01),)),
+        "manual": Manual(limits=(StatedLimits("driving_current", "current", -327.67, 327.67, beyond=0.01),)),
     },
 )
 SIX_STEP = _node(

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from bench.testing.conformance.manual import Limits, Manual, Model, NotYet, Reply, Trip
+from bench.testing.conformance.manual import Manual, Model, NotYet, ProtectionTrip, Reply, StatedLimits
 from drivers.interfaces import (
     Accuracy,
     Aperture,
@@ -81,8 +81,8 @@ _SCPI_SUPPLY = Manual(
     identity=Identity("motorbench", "generic supply", "0", "1"),
     defaults={"over_voltage_margin": 0.1, "over_voltage_headroom": 0.5, "trip_at_current_limit": False},
     limits=(
-        Limits("configure", "voltage", 0.0, 30.0, {"current_limit": 1.0}),
-        Limits("configure", "current_limit", 0.0, 5.0, {"voltage": 1.0}),
+        StatedLimits("configure", "voltage", 0.0, 30.0, {"current_limit": 1.0}),
+        StatedLimits("configure", "current_limit", 0.0, 5.0, {"voltage": 1.0}),
     ),
     accuracies={
         f"{when}: {what} reading": Accuracy(gain=5e-4, offset=offset)
@@ -136,8 +136,8 @@ _E4980A = Manual(
         Model({r"\*IDN\?": b"Agilent Technologies,4284A,MY1,1"}, error=IdentityError),
     ),
     limits=(
-        Limits("configure", "frequency", 20.0, 1e6),
-        Limits("configure", "level", 5e-3, 2.0, {"frequency": 1000.0}),
+        StatedLimits("configure", "frequency", 20.0, 1e6),
+        StatedLimits("configure", "level", 5e-3, 2.0, {"frequency": 1000.0}),
     ),
     replies=(
         Reply(r"FETC", b"+9.90000E+37,+9.90000E+37,-1", OverloadError),
@@ -181,8 +181,8 @@ _34461A = Manual(
         (50.0,): Accuracy(gain=4.5e-5, offset=6e-4, resolution=1e-4),
     },
     limits=(
-        Limits("configure", "full_scale", 0.0, 1000.0),
-        Limits("configure", "power_line_cycles", 10.0, 100.0, {"full_scale": 1.0}),
+        StatedLimits("configure", "full_scale", 0.0, 1000.0),
+        StatedLimits("configure", "power_line_cycles", 10.0, 100.0, {"full_scale": 1.0}),
     ),
     replies=(
         Reply(r"READ\?", b"+9.90000000E+37", OverloadError),
@@ -202,13 +202,13 @@ _INFINIIVISION = Manual(
     # 2 % of full scale; 0.1 division of 1 A, 2 mV at ten amperes a volt, 1 % of the offset of 1 A.
     accuracies={"current": Accuracy(gain=0.02, offset=0.13, resolution=8.0 / 256.0)},
     limits=(
-        Limits("configure_acquisition", "record_time", 20e-9, 500.0, {"points": 1}),
-        Limits("configure_acquisition", "points", 1, 2_000_000, {"record_time": 1.0}),
+        StatedLimits("configure_acquisition", "record_time", 20e-9, 500.0, {"points": 1}),
+        StatedLimits("configure_acquisition", "points", 1, 2_000_000, {"record_time": 1.0}),
         # 2.5 GSa/s; 1 mV to 5 V a division, by a probe of ten to one.
-        Limits("configure_acquisition", "points", 1, 2500, {"record_time": 1e-6}, beyond=1),
-        Limits("configure_channel", "settings", 0.08, 400.0, {"channel": 1}, beyond=1e-3, of=ChannelSettings),
-        Limits("configure_channel", "settings", -400.0, 400.0, {"channel": 2}, of=lambda offset: ChannelSettings(10.0, offset)),
-        Limits("configure_acquisition", "pre_trigger", 0.0, 1.0, {"record_time": 1.0, "points": 1000}),
+        StatedLimits("configure_acquisition", "points", 1, 2500, {"record_time": 1e-6}, beyond=1),
+        StatedLimits("configure_channel", "settings", 0.08, 400.0, {"channel": 1}, beyond=1e-3, of=ChannelSettings),
+        StatedLimits("configure_channel", "settings", -400.0, 400.0, {"channel": 2}, of=lambda offset: ChannelSettings(10.0, offset)),
+        StatedLimits("configure_acquisition", "pre_trigger", 0.0, 1.0, {"record_time": 1.0, "points": 1000}),
     ),
     models=(
         *(Model(options={"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation)}}) for attenuation in (1e-3, 1e4)),
@@ -323,7 +323,7 @@ _DELTA = Manual(
         Model(options={"maximum_torque": 2.0}, states={"maximum_torque": 2.0}),
     ),
     # An external fault, which stays until a person resets it.
-    trip=Trip(lambda simulated: simulated.units[1].write(0x2002, [1]), says="49", resets=False),
+    trip=ProtectionTrip(lambda simulated: simulated.units[1].write(0x2002, [1]), says="49", resets=False),
     not_yet=(NotYet("read 1 2103H 2", bytes.fromhex("00640000"), 1.0),),
 )
 
@@ -351,8 +351,8 @@ def _shown(status: str, kilovolts: str, resistance: str, time: str) -> bytes:
 _GPT9800 = Manual(
     identity=Identity("GW Instek", "GPT-9803", "EM110867", "v2.08"),
     limits=(
-        Limits("measure", "voltage", 50.0, 1000.0, {"duration": 1.0}, step=50.0),
-        Limits("measure", "duration", 1.0, 999.9, {"voltage": 500.0}),
+        StatedLimits("measure", "voltage", 50.0, 1000.0, {"duration": 1.0}, step=50.0),
+        StatedLimits("measure", "duration", 1.0, 999.9, {"voltage": 500.0}),
     ),
     replies=(
         Reply("MEAS", _shown("PASS", "0.500", "0370M", "T=000.4"), MeasurementError, call="measure"),

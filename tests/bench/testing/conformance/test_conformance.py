@@ -10,12 +10,12 @@ import pytest
 from bench.i18n.errors import InputError
 from bench.plugins.catalogues import installed
 from bench.testing.conformance import (
-    Limits,
     Manual,
     Model,
     NotYet,
+    ProtectionTrip,
     Reply,
-    Trip,
+    StatedLimits,
     check_driver,
     check_export,
     check_simulated_instrument,
@@ -61,7 +61,7 @@ def test_our_drivers_conform(name: str) -> None:
 
 
 def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
-    trip = Trip(lambda simulated: simulated._power.trip(0x2310), says="0x3210", resets=False)
+    trip = ProtectionTrip(lambda simulated: simulated._power.trip(0x2310), says="0x3210", resets=False)
     report = check_driver("cia402-six-step", options=OPTIONS["cia402-six-step"], manual=Manual(trip=trip))
     found = [one.check for one in report.failures]
     assert any(check.startswith("a fault of its own at '") and check.endswith("': afterwards") for check in found)
@@ -144,12 +144,12 @@ def test_mistakes_are_found(
         ("keysight-34461a", Manual(accuracies_at={(5.0,): Accuracy(gain=1e-5)}), "accuracy_at(5.0,): accuracy as the"),
         (
             "keysight-34461a",
-            Manual(limits=(Limits("configure", "full_scale", 0.0, 2000.0),)),
+            Manual(limits=(StatedLimits("configure", "full_scale", 0.0, 2000.0),)),
             "full_scale as the manual",
         ),
         (
             "keysight-34461a",
-            Manual(limits=(Limits("configure", "full_scale", 0.0, 500.0),)),
+            Manual(limits=(StatedLimits("configure", "full_scale", 0.0, 500.0),)),
             "full_scale as the manual",
         ),
         ("keysight-34461a", Manual(replies=(Reply("READ", b"+1.0E+00", MeasurementError),)), "measure_voltage"),
