@@ -105,6 +105,6 @@ class Driver:
         if interface not in type(instrument).__mro__:
             kinds = {"driver": self.name, "kind": type(instrument).__name__, "interface": interface.__name__}
             raise InstrumentError(
-                name, text("driver {driver} makes a {kind}, which is no {interface}", **kinds), remedy=remedy
+                name, text("what driver {driver} makes, {kind}, is no {interface}", **kinds), remedy=remedy
             )
         return instrument

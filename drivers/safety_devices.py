@@ -5,6 +5,7 @@ They are found by the entry-point groups `motorbench.watchdog_relays` and `motor
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pkgutil import resolve_name
 from typing import Any
 
@@ -67,19 +68,42 @@ def _opened(
     driver: RelayDriver | InterlockDriver, interface: type[Any], address: str, options: object, name: str
 ) -> Any:
     opener = resolve_name(driver.opener) if isinstance(driver.opener, str) else driver.opener
-    try:
-        made = opener(address, options, name=name)
-    except TypeError as error:
-        raise InstrumentError(name, text("driver {driver}: {error}", driver=driver.name, error=error)) from error
+    made = _call(opener, driver, name, address, options, name=name)
     missing = [each for each in vars(interface) if not each.startswith("_") and each not in dir(made)]
     if missing:
         kinds = {"driver": driver.name, "kind": type(made).__name__, "interface": interface.__name__}
         raise InstrumentError(
             name,
             text(
-                "driver {driver} makes a {kind}, which is no {interface}: it has no {missing}",
+                "what driver {driver} makes, {kind}, is no {interface}: it has no {missing}",
                 missing=missing,
                 **kinds,
             ),
         )
-    return made
+    return _Device(made, driver, name)
+
+
+def _call(
+    work: Callable[..., Any], driver: RelayDriver | InterlockDriver, name: str, /, *given: Any, **named: Any
+) -> Any:
+    """Return what a driver's own code returns. Raises InstrumentError in place of whatever else it raises."""
+    try:
+        return work(*given, **named)
+    except InstrumentError:
+        raise
+    except (Exception, SystemExit) as error:
+        kinds = {"driver": driver.name, "kind": type(error).__name__}
+        raise InstrumentError(name, text("driver {driver}: {kind}: {error}", error=error, **kinds)) from error
+
+
+class _Device:
+    """A relay or a contact that raises nothing but InstrumentError: whoever watches it must not die of another's mistake."""
+
+    def __init__(self, made: Any, driver: RelayDriver | InterlockDriver, name: str) -> None:
+        self._made = made
+        self._driver = driver
+        self._name = name
+
+    def __getattr__(self, attribute: str) -> Any:
+        found = _call(getattr, self._driver, self._name, self._made, attribute)
+        return partial(_call, found, self._driver, self._name) if callable(found) else found

@@ -24,7 +24,7 @@ from bench.journal.journal import Journal
 from bench.journal.run_view import RunView
 from bench.run.plan import Planned
 from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
-from bench.safety.guardian.link import Guard, Unguarded
+from bench.safety.guardian.link import SWITCHED_OFF, Guard, Unguarded
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.shutdown import failures, shut_down
 from bench.station.sharing import Alone, Sharing
@@ -37,6 +37,10 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.result import Notice
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.plausibility.consistency import check_consistency
+
+_MAY_BE_ON = text(
+    "What could not be made safe may still be on: switch it off by hand, at the mains or by the emergency stop"
+)
 
 
 class Instruments(Protocol):
@@ -242,7 +246,10 @@ class Runner:
         faults = self.instruments.close()
         self.sharing.release()
         journal_lost = self.journal.failure is not None
-        return [*unsafe, *faults, *self.guard.dismiss(journal_lost=journal_lost, unsafe=bool(unsafe))]
+        told = [*unsafe, *faults, *self.guard.dismiss(journal_lost=journal_lost, unsafe=bool(unsafe))]
+        if unsafe and SWITCHED_OFF not in told:
+            told.append(_MAY_BE_ON.render(self.translate))
+        return told
 
     def _walk(self) -> list[str]:
         opened, hurry = self.instruments.opened(), self.interrupts.hurry

@@ -76,10 +76,10 @@ def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: Hurr
     deadline = clock.now() + one.within
     while not (found := measure()).value <= one.below:
         if hurry.is_set() or clock.now() >= deadline:
-            waited = "not waited for" if hurry.is_set() else f"after {one.within:g} s"
+            waited = "" if hurry.is_set() else f" after {one.within:g} s"
             what = _WHAT[one.do]
             raise NotReachedError(
-                found, f"{what} is {found.value:.4g} {found.unit} {waited}; at most {one.below:g} {found.unit} is safe"
+                found, f"{what} is {found.value:.4g} {found.unit}{waited}; at most {one.below:g} {found.unit} is safe"
             )
         clock.sleep(_LOOK)
     return found

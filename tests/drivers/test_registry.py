@@ -105,7 +105,7 @@ class SeemsASupply:
 def test_what_is_opened_is_of_the_roles_interface(clock: Any) -> None:
     driver = Driver("seeming", Role.SUPPLY, E36300Options, lambda *_: SeemsASupply())  # type: ignore[arg-type,return-value]
     with pytest.raises(
-        InstrumentError, match=r"left supply: driver seeming makes a SeemsASupply, which is no \w+"
+        InstrumentError, match=r"left supply: what driver seeming makes, SeemsASupply, is no \w+"
     ) as refused:
         driver.open("", E36300Options(), Surroundings(clock), name="left supply")
     assert "Derive its class from drivers.interfaces." in str(refused.value)

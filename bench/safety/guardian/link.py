@@ -45,6 +45,8 @@ _NOTICE = 0.5
 #: A run that was interrupted so long (s) ago, and has neither begun its shutdown nor its guardian's trust any more, is ended as it is.
 _FUTILE = 60.0
 _MUTE = text("the guardian, which does not answer")
+#: What a guardian is said to have done that measured everything off after a run could not make it so.
+SWITCHED_OFF = "the guardian has switched off what the run could not"
 #: What a run does that has handled an error, but for calls that stop something.
 _GOING_ON = (Energising, Commanding, SettingDone, ReadingTaken, StepStarted, StepFinished)
 
@@ -216,7 +218,7 @@ class GuardianLink:
             return ()
         if self._walked:
             return [f"the guardian could not either: {'; '.join(self._walked)}"]
-        return ["the guardian has switched off what the run could not"]
+        return [SWITCHED_OFF]
 
     def record_in(self, journal: Recorder) -> None:
         """Have the journal hold how the guardian's own record begins."""

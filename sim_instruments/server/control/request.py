@@ -26,4 +26,5 @@ def checked(adapter: TypeAdapter[T], given: Any) -> T:
 
 def _told(place: tuple[int | str, ...], words: str) -> str:
     name = ".".join(str(part) for part in place)
+    words = words.removeprefix("Value error, ")
     return f"{name}: {words}" if name else words

@@ -1,10 +1,15 @@
 """Relays with a watchdog and interlock contacts of one's own: in a plug-in file, by the same catalogue as drivers."""
 
 import json
+import queue
+import threading
 from pathlib import Path
 
 import pytest
 
+from bench.safety.interlocks import Interlocks
+from bench.station.interlock_entries import InterlockEntry
+from drivers.safety_devices import InterlockDriver
 from tests.command_line import Call
 
 PLUGIN = """
@@ -116,8 +121,8 @@ def test_one_that_there_is_not_is_refused(call: Call, station: Path, old: str, n
             'InterlockDriver("modbus-input", DoorOptions, Door)',
             "the name is taken by motorbench",
         ),
-        ("def closed", "def is_closed", "driver acme-door makes a Door, which is no Interlock: it has no closed"),
-        ("def drop_out", "def drop", "driver acme-relay makes a Relay, which is no WatchdogRelay: it has no drop_out"),
+        ("def closed", "def is_closed", "what driver acme-door makes, Door, is no Interlock: it has no closed"),
+        ("def drop_out", "def drop", "what driver acme-relay makes, Relay, is no WatchdogRelay: it has no drop_out"),
     ],
 )
 def test_a_broken_one_is_named_in_a_sentence(call: Call, station: Path, old: str, new: str, said: str) -> None:
@@ -127,3 +132,44 @@ def test_a_broken_one_is_named_in_a_sentence(call: Call, station: Path, old: str
     code, _, named = call("station", "drivers", "--station", "station.toml")
     assert code == 0
     assert said in " ".join((out + err + named).split())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("return self._file.exists()", "self._file.stat()", "driver acme-door: FileNotFoundError: "),
+        ("return self._file.exists()", "raise SystemExit(3)", "driver acme-door: SystemExit: 3"),
+        ("self._file = Path(options.file)", "raise OSError('no such port')", "driver acme-door: OSError: no such port"),
+        ("        return False", "        raise OSError('no answer')", "driver acme-relay: OSError: no answer"),
+    ],
+)
+def test_one_that_raises_anything_is_told_of(call: Call, station: Path, old: str, new: str, said: str) -> None:
+    (station.parent / "plugin.py").write_text(PLUGIN.replace(old, new, 1), encoding="utf-8")
+    code, out, err = call("station", "check", "station.toml")
+    assert code != 0
+    assert said in " ".join((out + err).split())
+
+
+@pytest.mark.parametrize("error", [FileNotFoundError("the file is gone"), SystemExit(3), ZeroDivisionError()])
+def test_a_contact_that_raises_anything_trips(error: BaseException) -> None:
+    class Contact:
+        def __init__(self, address: str, options: object, *, name: str) -> None:
+            """Nothing is connected."""
+
+        def closed(self) -> bool:
+            if failing.is_set():
+                raise error
+            return True
+
+        def close(self) -> None:
+            """Nothing is connected."""
+
+    failing, told = threading.Event(), queue.SimpleQueue[tuple[str, str]]()
+    driver = InterlockDriver("own", object, Contact)
+    interlocks = Interlocks([InterlockEntry("door", driver, "own://door", object())])
+    interlocks.watch(lambda name, how: told.put((name, how)))
+    failing.set()
+    name, how = told.get(timeout=10.0)
+    interlocks.close()
+    assert name == "door"
+    assert f"silent, which counts as open (interlock door: driver own: {type(error).__name__}: " in how

@@ -139,6 +139,8 @@ def test_an_output_that_only_says_it_is_off(
     assert "supply could not be made safe (voltage_decayed)" in told["cause"]
     assert "the guardian could not either: supply" in told["cause"]
     assert "has switched off" not in told["cause"]
+    assert "may still be on: switch it off by hand" in told["cause"]
+    assert "not waited for" not in told["cause"]
     measured = [event.data for event in run.guardian_left() if event.kind == "measured"]
     assert ("voltage_decayed", "failed") in [(one["item"], one["outcome"]) for one in measured]
 
