@@ -34,6 +34,8 @@ from procedures.core.events import Event, StepFinished, StepStarted
 _START, _LEAVE = 30.0, 5.0
 #: How long (s) it may take to leave when it first has to switch off what the run could not.
 _LEAVE_UNSAFE = 15.0
+#: How long (s) after the end of its output its process may still be there.
+_REAP = 1.0
 #: How long (s) a guardian that lives may be silent.
 _SILENCE = 2.0
 #: A guardian that carried out the shutdown has let go of the instruments within this time (s) of hearing that the run is awake.
@@ -132,6 +134,7 @@ class GuardianLink:
         self._lock = threading.Lock()
         self._news = threading.Condition()
         self._ready = self._leaving = False
+        self._over = threading.Event()
         self._ended: Text | str = ""
         self._sent = self._echo = 0
         self._echoed = monotonic()
@@ -201,11 +204,14 @@ class GuardianLink:
         if self._leaving:
             return ()
         self._leaving = True
+        self._over.set()
         self._send({"done": True, "journal": not journal_lost, "unsafe": unsafe})
         with suppress(OSError, ValueError):
             self._stdin.close()
+        # Its output ends with it: that is heard at once, where subprocess would look now and then.
+        self._threads[0].join(0.0 if self._ended == _MUTE else _LEAVE_UNSAFE if unsafe else _LEAVE)
         try:
-            self._process.wait(0.0 if self._ended == _MUTE else _LEAVE_UNSAFE if unsafe else _LEAVE)
+            self._process.wait(0.0 if self._threads[0].is_alive() else _REAP)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -275,13 +281,13 @@ class GuardianLink:
 
     def _beat(self) -> None:
         interval = self._charge.heartbeat / BEATS
-        pause = threading.Event()
         # Beats go on when the run is to end: it has the shutdown before it, which the guardian waits for.
         while not self._leaving:
             begun = monotonic()
             self._send_beat()
             for _ in range(_LOOKS):
-                pause.wait(interval / _LOOKS)
+                if self._over.wait(interval / _LOOKS):
+                    return
                 self._report_unanswered()
             now = monotonic()
             if now - begun > _SILENCE:
