@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
+import threading
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -252,12 +252,13 @@ def test_records_go_to_the_named_outputs(call: Call, tmp_path: Path) -> None:
 def test_an_output_that_fails_or_hangs_is_named_and_holds_up_no_other(tmp_path: Path) -> None:
     taken: list[Any] = []
     said: list[str] = []
+    released = threading.Event()
 
     def fails(record: Mapping[str, Any], folder: Path) -> None:
         raise OSError("no route")
 
     def hangs(record: Mapping[str, Any], folder: Path) -> None:
-        time.sleep(0.5)  # noqa: TID251
+        released.wait(60.0)
 
     outputs = RecordOutputs(
         [
@@ -272,6 +273,7 @@ def test_an_output_that_fails_or_hangs_is_named_and_holds_up_no_other(tmp_path: 
     for record in records:
         outputs.hand(record)
     outputs.close(patience=0.1)
+    released.set()
     assert taken == records
     assert [line for line in said if "fails" in line] == [
         f"output fails did not take the record of {name}: OSError: no route" for name in ("A1", "A2")
