@@ -10,8 +10,11 @@ from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureChannel, CaptureError
 from drivers.interfaces.text import text, text_of
 from procedures.core.budget import Uncertainties
+from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.parameters import PARAMETERS
+from procedures.core.result import Withheld
 from procedures.estimation.fitting.fit import EstimationError, Fit
+from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 
 _Result = TypeVar("_Result")
 TYPE_A_ONLY = (
@@ -29,6 +32,8 @@ class AnalysisOutcome:
         self._section = section
         self._accuracy = accuracy
         self._parameters: dict[str, dict[str, Any]] = {}
+        self._withheld: dict[str, dict[str, Any]] = {}
+        self._misfit: list[dict[str, Any]] = []
         said = accuracy.sentences() if accuracy.stated else [TYPE_A_ONLY]
         self._assumptions = [*capture.assumptions, *said]
         self._warnings: list[dict[str, str]] = []
@@ -54,12 +59,21 @@ class AnalysisOutcome:
         estimator: str = "",
         convention: str = "",
         winding: float | None = None,
+        misfit: Misfit = NO_MISFIT,
         **more: Any,
     ) -> None:
         """Add a parameter in the table's unit, with uncertainty, 95 % coverage interval and budget.
 
-        `winding` is the value of a delta's winding.
+        `winding` is the value of a delta's winding; `misfit` is what the record shows beyond the model (see `Misfit.of`): it is told, and
+        where it says so the parameter is withheld.
         """
+        self.tell_misfit(misfit)
+        reason = misfit.withholding(name)
+        if reason is not None:
+            self._withheld[name] = Withheld(
+                name, self._procedure, self._section, reason.cause.value, sentence(reason)
+            ).as_dict()
+            return
         made = self.uncertainties.parameter(
             name,
             PARAMETERS[name].unit,
@@ -80,6 +94,17 @@ class AnalysisOutcome:
         """Add a warning, with the erratum's id where one applies."""
         self._warnings.append({"id": erratum, "text": text})
 
+    def tell_misfit(self, misfit: Misfit) -> None:
+        """Add what a record shows beyond its model: a warning once a cause, and a row of `misfit`."""
+        for finding in misfit.findings:
+            row = misfit_row(finding)
+            if row in self._misfit:
+                continue
+            self._misfit.append(row)
+            warning = {"id": finding.cause.value, "text": row["message"]}
+            if warning not in self._warnings:
+                self._warnings.append(warning)
+
     def detail(self, **details: Any) -> None:
         """Add details by name."""
         self._details.update(details)
@@ -88,6 +113,8 @@ class AnalysisOutcome:
         """Return the whole as `--json` prints it."""
         return {
             "parameters": self._parameters,
+            "withheld": self._withheld,
+            "misfit": self._misfit,
             "assumptions": self._assumptions,
             "warnings": self._warnings,
             "details": self._details,

@@ -9,12 +9,14 @@ from GTC.lib import UncertainReal
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.events import WarningGiven
+from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
 from procedures.core.parameters import PARAMETERS
-from procedures.core.result import Notice, Parameter, ProcedureResult
+from procedures.core.result import Notice, Parameter, ProcedureResult, Withheld
 from procedures.core.settings import Settings
 from procedures.core.steps import Step, steps_of
+from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.verification.settings import wiring_settings
 from procedures.verification.verifier import ConnectionVerifier
 from procedures.verification.wiring import Wiring
@@ -57,6 +59,7 @@ class Procedure(ABC, Generic[C]):
         self.known = known
         self._parameters: list[Parameter] = []
         self._notices: list[Notice] = []
+        self._withheld: list[Withheld] = []
         self.findings: dict[str, Any] = {}
         #: Has connections made, and proves them.
         self.wiring = Wiring(
@@ -93,7 +96,12 @@ class Procedure(ABC, Generic[C]):
         """Measure, and return what was found."""
         self.measure()
         return ProcedureResult(
-            self.name, self.section, tuple(self._parameters), tuple(self._notices), dict(self.findings)
+            self.name,
+            self.section,
+            tuple(self._parameters),
+            tuple(self._notices),
+            dict(self.findings),
+            tuple(self._withheld),
         )
 
     def step_values(self) -> dict[str, object]:
@@ -123,12 +131,19 @@ class Procedure(ABC, Generic[C]):
         estimator: str,
         note_value: float | None = None,
         winding: float | None = None,
-    ) -> Parameter:
+        misfit: Misfit = NO_MISFIT,
+    ) -> Parameter | None:
         """Add a parameter, in the unit and by the convention of its definition, with uncertainty and budget to the result.
 
-        Raises KeyError for one that the procedure does not give.
+        `misfit` is what the record shows beyond the model (see `Misfit.of`): it is told, and where it says so the parameter is withheld
+        and None returned. Raises KeyError for one that the procedure does not give.
         """
         definition = self.parameters[name]
+        self.tell_misfit(misfit)
+        reason = misfit.withholding(name)
+        if reason is not None:
+            self._withheld.append(Withheld(name, self.name, section, reason.cause.value, sentence(reason), definition))
+            return None
         parameter = self.bench.uncertainties.parameter(
             name,
             definition.unit,
@@ -143,6 +158,18 @@ class Procedure(ABC, Generic[C]):
         )
         self._parameters.append(parameter)
         return parameter
+
+    def tell_misfit(self, misfit: Misfit) -> None:
+        """Add what a record shows beyond its model: a warning once a cause, and a row of the finding `misfit`."""
+        rows = self.findings.setdefault("misfit", []) if misfit else []
+        for finding in misfit.findings:
+            row = misfit_row(finding)
+            if row in rows:
+                continue
+            rows.append(row)
+            told = Notice(finding.cause.value, sentence(finding))
+            if told not in self._notices:
+                self.notice(told.identifier, told.message)
 
     def enter(self, name: str, value: float, *, section: str) -> None:
         """Add a parameter that was not measured but taken from a data sheet.

@@ -116,14 +116,49 @@ class Notice:
 
 
 @dataclass(frozen=True)
+class Withheld:
+    """A parameter that was asked for and is not given, because no interval from this record would hold it.
+
+    `cause` is the likely one by its short name (`clipped` …), `message` what was seen and what to do.
+    """
+
+    name: str
+    procedure: str
+    section: str
+    cause: str
+    message: Text
+    definition: ParameterDefinition | None = field(default=None, compare=False)
+
+    @property
+    def label(self) -> Text:
+        """What readers call the parameter; one that nothing defines keeps its name."""
+        definition = self.definition or PARAMETERS.get(self.name)
+        return definition.label if definition else word(self.name)
+
+    def as_dict(self, translate: Translate = english) -> dict[str, Any]:
+        """Return it as it stands under `withheld` in `result.json`."""
+        own = None if self.name in PARAMETERS else self.definition
+        return {
+            "procedure": self.procedure,
+            "section": self.section,
+            "cause": self.cause,
+            "message": self.message.render(translate),
+            **({} if own is None else {"definition": own.for_readers()}),
+        }
+
+
+@dataclass(frozen=True)
 class ProcedureResult:
-    """All that one procedure found. `findings` are further figures, JSON-ready, by name."""
+    """All that one procedure found. `findings` are further figures, JSON-ready, by name; what its records show beyond the model is
+    the list `misfit` among them.
+    """
 
     procedure: str
     section: str
     parameters: tuple[Parameter, ...]
     warnings: tuple[Notice, ...] = ()
     findings: Mapping[str, Any] = field(default_factory=dict)
+    withheld: tuple[Withheld, ...] = ()
 
     def parameter(self, name: str) -> Parameter:
         """Return the parameter of this name; KeyError where the procedure gave none."""

@@ -220,7 +220,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
                     "the note's coefficient 0.004 /K at 25 °C is not copper's, which is 0.00385 /K there (0.00393 /K at 20 °C)"
                 ),
             )
-        parameter = self.report(
+        self.report(
             "stator_resistance",
             cold.y_equivalent,
             section="3.2.2",
@@ -228,7 +228,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
             note_value=float(phase.winding.x),
             winding=float(cold.winding.x) if self.is_delta else None,
         )
-        relative = parameter.standard_uncertainty / parameter.value
+        relative = float(cold.y_equivalent.u) / float(cold.y_equivalent.x)
         if relative > settings.requested_uncertainty:
             self.notice(
                 "E9",

@@ -1,11 +1,13 @@
 """What an estimator hands back, and the error it raises where the data carry no estimate."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
+
+from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +21,7 @@ class Fit:
     """Least-squares estimates with their covariance (Type A: from the scatter of the data, and their resolution).
 
     `names` and `values` (shape (k,)), `covariance` (k, k), `degrees_of_freedom` of the variances,
-    `residuals` (measured minus fitted, in the data's unit) and `residual_rms` (their rms).
+    `residuals` (measured minus fitted, in the data's unit) and `residual_rms` (their rms); `misfit` is what they show beyond the model.
     """
 
     names: tuple[str, ...]
@@ -28,6 +30,7 @@ class Fit:
     degrees_of_freedom: float
     residuals: FloatArray
     residual_rms: float
+    misfit: Misfit = field(default=NO_MISFIT, kw_only=True)
 
     def _index(self, name: str) -> int:
         try:
@@ -62,6 +65,7 @@ class Fit:
             self.degrees_of_freedom,
             self.residuals,
             self.residual_rms,
+            misfit=self.misfit,
         )
 
 

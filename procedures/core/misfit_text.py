@@ -1,0 +1,37 @@
+"""What is said of a record that does not look like its model: what was seen, what was done about it, what to do."""
+
+from typing import Any
+
+from drivers.interfaces.text import Text, Translate, english, text
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+
+#: By cause: what was seen and what to do. A sentence may name the figures that come with every finding of its cause.
+_SEEN = {
+    Cause.UNEXPLAINED: text(
+        "the record differs from the model by more than noise, and by none of the causes known here: look at its residual before you trust "
+        "the figure"
+    ),
+}
+_DONE = {
+    Answer.MODELLED: text("it is in the model, and the interval holds it"),
+    Answer.WIDENED: text("the interval is widened by what it may do"),
+    Answer.WITHHELD: text("no figure is given, for no interval from this record would hold the truth"),
+}
+
+
+def sentence(finding: Finding) -> Text:
+    """Return what was seen, what was done and what to do."""
+    seen = _SEEN[finding.cause]
+    return text("{seen}; {done}", seen=Text(seen.template, dict(finding.figures)), done=_DONE[finding.answer])
+
+
+def misfit_row(finding: Finding, translate: Translate = english) -> dict[str, Any]:
+    """Return a finding as it stands under `misfit` in `result.json`."""
+    return {
+        "cause": finding.cause.value,
+        "answer": finding.answer.value,
+        "parameters": list(finding.estimates),
+        "score": finding.score,
+        "message": sentence(finding).render(translate),
+        "figures": dict(finding.figures),
+    }

@@ -1,0 +1,152 @@
+"""What a record shows that the fitted model does not hold: causes by name, the test that finds them, what follows."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: A direction counts as seen beyond so many standard deviations.
+ALARM = 3.5
+
+
+class Cause(StrEnum):
+    """What makes the world differ from the model, as results name it."""
+
+    CLIPPED = "clipped"
+    AC_COUPLED = "ac-coupled"
+    HUM = "hum"
+    BANDWIDTH = "bandwidth"
+    SKEW = "skew"
+    SATURATION = "saturation"
+    SECOND_TIME_CONSTANT = "second-time-constant"
+    NO_BASELINE = "no-baseline"
+    SLOPE = "slope"
+    WINDAGE = "windage"
+    STRIBECK = "stribeck"
+    SPEED_FILTER = "speed-filter"
+    TORQUE_FILTER = "torque-filter"
+    DROPOUTS = "dropouts"
+    COGGING = "cogging"
+    ECCENTRICITY = "eccentricity"
+    REGRIP = "regrip"
+    PROBE_FACTOR = "probe-factor"
+    CHANNELS_DIFFER = "channels-differ"
+    REPEATS_DIFFER = "repeats-differ"
+    SPEED_TREND = "speed-trend"
+    TOO_COARSE = "too-coarse"
+    UNEXPLAINED = "unexplained"
+
+
+class Answer(StrEnum):
+    """What was done about a cause: its term is in the model, the interval holds it, or the figure is not given."""
+
+    MODELLED = "modelled"
+    WIDENED = "widened"
+    WITHHELD = "withheld"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a record shows and the plain model does not hold.
+
+    `estimates` are the estimates it concerns, all where empty; `score` how far beyond chance it was seen (standard deviations; 0
+    where no statistic found it); `figures` are what was found of it by name, in SI, and what it is about, as a channel's name.
+    """
+
+    cause: Cause
+    answer: Answer
+    estimates: tuple[str, ...] = ()
+    score: float = 0.0
+    figures: Mapping[str, float | str] = field(default_factory=dict)
+
+    def concerns(self, estimate: str) -> bool:
+        """Tell whether it concerns an estimate."""
+        return not self.estimates or estimate in self.estimates
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """All that one record shows beyond its model, the gravest first; nothing where it is as the model says."""
+
+    findings: tuple[Finding, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether anything was found."""
+        return bool(self.findings)
+
+    def withholding(self, estimate: str) -> Finding | None:
+        """Return why an estimate is not given; None where it is."""
+        return next((f for f in self.findings if f.answer is Answer.WITHHELD and f.concerns(estimate)), None)
+
+    def of(self, estimate: str, name: str = "") -> "Misfit":
+        """Return what concerns an estimate, as said of the parameter `name` that is made of it."""
+        return Misfit(tuple(replace(f, estimates=(name or estimate,)) for f in self.findings if f.concerns(estimate)))
+
+    @classmethod
+    def together(cls, parts: Iterable["Misfit"]) -> "Misfit":
+        """Return the findings of several records, of the same cause, answer and estimates the one seen most clearly."""
+        clearest: dict[tuple[Cause, Answer, tuple[str, ...]], Finding] = {}
+        for finding in (f for part in parts for f in part.findings):
+            key = (finding.cause, finding.answer, finding.estimates)
+            if key not in clearest or abs(finding.score) > abs(clearest[key].score):
+                clearest[key] = finding
+        order = [Answer.WITHHELD, Answer.WIDENED, Answer.MODELLED]
+        return cls(tuple(sorted(clearest.values(), key=lambda f: order.index(f.answer))))
+
+
+#: Of a record that is as its model says.
+NO_MISFIT = Misfit()
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a score test says of directions (m): `z`, how far beyond chance each is seen; `bias` (m, k), how many standard
+    uncertainties each estimate is off for each z of it that is not seen.
+    """
+
+    z: FloatArray
+    bias: FloatArray
+
+    @property
+    def alarms(self) -> FloatArray:
+        """Which directions are seen beyond chance, shape (m,)."""
+        return np.asarray(np.abs(self.z) > ALARM)
+
+    def growth(self, modelled: Sequence[int] = ()) -> FloatArray:
+        """Return by what each estimate's variance grows (k,) for directions that are not in the model, as far as they are seen."""
+        left = np.setdiff1d(np.arange(self.z.size), np.asarray(modelled, dtype=int))
+        if not left.size:
+            return np.ones(self.bias.shape[1])
+        seen = np.maximum(0.0, self.z[left] ** 2 - 1.0)
+        return np.asarray(1.0 + np.max(self.bias[left] ** 2 * seen[:, None], axis=0))
+
+
+def score_test(
+    residuals: FloatArray, slopes: FloatArray, directions: FloatArray, variance: FloatArray | float = 1.0
+) -> Score:
+    """Test whitened residuals (n,) of a fit for directions (m, n) = ∂model/∂cause that its model does not hold.
+
+    `slopes` (k, n) are ∂model/∂estimate. All are whitened and include the rows of prior knowledge, without which a free delay hides a
+    curvature. `variance` (m,) or one is that of a unit direction's component, 1 and what noise that is not white adds.
+    Source: Rao's score test; Breusch and Godfrey for regressions.
+    """
+    normal = slopes @ slopes.T
+    scale = np.sqrt(np.diag(normal))
+    scale[scale == 0.0] = 1.0
+    inverse = np.linalg.pinv(normal / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
+    shift = directions @ slopes.T @ inverse
+    across = directions - shift @ slopes
+    length = np.sqrt(np.einsum("mn,mn->m", across, across))
+    # A direction that the estimates make up for all but wholly cannot be seen at all.
+    total = np.sqrt(np.einsum("mn,mn->m", directions, directions))
+    told = length > 1e-6 * np.maximum(total, 1e-300)
+    spread = np.sqrt(np.broadcast_to(np.asarray(variance, dtype=np.float64), length.shape))
+    safe = np.where(told, length, 1.0)
+    z = np.where(told, across @ residuals / (safe * spread), 0.0)
+    uncertainty = np.sqrt(np.maximum(np.diag(inverse), 1e-300))
+    bias = np.where(told[:, None], np.abs(shift) * spread[:, None] / (safe[:, None] * uncertainty), np.inf)
+    return Score(np.asarray(z), np.asarray(bias))
