@@ -46,8 +46,8 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """Have a worker a core, for instruments that are played must answer in time."""
-    return max(2, min(len(os.sched_getaffinity(0)), 6))
+    """Have two workers more than cores, for many tests wait for real seconds; no more, for played instruments must answer in time."""
+    return min(len(os.sched_getaffinity(0)) + 2, 6)
 
 
 def pytest_collection_finish() -> None:
