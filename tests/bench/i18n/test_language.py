@@ -141,7 +141,7 @@ def test_translations_are_chinese() -> None:
     }
     for english, chinese in catalogue("zh").items():
         if english not in same:
-            assert re.search(r"[、：（一-鿿]", chinese), english
+            assert re.search(r"[、：；（一-鿿]", chinese), english
 
 
 def test_no_template_is_left_over() -> None:
