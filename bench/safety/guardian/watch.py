@@ -267,7 +267,8 @@ class Watch:
         pending = {item: monotonic() + min(item.within, longest) for item in self._instruments.items if item.measures}
         while True:
             for item, deadline in list(pending.items()):
-                (outcome,) = self._instruments.shut_down((item,), _Silent(), longest=_LONGEST, hurry=True)
+                within = self._patience(deadline)
+                (outcome,) = self._instruments.shut_down((item,), _Silent(), longest=within, hurry=True)
                 if not outcome.error or monotonic() >= deadline:
                     del pending[item]
                     self._tell(outcome)
@@ -276,7 +277,8 @@ class Watch:
                     self._say({"walked": [*self._failed]})
                 return
             if not self._gone:
-                self._instruments.shut_down(self._commands(), _Silent(), longest=_LONGEST)
+                within = self._patience(max(pending.values(), default=0.0))
+                self._instruments.shut_down(self._commands(), _Silent(), longest=within)
             messages = self._hear(monotonic() + _HOLD)
             for number, message in enumerate(messages):
                 if "beat" in message:
@@ -291,6 +293,11 @@ class Watch:
                     self._unread = messages[number + 1 :]
                     self._say({"yours": True})
                     return
+
+    def _patience(self, deadline: float) -> float:
+        """Return how long (s) an instrument is waited for; a run that waits itself is kept no longer than to the deadline (monotonic)."""
+        left = max(deadline - monotonic(), _HOLD)
+        return min(left, _LONGEST) if self._unsafe else _LONGEST
 
     def _commands(self) -> list[Item]:
         """Return what switches off, but for an instrument that is still being tried."""

@@ -40,6 +40,8 @@ class Instruments:
         self.busy: set[Role] = set()
         #: What a measurement finds wrong, nothing where all is off.
         self.still = ""
+        #: How long (s) each measurement was allowed to take.
+        self.allowed: list[float] = []
 
     def is_busy(self, role: Role) -> bool:
         return role in self.busy
@@ -59,6 +61,7 @@ class Instruments:
                 self.done.append(one.do)
                 self.commanded.append((one.role, time.monotonic()))
                 found = Measured(0.1, "V") if one.measures else None
+                self.allowed += [longest] if one.measures else []
                 outcomes.append(Outcome(one, self.still if one.measures else "", found))
         return outcomes
 
@@ -378,6 +381,15 @@ def test_a_run_hears_that_it_is_off_only_where_that_was_measured(watched: type[W
     assert said[0] == [], "the supply says that it is off"
     (words,) = said[-1]
     assert "the current is 7.25 A" in words
+
+
+def test_a_run_that_waits_is_not_kept_by_an_instrument_that_is_mute_to_the_guardian_too(watched: type[Watched]) -> None:
+    one = watched(OFF, *(item(do, Role.SUPPLY, within=0.3) for do in (Do.VOLTAGE_DECAYED, Do.CURRENT_ZERO)))
+    one.instruments.still = "does not answer"
+    one.tell(on=["supply"])
+    one.tell(done=True, journal=True, unsafe=True)
+    one.ended()
+    assert max(one.instruments.allowed) <= 0.3
     assert Do.CURRENT_ZERO in one.instruments.done
 
 
