@@ -13,7 +13,7 @@ class Integrity(Enum):
 
 
 @dataclass(frozen=True)
-class Finding:
+class RecordFault:
     """One thing that is not as it was written: the file from the run's folder, its line (0 for none), what is wrong."""
 
     file: str
@@ -34,7 +34,7 @@ class Verification:
     events: int = 0
     last_hash: str = ""
     waveforms: int = 0
-    findings: list[Finding] = field(default_factory=list)
+    findings: list[RecordFault] = field(default_factory=list)
     unproven: str = ""
 
     @property

@@ -17,7 +17,7 @@ from bench.journal.events.run import RunBegun, RunFinished
 from bench.journal.journal_file import JournalFile, JournalLine, read_lines
 from bench.journal.run_folder import RunFolder, stored_form
 from bench.journal.run_result import result_of
-from bench.journal.verification import Finding, Verification
+from bench.journal.verification import RecordFault, Verification
 from bench.journal.verify_guardian import check_chain, check_guardian
 from drivers.interfaces.text import Translate, english, reason_of, text
 
@@ -47,13 +47,13 @@ def verify(folder: RunFolder, noted: str = "") -> Verification:
     whole = lines[: fault.line - 1] if fault else lines
     found.events, found.last_hash = len(whole), whole[-1].sha256 if whole else ""
     if fault:
-        found.findings.append(Finding(folder.journal.name, fault.line, fault.what))
+        found.findings.append(RecordFault(folder.journal.name, fault.line, fault.what))
     elif end is not None and end.events > len(lines):
         what = f"is missing: result.json was made of {end.events} events, so the journal's end was changed or removed"
-        found.findings.append(Finding(folder.journal.name, len(lines) + 1, what))
+        found.findings.append(RecordFault(folder.journal.name, len(lines) + 1, what))
     elif noted and noted.lower() != found.last_hash:
         what = f"its last event has the hash {found.last_hash}, not {noted} as it was noted"
-        found.findings.append(Finding(folder.journal.name, 0, what))
+        found.findings.append(RecordFault(folder.journal.name, 0, what))
     events = [line.event for line in whole if line.event is not None]
     _check_waveforms(folder, events, found)
     hashes = [line.sha256 for line in whole]
@@ -92,7 +92,7 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
     except (ValueError, KeyError, TypeError, RecursionError):
         content = None
     what = "is no result as a run writes it, with the journal's last event in it: it was changed"
-    found.findings.append(Finding(folder.result.name, 0, what))
+    found.findings.append(RecordFault(folder.result.name, 0, what))
     return None
 
 
@@ -110,7 +110,7 @@ def _check_waveforms(folder: RunFolder, events: Sequence[RecordedEvent], found: 
             what = f"was changed: its hash is not the one in event {recorded.number} of the journal"
         else:
             continue
-        found.findings.append(Finding(file.path, 0, what))
+        found.findings.append(RecordFault(file.path, 0, what))
 
 
 def _check_result(
@@ -120,7 +120,7 @@ def _check_result(
         return
     if end.sha256 != hashes[end.events - 1]:
         what = f"was changed: the hash it holds of event {end.events} is not that of the journal"
-        found.findings.append(Finding(folder.result.name, 0, what))
+        found.findings.append(RecordFault(folder.result.name, 0, what))
         return
     made_of = JournalFile(tuple(events[: end.events]), 0, 0, end.sha256)
     view = json.loads(json.dumps(plain(result_of(made_of, _language(made_of.events)))))
@@ -128,10 +128,10 @@ def _check_result(
     if differing:
         more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
         what = f"was changed: {', '.join(differing[:_NAMED])}{more} differ from what the journal comes to"
-        found.findings.append(Finding(folder.result.name, 0, what))
+        found.findings.append(RecordFault(folder.result.name, 0, what))
     elif folder.result.read_bytes() != stored_form(view):
         what = "was written anew: its content is the same, and its form is not that in which a run writes it"
-        found.findings.append(Finding(folder.result.name, 0, what))
+        found.findings.append(RecordFault(folder.result.name, 0, what))
 
 
 def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, noted: str) -> str:

@@ -11,7 +11,7 @@ from bench.journal.events.run import RunBegun, RunFinished
 from bench.journal.events.safety import UNTOLD, GuardianEnd, GuardianLeft, GuardianReady, GuardianStarted
 from bench.journal.guardian_record import FILE, sealed
 from bench.journal.journal_file import JournalLine, read_lines
-from bench.journal.verification import Finding, Verification
+from bench.journal.verification import RecordFault, Verification
 from bench.station.station_file import VIRTUAL
 from drivers.catalogue import MANUAL
 
@@ -51,7 +51,7 @@ def check_guardian(folder: Path, events: Sequence[RecordedEvent], hashes: Sequen
         return
     lines, rest = _read(path)
     if fault := first_fault(lines, {}):
-        found.findings.append(Finding(FILE, fault.line, fault.what))
+        found.findings.append(RecordFault(FILE, fault.line, fault.what))
         return
     anchors = [anchor for session in sessions for anchor in session.anchors]
     sealed = [line for line in lines if _is_sealed(line)]
@@ -71,7 +71,7 @@ def check_chain(folder: Path, found: Verification) -> None:
     """Add to `found` what is wrong in the chain alone, where the journal cannot be asked."""
     path = folder / FILE
     if path.exists() and (fault := first_fault(_read(path)[0], {})):
-        found.findings.append(Finding(FILE, fault.line, fault.what))
+        found.findings.append(RecordFault(FILE, fault.line, fault.what))
 
 
 def _sessions(events: Sequence[RecordedEvent]) -> Iterator[_Session]:
@@ -113,7 +113,7 @@ def _missing(sessions: Sequence[_Session], found: Verification) -> None:
         if session.anchors:
             anchor = session.anchors[-1]
             what = f"is missing; event {anchor.event} of the journal holds the hash of its event {anchor.line}"
-            found.findings.append(Finding(FILE, 0, what))
+            found.findings.append(RecordFault(FILE, 0, what))
             return
     for session in sessions:
         if session.token is not None:
@@ -139,17 +139,17 @@ def _read(path: Path) -> tuple[list[JournalLine], bytes]:
         return lines, file.read()
 
 
-def _against_anchor(anchor: _Anchor, lines: Sequence[JournalLine]) -> Finding | None:
+def _against_anchor(anchor: _Anchor, lines: Sequence[JournalLine]) -> RecordFault | None:
     """Return what differs from what the journal says of the record."""
     if anchor.line > len(lines):
         what = f"is missing: event {anchor.event} of the journal holds its hash, so the record's end was changed or removed"
-        return Finding(FILE, len(lines) + 1, what)
+        return RecordFault(FILE, len(lines) + 1, what)
     if lines[anchor.line - 1].sha256 != anchor.sha256:
         what = (
             f"was changed, or the whole record is another run's: event {anchor.event} of the journal holds the hash "
             f"{anchor.sha256[:12]}… of it"
         )
-        return Finding(FILE, anchor.line, what)
+        return RecordFault(FILE, anchor.line, what)
     return None
 
 
@@ -158,7 +158,7 @@ def _is_sealed(line: JournalLine) -> bool:
     return line.event is not None and line.event.kind == GuardianLeft.kind and "journal" in line.event.data
 
 
-def _against_seal(line: JournalLine, hashes: Sequence[str]) -> Finding | None:
+def _against_seal(line: JournalLine, hashes: Sequence[str]) -> RecordFault | None:
     """Return what differs from what a closing event says of itself and of the journal."""
     event = line.event.event if line.event is not None else None
     if (
@@ -166,16 +166,16 @@ def _against_seal(line: JournalLine, hashes: Sequence[str]) -> Finding | None:
         or not isinstance(event, GuardianLeft)
         or hashlib.sha256(sealed(line.event, event, line.previous)).hexdigest() != line.sha256
     ):
-        return Finding(FILE, line.place, "was changed: it does not hold the digest of its own content")
+        return RecordFault(FILE, line.place, "was changed: it does not hold the digest of its own content")
     end, number = event.journal, line.event.number
     if end is None or end.events < 1:
         return None
     if end.events > len(hashes):
         what = f"is missing: event {number} of {FILE} holds the hash of event {end.events}, so the journal's end was removed"
-        return Finding(_JOURNAL, len(hashes) + 1, what)
+        return RecordFault(_JOURNAL, len(hashes) + 1, what)
     if hashes[end.events - 1] != end.sha256:
         what = f"was changed, or {FILE} was, whose event {number} holds the hash {end.sha256[:12]}… of it"
-        return Finding(_JOURNAL, end.events, what)
+        return RecordFault(_JOURNAL, end.events, what)
     return None
 
 
@@ -188,7 +188,7 @@ def _check_end(
     torn = rest.rstrip(b"\0")
     if len(lines) in told or (torn and len(lines) in closed):
         what = f"was put in: {len(rest)} bytes follow the event that closed the record"
-        found.findings.append(Finding(FILE, len(lines) + 1, what))
+        found.findings.append(RecordFault(FILE, len(lines) + 1, what))
     elif torn:
         found.doubt(f"{len(torn)} bytes at the end of {FILE} are no whole event")
     elif len(lines) in closed:
@@ -214,7 +214,7 @@ def _check_blocks(
         after = [place for place in closed if begin < place < end]
         if after:
             what = f"was put in: event {min(after)} closed the record of that guardian"
-            found.findings.append(Finding(FILE, min(after) + 1, what))
+            found.findings.append(RecordFault(FILE, min(after) + 1, what))
         elif end < covered or end in told:
             continue
         elif token and token not in known:
@@ -228,7 +228,7 @@ def _check_blocks(
                 "line, whether it is all cannot be proved"
             )
         elif not token:
-            found.findings.append(Finding(FILE, begin + 1, "was put in: no guardian of this run begins there"))
+            found.findings.append(RecordFault(FILE, begin + 1, "was put in: no guardian of this run begins there"))
         elif end not in closed:
             found.doubt(
                 f"{FILE} is not closed after its line {end}: the guardian still goes on, was ended itself, or the record's end was "

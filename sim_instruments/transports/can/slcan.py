@@ -34,7 +34,7 @@ class LineSplitter:
 
 
 @dataclass(frozen=True)
-class Answer:
+class SlcanReply:
     """What a line leads to: a reply to its sender, and a frame for the bus."""
 
     reply: bytes
@@ -51,28 +51,28 @@ class Adapter:
         self.open = False
         self._listens_only = False
 
-    def take(self, line: bytes | None) -> Answer:
+    def take(self, line: bytes | None) -> SlcanReply:
         """Return the answer to a line without its end, None being one that was too long."""
         text = "?" if line is None else line.decode("ascii", "replace")
         match text:
             case "":
-                return Answer(b"")
+                return SlcanReply(b"")
             case "O" | "L" if not self.open:
                 self.open, self._listens_only = True, text == "L"
-                return Answer(END)
+                return SlcanReply(END)
             case "C" if self.open:
                 self.open = False
-                return Answer(END)
+                return SlcanReply(END)
             case "V":
-                return Answer(_VERSION)
+                return SlcanReply(_VERSION)
             case "N":
-                return Answer(_SERIAL_NUMBER)
+                return SlcanReply(_SERIAL_NUMBER)
             case "F" if self.open:
-                return Answer(_FLAGS)
+                return SlcanReply(_FLAGS)
         if not self.open:
-            return Answer(END if _SETTING.fullmatch(text) else REFUSED)
+            return SlcanReply(END if _SETTING.fullmatch(text) else REFUSED)
         frame = None if self._listens_only else frame_of(text)
-        return Answer(REFUSED) if frame is None else Answer(END, frame)
+        return SlcanReply(REFUSED) if frame is None else SlcanReply(END, frame)
 
 
 def frame_of(text: str) -> can.Message | None:

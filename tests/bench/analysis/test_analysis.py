@@ -24,7 +24,7 @@ def within(parameter: dict[str, Any], truth: float, times: float = 4.0) -> bool:
 def test_results_have_the_shape_of_json(tmp_path: Path) -> None:
     time, v = sim.emf_record(np.random.default_rng(1))
     found = analyze_back_emf(table(tmp_path, "t (s),a (V),b (V),c (V)", time, *v), connection="phase", pole_pairs=4)
-    assert set(found) == {"parameters", "assumptions", "warnings", "details"}
+    assert set(found) == {"parameters", "withheld", "misfit", "assumptions", "warnings", "details"}
     assert json.loads(json.dumps(found)) == found
     for parameter in found["parameters"].values():
         assert {"value", "unit", "standard_uncertainty", "coverage_interval", "procedure", "section"} <= set(parameter)
