@@ -42,6 +42,8 @@ PARAMETERS = ParameterTable(
                             true_value="motor.torque_constant"),
         ParameterDefinition("inertia", "J", "kg·m²", text("Inertia"), "motor alone", controller_uncertainty=0.10,
                             true_value="motor.inertia"),
+        ParameterDefinition("inertia_with_load", "J_Σ", "kg·m²", text("Inertia of rotor and load together"),
+                            "at the motor's shaft; the load is the one stated, else the dynamometer's machine"),
         ParameterDefinition("coulomb_friction", "T_C", "N·m", text("Coulomb friction"), "motor alone, at the measured temperature",
                             controller_uncertainty=0.50, true_value="motor.coulomb_friction"),
         ParameterDefinition("viscous_friction", "B", "N·m·s/rad", text("Viscous friction"), "motor alone, at the measured temperature",
