@@ -54,6 +54,9 @@ def make_app() -> App:
         name="six-step",
         help="A measured six-step drive at another load and voltage.",
     )
+    analyze.command(
+        "bench.cli.analyze_table:table", name="table", help="Published figures beside a run's or a motor's."
+    )
     app.command(analyze)
     sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
     sim.command("bench.cli.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
