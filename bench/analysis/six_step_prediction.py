@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Figure:
+class PredictedFigure:
     """A predicted figure and its standard uncertainty."""
 
     value: float
@@ -57,8 +57,8 @@ class Prediction:
 
     voltage: float
     load: float
-    speed: Figure
-    current: Figure
+    speed: PredictedFigure
+    current: PredictedFigure
     line_speed: float
     line_current: float
     measured: bool
@@ -135,8 +135,8 @@ class MeasuredDrive:
         return Prediction(
             voltage,
             load,
-            Figure(float(best[0]), math.sqrt(float(variance[0]))),
-            Figure(float(best[1]), math.sqrt(float(variance[1]))),
+            PredictedFigure(float(best[0]), math.sqrt(float(variance[0]))),
+            PredictedFigure(float(best[1]), math.sqrt(float(variance[1]))),
             line_speed=line[0],
             line_current=line[1],
             measured=abs(voltage / self.source_voltage - 1.0) <= _SAME_VOLTAGE
