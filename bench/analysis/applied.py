@@ -1,8 +1,9 @@
 """The stated accuracy put on what an analysis found."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.statements import Statement
@@ -68,6 +69,7 @@ class Applied:
     ) -> None:
         """Take the statements for `uses`, names of channels by kind. Raises InputError for one that is about none of them."""
         self._limits: dict[tuple[str, str], Statement] = {}
+        self._captures = captures
         kinds = [s for s in statements if s.name in _KINDS]
         for statement in kinds:
             if statement.name not in uses:
@@ -184,7 +186,28 @@ class Applied:
                     allowed=unit,
                 )
             )
-        self._limits[kind, channel] = statement
+        self._limits[kind, channel] = self._of_reading(kind, channel, statement)
+
+    def _of_reading(self, kind: str, channel: str, statement: Statement) -> Statement:
+        """Return the statement with its share of full scale as a gain, as large as it can be at the channel's largest reading."""
+        if not statement.full_scale_share:
+            return statement
+        readings = [np.abs(c.values).max() for capture in self._captures for c in capture.channels if c.name == channel]
+        if kind == "time" or not readings or not max(readings) > 0.0:
+            raise statement.error(text("'{name}' has no readings to hold against a full scale", name=channel))
+        largest = float(max(readings))
+        if largest > 1.01 * statement.full_scale:
+            raise statement.error(
+                text(
+                    "'{name}' reads up to {largest:.4g}, beyond the full scale of {full:.4g} {unit}; give the range that was set (limits "
+                    "hold for the values after --scale)",
+                    name=channel,
+                    largest=largest,
+                    full=statement.full_scale,
+                    unit=_KINDS[kind].unit,
+                )
+            )
+        return replace(statement, gain=statement.gain + statement.full_scale_share * statement.full_scale / largest)
 
 
 def _instrument(kind: str, statement: Statement) -> str:
@@ -199,6 +222,11 @@ def _allowed(uses: Mapping[str, Sequence[str]]) -> Text:
 
 
 def _shown(statement: Statement, unit: str) -> str:
-    gain = f"±{100 * statement.gain:g} %" if statement.gain >= 1e-4 else f"±{1e6 * statement.gain:g} ppm"
+    gain = f"±{100 * statement.gain:.4g} %" if statement.gain >= 1e-4 else f"±{1e6 * statement.gain:g} ppm"
+    if statement.full_scale_share:
+        gain += (
+            f" (with ±{100 * statement.full_scale_share:g} % of full scale, {statement.full_scale:g} {unit}, read as an error of gain "
+            "that is as large at the largest reading)"
+        )
     parts = ([gain] if statement.gain else []) + ([f"±{statement.offset:g} {unit}"] if statement.offset else [])
     return " and ".join(parts) or "exact"

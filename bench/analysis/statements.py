@@ -14,7 +14,10 @@ from drivers.interfaces.text import Text, text
 
 _RELATIVE = {"%": 1e-2, "ppm": 1e-6}
 _TERM = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*(%|[^\d\s+.%][^\s+%]*)\s*")
-_WANTED = text("a gain in % or ppm, an offset with its unit, or both, as in 2%+5mV")
+_FULL_SCALE = re.compile(
+    r"±?\s*(\d+\.?\d*|\.\d+)\s*%\s*fs\b\s*(?:@\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+)\s*([^\s+%\d]+))?", re.IGNORECASE
+)
+_WANTED = text("a gain in % or ppm, of the reading or of full scale (1.5%fs@8V), an offset with its unit, as in 2%+5mV")
 #: A larger error of gain makes no interval: the reading says next to nothing.
 _LARGEST_GAIN = 0.5
 
@@ -24,7 +27,8 @@ class Statement:
     """Limits of error of a channel, or of all channels of a kind (half-widths, rectangular).
 
     `gain` is relative, `offset` in SI; its `unit` is SI, empty where none was written. Channels of one `instrument` (empty: the
-    kind's own) err together. `given` is how the user wrote it, for messages; `typed` whether on the command line.
+    kind's own) err together. `full_scale_share` is the limit of the gain's error as a share of `full_scale` (SI). `given` is how the user
+    wrote it, for messages; `typed` whether on the command line.
     """
 
     name: str
@@ -34,6 +38,8 @@ class Statement:
     given: str
     instrument: str = ""
     typed: bool = False
+    full_scale_share: float = 0.0
+    full_scale: float = 0.0
 
     def error(self, what: Text | str) -> InputError:
         """Return the error that says what is wrong with this statement."""
@@ -49,6 +55,16 @@ class _Table(Section):
     )
     offset: float = Field(
         0.0, ge=0.0, strict=True, json_schema_extra={"unit": ""}, description="in V, A, N·m, rad/s or H, as the channel"
+    )
+    full_scale_gain: float = Field(
+        0.0, ge=0.0, le=_LARGEST_GAIN, strict=True, json_schema_extra={"unit": ""}, description="share of full_scale"
+    )
+    full_scale: float = Field(
+        0.0,
+        ge=0.0,
+        strict=True,
+        json_schema_extra={"unit": ""},
+        description="the channel's range, in V or A, as the channel",
     )
     instrument: str = Field("", description="what channels that err together have in common, text in quotes")
 
@@ -91,7 +107,19 @@ def _of_file(file: Path) -> list[Statement]:
             found.append(_parse(name, entry, f'{file}: {name} = "{entry}"', typed=False))
         elif isinstance(entry, Mapping):
             table = validate(_Table, entry, str(file), name)
-            found.append(Statement(name, table.gain, table.offset, "", f"{file}: [{name}]", table.instrument))
+            stated = Statement(
+                name,
+                table.gain,
+                table.offset,
+                "",
+                f"{file}: [{name}]",
+                table.instrument,
+                full_scale_share=table.full_scale_gain,
+                full_scale=table.full_scale,
+            )
+            if bool(table.full_scale_gain) != bool(table.full_scale):
+                raise stated.error(text("full_scale_gain and full_scale belong together; give both"))
+            found.append(stated)
         else:
             raise InputError(
                 text(
@@ -110,7 +138,8 @@ def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
     gain: float | None = None
     offset: float | None = None
     unit = ""
-    for number, written in _terms(blank, limits):
+    share, full_scale, of_scale, limits = _full_scale(blank, limits)
+    for number, written in _terms(blank, limits) if limits.strip() or not share else ():
         if written in _RELATIVE:
             if gain is not None:
                 raise blank.error(text("two gains; give one, in % or ppm"))
@@ -127,6 +156,10 @@ def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
         if offset is not None:
             raise blank.error(text("two offsets; give one, their sum"))
         unit, offset = known[0], number * known[1]
+    if unit and of_scale and unit != of_scale:
+        raise blank.error(
+            text("an offset in {unit} and a full scale in {scale}; give both alike", unit=unit, scale=of_scale)
+        )
     if gain is not None and gain > _LARGEST_GAIN:
         raise blank.error(
             text(
@@ -135,7 +168,42 @@ def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
                 most=100 * _LARGEST_GAIN,
             )
         )
-    return Statement(name, gain or 0.0, offset or 0.0, unit, given, typed=typed)
+    return Statement(
+        name,
+        gain or 0.0,
+        offset or 0.0,
+        unit or of_scale,
+        given,
+        typed=typed,
+        full_scale_share=share,
+        full_scale=full_scale,
+    )
+
+
+def _full_scale(blank: Statement, limits: str) -> tuple[float, float, str, str]:
+    """Return what is stated of full scale: its share, the full scale and its unit, SI, and the rest of the statement."""
+    found = _FULL_SCALE.search(limits)
+    if found is None:
+        return 0.0, 0.0, "", limits
+    if found[2] is None:
+        raise blank.error(
+            text(
+                "per cent of which full scale? Give the range that was set: the screen's divisions times volts a division, as in 1.5%fs@8V"
+            )
+        )
+    known = si(found[3])
+    if known is None or not float(found[2]) > 0.0 or not float(found[1]) / 100.0 <= _LARGEST_GAIN:
+        raise blank.error(
+            text(
+                "'{scale}' of {share} % is no full scale; allowed is a range above 0 with its unit, and up to {most:g} %",
+                scale=f"{found[2]}{found[3]}",
+                share=found[1],
+                most=100 * _LARGEST_GAIN,
+            )
+        )
+    before, after = limits[: found.start()].strip(), limits[found.end() :].strip()
+    rest = "+".join(part for part in (before.removesuffix("+").strip(), after.removeprefix("+").strip()) if part)
+    return float(found[1]) / 100.0, float(found[2]) * known[1], known[0], rest
 
 
 def _terms(blank: Statement, limits: str) -> list[tuple[float, str]]:

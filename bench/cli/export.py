@@ -15,6 +15,9 @@ from drivers.interfaces.text import Translate, reason_of, text
 if TYPE_CHECKING:
     from reports.exports.target import Sheet, Target
 
+#: No current loop is faster (Hz).
+_FASTEST = 20_000.0
+
 
 def export(
     run: str = "",
@@ -24,6 +27,8 @@ def export(
     station: str = "virtual",
     output: Path | None = None,
     largest_uncertainty: float | None = None,
+    bandwidth: float | None = None,
+    as_detected: bool = False,
     json: bool = False,
     language: str = "auto",
     runs: Path = Path("runs"),
@@ -47,6 +52,11 @@ def export(
         File to write; without it the file's content goes to standard output.
     largest_uncertainty
         Largest relative standard uncertainty with which a parameter is exported, instead of the stated bounds (docs/reference/exports.md).
+    bandwidth
+        Bandwidth of the current loop, Hz, that VESC's, ODrive's, moteus' and SimpleFOC's gains are for: 159 (1000 rad/s) where not given,
+        0 for a file without gains.
+    as_detected
+        Inductances as the controller's own detection stores them: VESC scales them by 0.9, and its HFI counts on it.
     json
         Print one JSON object and nothing else: the fields with unit, uncertainty and convention, and the content where no file is written.
     language
@@ -59,6 +69,7 @@ def export(
     from bench.plugins.files import catalogues_of_run
     from bench.report.exporting import subject_of
     from reports.exports.checks import ExportRefusedError, UncertaintyBounds
+    from reports.exports.current_loop import DEFAULT_BANDWIDTH
     from reports.exports.target import sheet_for
 
     if list_:
@@ -72,12 +83,32 @@ def export(
                 largest_uncertainty=largest_uncertainty,
             )
         )
+    if bandwidth is not None and not 0.0 <= bandwidth <= _FASTEST:
+        raise UsageError(
+            text(
+                "--bandwidth {bandwidth:g}: a frequency of the current loop from 0 (no gains) to {most:g} Hz is allowed",
+                bandwidth=bandwidth,
+                most=_FASTEST,
+            )
+        )
     translate = translator(language_of(language))
     read = read_run(run, runs)
     exports = catalogues_of_run(read.start.software).exports
     target = exports.need(for_, lambda why: UsageError(at(f"--for {for_}", why)))
+    if as_detected and not target.as_detected:
+        raise UsageError(
+            text(
+                "--as-detected: {title} stores what it detects as it is; leave it out, or name vesc", title=target.title
+            )
+        )
     try:
-        sheet = sheet_for(target, subject_of(read), UncertaintyBounds(largest_uncertainty))
+        sheet = sheet_for(
+            target,
+            subject_of(read),
+            UncertaintyBounds(largest_uncertainty),
+            bandwidth=DEFAULT_BANDWIDTH if bandwidth is None else bandwidth,
+            as_detected=as_detected,
+        )
     except ExportRefusedError as refused:
         reasons = "\n".join(f"  {reason.render(translate)}" for reason in refused.reasons)
         raise InputError(

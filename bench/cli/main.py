@@ -49,6 +49,14 @@ def make_app() -> App:
         ("rotor-sweep", "Ld and Lq from inductance over the rotor's angle."),
     ):
         analyze.command(f"bench.cli.analyze:{name.replace('-', '_')}", name=name, help=words)
+    analyze.command(
+        "bench.cli.analyze_six_step:six_step",
+        name="six-step",
+        help="A measured six-step drive at another load and voltage.",
+    )
+    analyze.command(
+        "bench.cli.analyze_table:table", name="table", help="Published figures beside a run's or a motor's."
+    )
     app.command(analyze)
     sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
     sim.command("bench.cli.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")

@@ -3,6 +3,7 @@
 import json as json_format
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ from bench.i18n.errors import InputError, UsageError, at
 from drivers.interfaces.text import text, text_of
 
 if TYPE_CHECKING:
+    from sim_instruments.six_step.drive import SixStepDrive
     from sim_instruments.six_step.state import Bridge
     from sim_instruments.six_step.steady_state import SteadyState
 
@@ -22,6 +24,7 @@ def six_step(
     *,
     speed: list[float] | None = None,
     load: list[float] | None = None,
+    voltage: float | None = None,
     json: bool = False,
     plot: Path | None = None,
 ) -> None:
@@ -35,6 +38,8 @@ def six_step(
         Mechanical speeds in rpm.
     load
         Shaft loads in N·m; negative where the shaft is driven.
+    voltage
+        Voltage of the source without load, V, instead of the motor file's.
     json
         Print one JSON object and nothing else.
     plot
@@ -47,7 +52,8 @@ def six_step(
     if bool(speed) == bool(load):
         raise UsageError(text("give either --speed RPM… or --load NM…, one of the two"))
     _check_plot(plot, len(speed or load or []))
-    bridge = Bridge(load_drive(motor))
+    drive = load_drive(motor)
+    bridge = Bridge(drive if voltage is None else _at_voltage(drive, motor, voltage))
     points = [_point(bridge, motor, speed=value) for value in speed or []]
     points += [_point(bridge, motor, load=value) for value in load or []]
     if plot is not None:
@@ -62,6 +68,15 @@ def six_step(
         print(json_format.dumps({"points": [as_json(point) for point in points]}, allow_nan=False))
     else:
         print("\n\n".join(as_text(point) for point in points))
+
+
+def _at_voltage(drive: "SixStepDrive", motor: str, voltage: float) -> "SixStepDrive":
+    from sim_instruments.six_step.drive import SixStepError
+
+    try:
+        return replace(drive, source_voltage=voltage)
+    except SixStepError as error:
+        raise InputError(at(f"{motor}, --voltage {voltage:g}", text_of(error))) from None
 
 
 def _check_plot(plot: Path | None, points: int) -> None:

@@ -316,12 +316,12 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
             + data.OFFSET_FIXED * probe.attenuation
             + data.OFFSET_SHARE * abs(settings.offset)
         )
-        source = f"{data.SOURCE}; probe: {probe.source}" if probe.source else data.SOURCE
+        own = probe.source or ("as stated" if probe.gain or probe.offset else "error not stated, taken as none")
         return Accuracy(
             gain=data.GAIN + probe.gain,
             offset=offset + probe.offset,
             resolution=settings.range / CODES_ON_SCREEN,
-            source=source,
+            source=f"{data.SOURCE}; probe: {own}",
         )
 
     def _screen(self, channel: int, what: str, missing: Text) -> float:

@@ -2,7 +2,7 @@
 
 #: Where the figures below come from: only the gain has been compared with the data sheet.
 SOURCE = (
-    "Keysight InfiniiVision 3000T X-Series data sheet 5992-0140: gain 2 % of full scale; "
+    "Keysight InfiniiVision 3000T X-Series data sheet 5992-0140: gain 2 % of full scale, read as a slope; "
     "offset typical of its class, enter the calibration"
 )
 TIME_BASE_SOURCE = "time base typical of its class, not compared with the data sheet"

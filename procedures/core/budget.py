@@ -114,6 +114,11 @@ class Uncertainties:
             definition=definition,
         )
 
+    def interval(self, quantity: UncertainReal) -> tuple[float, float]:
+        """Return the quantity's 95 % coverage interval."""
+        expanded = _expanded(self._reached(quantity))
+        return float(quantity.x) - expanded, float(quantity.x) + expanded
+
     def of_parameter(self, parameter: Parameter) -> UncertainReal:
         """Return the quantity behind an earlier parameter, correlated with all that shares its inputs.
 

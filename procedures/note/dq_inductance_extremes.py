@@ -30,8 +30,10 @@ from procedures.core.steps import step
 from procedures.estimation.winding import rotor_sweep
 from procedures.estimation.winding.connections import phase_factor
 from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
+from procedures.plausibility.capability import relative_uncertainty
 from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
 from procedures.techniques.dq_axes import connection_of
+from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_inductance
 from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 
@@ -112,6 +114,8 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     def connect_bridge(self) -> float:
         """Return how long one reading takes (s)."""
         bridge = self.bench.lcr_meter
+        expected = self.nameplate.expected.get("d_axis_inductance")
+        self._choose(None if expected is None else 2.0 * expected)
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
@@ -158,7 +162,17 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         low, high = rotor_sweep.extremes(sweep.inductance)
         motor_class = str(rotor_sweep.motor_class(low, high, self.settings.class_threshold))
         self.findings |= {"smallest": low, "largest": high, "motor_class": motor_class}
+        choice = self._choose(0.5 * (low + high), sweep.accuracy)
+        if choice.unstated:
+            self.notice("instrument-choice", choice.sentence())
         return motor_class
+
+    def _choose(self, reading: float | None, accuracy: Accuracy | None = None) -> InstrumentChoice:
+        """Choose for a line inductance (H), None where it is not known yet; with the accuracy of a reading where there is one."""
+        share = None if reading is None or accuracy is None else relative_uncertainty(accuracy, reading) or None
+        choice = choose_for_inductance(self.bench, reading, share, self.settings.requested_uncertainty)
+        self.findings["instrument_choice"] = choice.as_finding()
+        return choice
 
     @step("3.3.2/4", "From line to phase: wye 0.5, delta 1.5 of the smallest (Ld) and the largest (Lq)")
     def conclude(self, sweep: Sweep, motor_class: str) -> None:

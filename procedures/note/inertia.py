@@ -79,6 +79,12 @@ class InertiaSettings(Settings):
     tare_viscous_friction: float = Field(
         default=0.0, ge=0.0, description="viscous friction of the dynamometer, N·m·s/rad"
     )
+    load_inertia: float | None = Field(
+        default=None,
+        ge=0.0,
+        description="inertia of the load that the motor will drive, at its shaft, kg·m²; the dynamometer's when not given",
+    )
+    load_inertia_uncertainty: float = Field(default=0.0, ge=0.0, description="its standard uncertainty, kg·m²")
 
 
 @dataclass(frozen=True)
@@ -107,7 +113,7 @@ class Inertia(Procedure[InertiaSettings]):
     title: ClassVar[str] = "Inertia and friction"
     section: ClassVar[str] = "3.5"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
-    gives: ClassVar[tuple[str, ...]] = NAMES
+    gives: ClassVar[tuple[str, ...]] = (*NAMES, "inertia_with_load")
 
     def measure(self) -> None:
         """Take the tare, drive, coast, solve."""
@@ -167,7 +173,8 @@ class Inertia(Procedure[InertiaSettings]):
             dynamometer = self._quantities("tare ramps", own, tare.driven, zero)
         else:
             dynamometer = {name: self._given_tare(name) for name in NAMES}
-        for name, motor in estimation.subtract_tare(coupled, dynamometer).items():
+        alone = estimation.subtract_tare(coupled, dynamometer)
+        for name, motor in alone.items():
             self.report(
                 name,
                 self._over_speed(name, motor, ramps.driven),
@@ -175,8 +182,26 @@ class Inertia(Procedure[InertiaSettings]):
                 estimator="fit of inertia, Coulomb and viscous friction to both whole ramps, tare subtracted",
                 note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load - tare_drag}.get(name),
             )
+        self._report_with_load(alone["inertia"], coupled["inertia"], ramps.driven)
         self._say_what_two_points_cost(
             simple - simple_tare, total.value("inertia") - (own.value("inertia") if own else 0.0)
+        )
+
+    def _report_with_load(self, rotor: UncertainReal, coupled: UncertainReal, driven: Curve) -> None:
+        """Report rotor and load together (§2.6), which the speed loop's gains follow from."""
+        load, settings = self.settings.load_inertia, self.settings
+        together = self._over_speed("inertia", coupled if load is None else rotor, driven)
+        if load is not None:
+            together = together + self.bench.uncertainties.standard(
+                "load's inertia", load, settings.load_inertia_uncertainty
+            )
+        self.report(
+            "inertia_with_load",
+            together,
+            section="2.6",
+            estimator="rotor with the dynamometer as its load"
+            if load is None
+            else "rotor and the load that was stated",
         )
 
     def _accelerate(self, top: float) -> Curve:

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar
 
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, Wanted
+from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, MeasurementError, SetpointError, Wanted
 from drivers.interfaces.text import text
 from procedures.core.actions import LINE_PAIRS, LinePair, label_of, meter_across
 from procedures.core.bench import Bench, Role
@@ -20,6 +21,7 @@ from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding import resistance, unbalance
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE, PhaseResistance
 from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
+from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_resistance
 from procedures.techniques.short_correction import short_correct
 from procedures.techniques.temperature_correction import winding_temperature
 from procedures.techniques.temperature_settings import (
@@ -134,9 +136,25 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
 
     @step("3.2.2/1", "Choose the instrument: above 2 Ω an RLC meter will do, below it a precision bridge")
     def choose_instrument(self) -> None:
-        """Record which meter it is; the budget shows whether it was good enough."""
+        """Choose by the type value, or by what was measured before; the readings then say whether that was right."""
         identity = self.bench.lcr_meter.identity
         self.findings["instrument"] = f"{identity.manufacturer} {identity.model} {identity.serial_number}".strip()
+        expected = self.known_value("stator_resistance") or self.nameplate.expected.get("stator_resistance")
+        self._choose(None if expected is None else 2.0 * expected)
+
+    def _choose(self, reading: float | None) -> InstrumentChoice:
+        """Choose for a line resistance (Ω), None where it is not known yet."""
+        settings, share = self.settings, None
+        if reading is not None:
+            # A meter that states no accuracy there has none to be chosen by.
+            with suppress(MeasurementError, SetpointError):
+                accuracy, _ = self.bench.lcr_meter.accuracy_at(
+                    reading, 0.0, settings.frequency, settings.level, settings.aperture
+                )
+                share = relative_uncertainty(accuracy, reading) or None
+        choice = choose_for_resistance(self.bench, reading, share, settings.requested_uncertainty)
+        self.findings["instrument_choice"] = choice.as_finding()
+        return choice
 
     @step("3.2.2/2", "Set the bridge to {frequency:g} Hz, series inductance and resistance")
     def set_bridge(self) -> None:
@@ -170,6 +188,10 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     def to_phase(self, lines: LineReadings) -> PhaseResistance[UncertainReal]:
         """Return the winding's and the Y-equivalent's resistance; the three readings also give each phase alone."""
         ab, bc, ca = lines.values.values()
+        choice = self._choose((ab + bc + ca) / 3.0)
+        # What it cannot do by its stated accuracy E9 says below.
+        if choice.unstated:
+            self.notice("instrument-choice", choice.sentence())
         spread = unbalance.spread((ab, bc, ca))
         self.findings |= {
             "line_resistances": {"AB": ab, "BC": bc, "CA": ca},

@@ -99,6 +99,20 @@ INDUCTANCE_DIFFERENCE = ExportQuantity(
     (_D, _Q),
     lambda g: g["q_axis_inductance"] - g["d_axis_inductance"],
 )
+#: VESC's detection multiplies what it measured by this before it stores it, so that its observer stays stable.
+VESC_SCALE = 0.9
+VESC_MEAN_INDUCTANCE = ExportQuantity(
+    "H",
+    "0.9 times the mean of Ld and Lq, per phase of the Y-equivalent: as VESC's own detection stores it",
+    (_D, _Q),
+    lambda g: VESC_SCALE * MEAN_INDUCTANCE.formula(g),
+)
+VESC_INDUCTANCE_DIFFERENCE = ExportQuantity(
+    "H",
+    "0.9 times Lq - Ld, per phase of the Y-equivalent: as VESC's own detection stores it",
+    (_D, _Q),
+    lambda g: VESC_SCALE * INDUCTANCE_DIFFERENCE.formula(g),
+)
 FLUX_LINKAGE = _as_measured(_FLUX, "peak, phase to neutral of the Y-equivalent, at 25 degC")
 FLUX_PER_HERTZ = ExportQuantity(
     "V/Hz",

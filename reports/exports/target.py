@@ -82,7 +82,9 @@ class Sheet:
 class Target:
     """A controller or simulator that parameters can be written for; `write` gives the file's text, `suffix` its usual ending.
 
-    One without fields takes every parameter as it was measured.
+    One without fields takes every parameter as it was measured. `current_loop` gives the fields of the current loop's gains for a
+    bandwidth (Hz). `as_detected` are the fields that differ where the file is to hold what the controller's own detection would have
+    stored, for a firmware that counts on it.
     """
 
     name: str
@@ -90,14 +92,33 @@ class Target:
     suffix: str
     fields: Sequence[Field]
     write: Callable[[Sheet], str]
+    current_loop: Callable[[float], Sequence[Field]] | None = None
+    as_detected: Sequence[Field] = ()
+
+    def all_fields(self, bandwidth: float | None, *, as_detected: bool) -> list[Field]:
+        """Return the fields, with the current loop's gains where a `bandwidth` (Hz) is given."""
+        others = {field.name: field for field in self.as_detected} if as_detected else {}
+        loop = self.current_loop(bandwidth) if bandwidth and self.current_loop else ()
+        return [*(others.get(field.name, field) for field in self.fields), *loop]
 
 
-def sheet_for(target: Target, subject: Subject, limits: UncertaintyBounds | None = None) -> Sheet:
-    """Return the target's figures. Raises ExportRefusedError naming every parameter that is missing or will not do."""
+def sheet_for(
+    target: Target,
+    subject: Subject,
+    limits: UncertaintyBounds | None = None,
+    *,
+    bandwidth: float | None = None,
+    as_detected: bool = False,
+) -> Sheet:
+    """Return the target's figures, and the gains of a current loop of a `bandwidth` (Hz) where one is given.
+
+    `as_detected` has the inductances as the controller's own detection stores them. Raises ExportRefusedError naming every parameter
+    that is missing or will not do.
+    """
     reasons: dict[tuple[str, str], Text] = {}
     left_out: dict[tuple[str, str], Text] = {}
     lines = []
-    for field in target.fields:
+    for field in target.all_fields(bandwidth, as_detected=as_detected):
         against = list(objections(field.quantity, subject, limits or UncertaintyBounds()))
         if against:
             kept = left_out if field.optional else reasons

@@ -311,6 +311,11 @@ def _equivalent(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
         values = [p.get(key) for p in points]
         if all(value is not None for value in values):
             parts.append(PlotCurve(name, speed, _array(values), manner))
+    band = findings.get("commutation_over_speed", {}).get("band", ())
+    if band:
+        at = _array([p["speed_rpm"] for p in band])
+        for key, name in (("low", text("commutation, 95 % from")), ("high", text("commutation, 95 % to"))):
+            parts.append(PlotCurve(name, at, _array([p[key] for p in band]), Manner.RESIDUAL))
     yield Plot(
         procedure.name,
         text("Equivalent resistance and its parts over speed"),

@@ -11,6 +11,7 @@ from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.source import VoltageSource
 from sim_instruments.physics.windings import FloatArray
+from sim_instruments.six_step.balance import losses
 from sim_instruments.six_step.circuit import Observables
 from sim_instruments.six_step.steady_state import SteadyState
 from sim_instruments.world.sources.six_step_stage import STATE_ANGLE, SixStepStage
@@ -31,8 +32,7 @@ class Commutated:
 
     With `uniform` the speed is `speed` throughout (a ripple of the shaft's speed is not seen in the waveforms).
     Otherwise, an approximation, they pass through the steady states of the present speed, interpolated between a grid
-    of speeds on which `speed` lies. The drive's own figures hold whatever the winding's temperature; leads are part of
-    them.
+    of speeds on which `speed` lies. `stage` is that of the winding's temperature; leads are part of the drive's figures.
     """
 
     def __init__(
@@ -69,6 +69,13 @@ class Commutated:
         result = np.empty(len(times))
         for here, share, steady in self._mixture(times):
             result[here] = share[0] * steady[0].electromagnetic_torque + share[1] * steady[1].electromagnetic_torque
+        return result
+
+    def copper_loss(self, times: FloatArray) -> FloatArray:
+        """Return the windings' copper loss (W, shape (n,)), its mean over a state at the present speed."""
+        result = np.empty(len(times))
+        for here, share, pair in self._mixture(times):
+            result[here] = share[0] * losses(pair[0]).copper + share[1] * losses(pair[1]).copper
         return result
 
     def bus(self, times: FloatArray) -> FloatArray:

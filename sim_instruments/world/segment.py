@@ -156,15 +156,15 @@ class Segment:
 
     @property
     def warms(self) -> bool:
-        """Whether there are currents that warm the windings; a six-step drive's figures know no temperature."""
-        if not self.live or isinstance(self.circuit, Commutated):
-            return False
-        return not (isinstance(self.circuit, LinearTransient) and self.circuit.dead)
+        """Whether there are currents that warm the windings."""
+        return self.live and not (isinstance(self.circuit, LinearTransient) and self.circuit.dead)
 
     def copper_loss(self, times: FloatArray) -> FloatArray:
-        """Return the loss (W) in the windings that warms them."""
+        """Return the loss (W) in the windings that warms them; of a six-step drive its mean over a state."""
         if not self.warms:
             return np.zeros_like(times)
+        if isinstance(self.circuit, Commutated):
+            return self.circuit.copper_loss(times)
         result: FloatArray = self.windings.resistance @ self.winding_currents(times) ** 2
         return result
 

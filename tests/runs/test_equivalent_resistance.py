@@ -5,8 +5,10 @@ import math
 import pytest
 
 from bench.motor.motor_file import load_motor
+from sim_instruments.bench import VirtualBench
 from sim_instruments.six_step import balance
 from sim_instruments.six_step.state import Bridge
+from tests.runs.on_bench import measure
 
 LOADS = (0.3, 0.5, 0.7, 0.9)
 MOTOR = "92bl-30-25l"
@@ -65,6 +67,87 @@ def test_commutation_explains_the_speed_and_the_simple_model_does_not(measured):
         assert prediction["simple_model_rpm"] / speed - 1.0 > 0.05
     assert findings["commutation_over_speed"]["slope"] > 0.0
     assert {"E14", "delta-from-outside"} <= {w["id"] for w in measured["warnings"]}
+
+
+@pytest.mark.parametrize("typed", [(), ("winding_resistance_temperature=77",)])
+def test_a_warm_winding_is_no_surprise(drive, typed):
+    """R_11 is that of 25 °C and the winding at 77 °C: its temperature is asked for, before and after, and the copper's part held."""
+    warm = 1.0 + 0.00393 / (1.0 + 0.00393 * 5.0) * 52.0
+    entered = drive.resistance * (warm if typed else 1.0)
+    motor = load_motor(MOTOR)
+    with VirtualBench(motor.virtual, seed=4, six_step=drive) as bench:
+        bench.world.set_ambient_temperature(77.0)
+        bench.world.set_winding_temperature(77.0)
+        found = measure(
+            bench,
+            motor.nameplate,
+            "equivalent-resistance",
+            f"loads={list(LOADS)}",
+            f"winding_resistance={entered}",
+            "winding_inductance=0.0004353",
+            *typed,
+        )
+        stage = bench.world.six_step.stage.at(bench.world.truth()["winding_temperature"])
+    truth = stage.steady(found.findings["points"][-1]["speed_rpm"] * math.pi / 30.0)
+    copper = balance.losses(truth).copper / truth.average_supply_current**2
+    assert copper == pytest.approx(warm * 0.1, rel=0.03)
+    assert found.findings["winding_temperature"]["before"] == pytest.approx(77.0, abs=2.0)
+    told = {p.name: p for p in found.parameters}
+    truths = {
+        "copper_resistance": copper,
+        "switch_resistance": drive.switch_resistance,
+        "line_emf_constant": 3.0 / math.pi * drive.emf_constant,
+    }
+    for name, value in truths.items():
+        low, high = told[name].coverage_interval
+        assert low <= value <= high, name
+    assert "winding temperature" in {row.source for row in told["copper_resistance"].budget}
+
+
+def test_r_11_without_its_uncertainty_is_told_and_in_the_budget(measured):
+    told = [w["message"] for w in measured["warnings"] if w["id"] == "unstated-uncertainty"]
+    assert any("R_11" in each and "±2%" in each and "winding_resistance_uncertainty" in each for each in told)
+    rows = {row["source"]: row for row in measured["parameters"]["copper_resistance"]["budget"]}
+    share = rows["R_11 given"]["contribution"] / measured["parameters"]["copper_resistance"]["value"]
+    assert share == pytest.approx(0.02 / math.sqrt(3.0), rel=0.05)
+
+
+def test_commutation_is_a_line_with_a_band(measured, drive):
+    line = measured["procedures"]["equivalent-resistance"]["findings"]["commutation_over_speed"]
+    bridge = Bridge(drive)
+    for row in line["band"]:
+        speed = row["speed_rpm"] * math.pi / 30.0
+        truth = _at_speed(bridge, speed)
+        current = truth.average_supply_current
+        part = (truth.average_bus_voltage - 3.0 / math.pi * drive.emf_constant * speed) / current
+        part -= 2.0 * drive.switch_resistance + balance.losses(truth).copper / current**2
+        assert row["low"] <= part <= row["high"]
+        assert row["high"] - row["low"] < 0.2 * part
+    assert measured["parameters"]["commutation_resistance_slope"]["value"] == pytest.approx(line["slope"])
+
+
+def test_other_loads_and_voltages_are_predicted(motorbench, measured):
+    status, made = motorbench(
+        *("analyze", "six-step", measured["run"], "--motor", MOTOR, "--voltage", "12", "30", "--load", "0.1", "1.2"),
+        *("--coulomb-friction", "0.0349", "--viscous-friction", "7.941e-6"),
+    )
+    assert status == 0, made
+    assert [p["in_sample"] for p in made["points"]] == [False] * 4
+    for point in made["points"]:
+        for key in ("speed_rpm", "supply_current"):
+            off = abs(point[key]["value"] - point["exact"][key])
+            assert off <= 0.025 * point["exact"][key]
+            assert off <= point[key]["U"]
+    # The straight line alone knows nothing of how the current's shape changes.
+    assert max(abs(p["deviation_percent"]["supply_current_by_line"]) for p in made["points"]) > 3.0
+
+
+def test_a_run_without_it_cannot_be_predicted_from(motorbench):
+    status, run = motorbench("run", "pole-pairs-static", "--station", "virtual", "--motor", MOTOR)
+    assert status == 0, run
+    status, made = motorbench("analyze", "six-step", run["run"], "--load", "0.5")
+    assert status == 1
+    assert "motorbench run equivalent-resistance" in made["error"]
 
 
 def test_no_load_can_be_chosen_without_a_torque_constant(motorbench):

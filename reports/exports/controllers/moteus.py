@@ -1,5 +1,6 @@
 """moteus: configuration lines for `moteus_tool --restore-config`."""
 
+from reports.exports import current_loop as loop
 from reports.exports import quantities as q
 from reports.exports.comments import ASCII_HASH, head
 from reports.exports.target import Field, Sheet, Target
@@ -24,4 +25,11 @@ TARGET = Target(
         Field("motor.Kv", q.KV),
     ),
     write,
+    current_loop=lambda bandwidth: (
+        Field(
+            "servo.pid_dq_hz",
+            loop.in_hertz(bandwidth),
+            remark="firmware ABI 0x010e or later; before it servo.pid_dq.kp and .ki themselves",
+        ),
+    ),
 )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from reports.exports import current_loop as loop
 from reports.exports import quantities as q
 from reports.exports.comments import HASH, head
 from reports.exports.target import Field, Sheet, Target
@@ -25,5 +26,13 @@ def _fields(motor: str) -> Sequence[Field]:
     )
 
 
-TARGET = Target("odrive", "ODrive 0.5", ".py", _fields("axis0.motor.config"), _writer("0.5"))
-TARGET_06 = Target("odrive-0.6", "ODrive 0.6", ".py", _fields("axis0.config.motor"), _writer("0.6"))
+def _loop_of(motor: str) -> Callable[[float], Sequence[Field]]:
+    return lambda bandwidth: (Field(f"{motor}.current_control_bandwidth", loop.in_radians(bandwidth)),)
+
+
+def _target(name: str, firmware: str, motor: str) -> Target:
+    return Target(name, f"ODrive {firmware}", ".py", _fields(motor), _writer(firmware), current_loop=_loop_of(motor))
+
+
+TARGET = _target("odrive", "0.5", "axis0.motor.config")
+TARGET_06 = _target("odrive-0.6", "0.6", "axis0.config.motor")

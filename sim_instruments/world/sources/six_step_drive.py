@@ -6,13 +6,11 @@ the speed is followed, which `six_step.run_up` does. The drive turns the motor f
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest, Wavering
-from sim_instruments.physics.windings import Windings
 from sim_instruments.six_step.drive import SixStepError
 from sim_instruments.world.segment import DynamometerLaw, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
@@ -80,7 +78,7 @@ def free(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segment:
 
 
 def _wired(inputs: SegmentInputs) -> SixStepStage:
-    """Return the drive's stage. Raises DriveTripError where the terminals are not on its legs in their order.
+    """Return the drive's stage at the winding's temperature. Raises DriveTripError where the terminals are not on its legs in their order.
 
     With two wires exchanged, or all three moved on, the currents hold against the Hall signals: no torque, all current.
     """
@@ -91,7 +89,7 @@ def _wired(inputs: SegmentInputs) -> SixStepStage:
         raise DriveTripError("overcurrent")
     if inputs.settings.rotor_held:
         raise DriveTripError("no rotation")
-    return stage
+    return stage.at(inputs.state.temperature)
 
 
 def _segment(
@@ -104,8 +102,6 @@ def _segment(
     *,
     uniform: bool = True,
 ) -> Segment:
-    motor = inputs.constants.motor
-    windings = Windings(motor, motor.resistance_temperature)
-    network = inputs.constants.network(windings, inputs.settings, supplied=False)
+    network = inputs.constants.network(inputs.windings, inputs.settings, supplied=False)
     circuit = Commutated(network, motion, stage, speed, source=inputs.open_source(), uniform=uniform)
-    return replace(inputs, windings=windings).segment(motion, circuit, end, law, live=True)
+    return inputs.segment(motion, circuit, end, law, live=True)

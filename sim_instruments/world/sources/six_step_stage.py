@@ -15,6 +15,8 @@ from sim_instruments.six_step.steady_state import SteadyState, steady_state
 STATE_ANGLE = math.pi / 3.0
 #: Solutions kept; a run asks for a few dozen.
 _KEPT = 512
+#: Temperatures (K) that share their solutions.
+_SAME_WARMTH = 0.25
 #: Share of the slope between standstill and no load that a torque curve is taken to have at the least.
 _LEAST_SLOPE = 0.01
 _STEP = 1e-3
@@ -41,6 +43,7 @@ class SixStepStage:
     motor: VirtualMotor
     bridge: Bridge = field(init=False)
     _states: dict[float, SteadyState] = field(init=False, default_factory=dict)
+    _warm: dict[float, "SixStepStage"] = field(init=False, default_factory=dict)
     _balances: dict[tuple[Shaft, float, float], Balance] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -58,6 +61,35 @@ class SixStepStage:
     def slowest(self) -> float:
         """Speed (rad/s) below which waveforms are those of this speed."""
         return 2e-3 * self.bridge.no_load_speed
+
+    def at(self, temperature: float) -> "SixStepStage":
+        """Return the drive with winding and magnets at a temperature (°C), to a quarter of a kelvin.
+
+        What the drive's figures say holds at the motor's `resistance_temperature`.
+        """
+        motor = self.motor
+        rise = round((temperature - motor.resistance_temperature) / _SAME_WARMTH) * _SAME_WARMTH
+        if rise == 0.0:
+            return self
+        found = self._warm.get(rise)
+        if found is None:
+            if len(self._warm) >= _KEPT:
+                self._warm.clear()
+            warm = motor.resistance_temperature + rise
+            drive = replace(
+                self.drive,
+                resistance=motor.resistances_at(warm)[0],
+                emf_constant=self.drive.emf_constant * motor.flux_linkage_at(warm) / motor.flux_linkage,
+            )
+            found = self._warm[rise] = SixStepStage(
+                drive,
+                replace(
+                    motor,
+                    phase_resistances=(drive.resistance,) * 3,
+                    flux_linkage=drive.emf_constant / drive.pole_pairs,
+                ),
+            )
+        return found
 
     def state_angle(self, electrical_angle: float) -> float:
         """Return the electrical angle (rad) since a state T1T2 began, from the rotor's on the bench.

@@ -1,10 +1,12 @@
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.analysis import analyze_back_emf
 from bench.analysis.statements import read_statements
 from bench.analysis.temperature import copper_temperature, magnet_temperature
 from bench.i18n.errors import InputError, UsageError
@@ -123,3 +125,36 @@ def test_temperatures_are_checked() -> None:
         copper_temperature(40.0, 1.0, 0.1)
     with pytest.raises(UsageError, match=r"--magnet-coefficient 0.001: allowed"):
         magnet_temperature(40.0, 1.0, 0.001)
+
+
+def test_per_cent_of_full_scale_grows_as_the_reading_falls(tmp_path):
+    time = np.arange(4000) * 1e-5
+    path = tmp_path / "emf.csv"
+    np.savetxt(
+        path,
+        np.column_stack((time, 4.0 * np.sin(2 * np.pi * 100.0 * time))),
+        delimiter=",",
+        header="time (s),CH1 (V)",
+        comments="",
+    )
+
+    def share(*words: str, file: Path | None = None) -> float:
+        made = analyze_back_emf([path], accuracy=read_statements(words, file))
+        flux = made["parameters"]["flux_linkage"]
+        assert any("full scale, 8 V" in each for each in made["assumptions"])
+        return max(row["contribution"] for row in flux["budget"] if "gain" in row["source"]) / flux["value"]
+
+    assert share("CH1=1.5%fs@8V") == pytest.approx(0.03 / np.sqrt(3.0), rel=0.01)
+    assert share("CH1=1%+1.5%fs@8V+5mV") == pytest.approx(0.04 / np.sqrt(3.0), rel=0.01)
+    file = tmp_path / "scope.toml"
+    file.write_text("[CH1]\nfull_scale_gain = 0.015\nfull_scale = 8.0\n", encoding="utf-8")
+    assert share(file=file) == pytest.approx(0.03 / np.sqrt(3.0), rel=0.01)
+    for word, said in (
+        ("CH1=1.5%fs", "of which full scale"),
+        ("CH1=1.5%fs@2V", "beyond the full scale of 2 V"),
+        ("CH1=1.5%fs@8furlong", "no full scale"),
+        ("CH1=1.5%fs@8V+1A", "an offset in A and a full scale in V"),
+        ("CH1=1.5%fs@8A", "an offset in A"),
+    ):
+        with pytest.raises(InputError, match=said):
+            analyze_back_emf([path], accuracy=read_statements([word]))

@@ -165,3 +165,12 @@ def test_the_file_says_what_the_drive_is() -> None:
     drive = load_drive(EXAMPLE)
     assert (drive.connection, drive.pole_pairs, drive.resistance) == ("delta", 4, 0.1146)
     assert (drive.emf_constant, drive.source_voltage, drive.source_resistance) == (0.0613, 24.32, 0.124)
+
+
+def test_another_source_voltage_is_solved(capsys: pytest.CaptureFixture[str]) -> None:
+    six_step(EXAMPLE, load=[0.5], voltage=12.0, json=True)
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    assert point["source_voltage"] == 12.0
+    assert 1400.0 < point["speed_rpm"] < 1480.0
+    with pytest.raises(InputError, match=r"--voltage -1.*greater than 0"):
+        six_step(EXAMPLE, load=[0.5], voltage=-1.0)

@@ -1,0 +1,161 @@
+"""Figures of a motor that others measured: tables of Ld over current, a VESC's configuration; and how far they lie from ours."""
+
+import csv
+import io
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.captures.units import si, split_heading
+from bench.i18n.errors import InputError, at
+from drivers.interfaces.text import Text, reason_of, text
+from procedures.core.parameters import PARAMETERS
+
+#: VESC's detection stores so much of the inductance that it measured (`mcpwm_foc.c`, `ind_scale_factor`).
+VESC_SCALE = 0.9
+_LARGEST = 10_000_000
+_XML_FIELD = re.compile(r"<(foc_motor_\w+|si_motor_poles)>\s*([^<>\s]+)\s*</\1>")
+_COLUMNS = {"ld": "d_axis_inductance", "lq": "q_axis_inductance", "r": "stator_resistance", "rs": "stator_resistance"}
+_CURRENTS = ("id", "iq", "i", "current", "d_a", "q_a")
+
+
+@dataclass(frozen=True)
+class PublishedFigure:
+    """One figure (SI) of a parameter, at a current (A) where the table says one."""
+
+    parameter: str
+    value: float
+    current: float | None = None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A published figure beside ours: its deviation (relative), and whether it lies in our 95 % interval, None without one."""
+
+    published: PublishedFigure
+    ours: float
+    deviation: float
+    within: bool | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as `--json` prints it."""
+        row = self.published
+        return {
+            "parameter": row.parameter,
+            "current": row.current,
+            "published": row.value,
+            "unit": PARAMETERS[row.parameter].unit,
+            "ours": self.ours,
+            "deviation_percent": 100.0 * self.deviation,
+            "within_interval": self.within,
+        }
+
+
+def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[PublishedFigure]:
+    """Return what a file holds: JSON with `ld` (moteus), a VESC's XML, or CSV with columns as `id (A)` and `Ld (H)`.
+
+    Inductances of a VESC's file are divided by `vesc_scale`. Raises InputError naming the file, what is wrong and what is allowed.
+    """
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise InputError(at(str(path), text("the file is larger than 10 MB; a table of figures is wanted")))
+        content = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(at(str(path), text("cannot be read: {why}", why=reason_of(error)))) from None
+    except UnicodeDecodeError:
+        raise InputError(at(str(path), text("is no text in UTF-8"))) from None
+    start = content.lstrip()[:1]
+    if start == "{":
+        found = list(_of_json(path, content))
+    elif start == "<":
+        found = list(_of_vesc(path, content, vesc_scale))
+    else:
+        found = list(_of_csv(path, content))
+    if not found:
+        raise _nothing(path)
+    for figure in found:
+        if not math.isfinite(figure.value) or not (figure.current is None or math.isfinite(figure.current)):
+            raise InputError(at(str(path), text("{name} holds a value that is no number", name=figure.parameter)))
+    return found
+
+
+def compare(
+    published: list[PublishedFigure], ours: Mapping[str, tuple[float, tuple[float, float] | None]]
+) -> list[Comparison]:
+    """Return each published figure beside ours, by parameter: value and 95 % interval, None for a value without one."""
+    found = []
+    for figure in published:
+        if figure.parameter not in ours or not ours[figure.parameter][0]:
+            continue
+        value, interval = ours[figure.parameter]
+        within = None if interval is None else interval[0] <= figure.value <= interval[1]
+        found.append(Comparison(figure, value, figure.value / value - 1.0, within))
+    return found
+
+
+def _of_json(path: Path, content: str) -> Iterator[PublishedFigure]:
+    try:
+        made = json.loads(content)
+        for row in made["ld"]:
+            yield PublishedFigure("d_axis_inductance", float(row["L_d_H"]), float(row["d_A"]))
+        flux = made.get("fit", {}).get("lambda_m")
+        if flux is not None:
+            yield PublishedFigure("flux_linkage", float(flux))
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise _nothing(path) from None
+
+
+def _of_vesc(path: Path, content: str, scale: float) -> Iterator[PublishedFigure]:
+    fields = {}
+    for name, value in _XML_FIELD.findall(content):
+        try:
+            fields[name] = float(value)
+        except ValueError:
+            raise InputError(at(str(path), text("{name} holds a value that is no number", name=name))) from None
+    mean, half = fields.get("foc_motor_l"), 0.5 * fields.get("foc_motor_ld_lq_diff", 0.0)
+    if mean is not None:
+        yield PublishedFigure("d_axis_inductance", (mean - half) / scale)
+        yield PublishedFigure("q_axis_inductance", (mean + half) / scale)
+    for field, parameter, factor in (
+        ("foc_motor_r", "stator_resistance", 1.0),
+        ("foc_motor_flux_linkage", "flux_linkage", 1.0),
+        ("si_motor_poles", "pole_pairs", 0.5),
+    ):
+        if field in fields:
+            yield PublishedFigure(parameter, factor * fields[field])
+
+
+def _of_csv(path: Path, content: str) -> Iterator[PublishedFigure]:
+    rows = [row for row in csv.reader(io.StringIO(content)) if row and not row[0].startswith("#")]
+    if len(rows) < 2:
+        raise _nothing(path)
+    columns: dict[int, tuple[str, float]] = {}
+    at_current: tuple[int, float] | None = None
+    for number, heading in enumerate(rows[0]):
+        name, unit = split_heading(heading)
+        factor = (si(unit) or ("", 1.0))[1] if unit else 1.0
+        if name.lower() in _CURRENTS and at_current is None:
+            at_current = number, factor
+        elif name.lower() in _COLUMNS:
+            columns[number] = _COLUMNS[name.lower()], factor
+    for line, row in enumerate(rows[1:], 2):
+        try:
+            current = None if at_current is None else float(row[at_current[0]]) * at_current[1]
+            for number, (parameter, factor) in columns.items():
+                yield PublishedFigure(parameter, float(row[number]) * factor, current)
+        except (ValueError, IndexError):
+            raise InputError(
+                at(str(path), text("line {line}: a number is wanted in every column of the heading", line=line))
+            ) from None
+
+
+def _nothing(path: Path) -> InputError:
+    said: Text = text(
+        "no figures in it that are known here; read are JSON with ld = [{{d_A, L_d_H}}] as moteus writes it, a VESC's XML, and CSV "
+        "with a heading as id (A),Ld (H)"
+    )
+    return InputError(at(str(path), said))

@@ -1,0 +1,166 @@
+"""`motorbench analyze six-step`: speed and current of a measured six-step drive at another load and voltage."""
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.cli.output import print_json
+from bench.i18n.errors import InputError, UsageError
+from drivers.interfaces.text import text
+
+if TYPE_CHECKING:
+    from bench.analysis.six_step_prediction import Friction, Prediction
+    from procedures.core.result import Parameter
+
+_RPM = math.pi / 30.0
+
+
+def six_step(
+    run: str,
+    *,
+    voltage: Sequence[float] = (),
+    load: Sequence[float],
+    motor: str | None = None,
+    coulomb_friction: float | None = None,
+    viscous_friction: float | None = None,
+    diode_drop: float = 0.7,
+    json: bool = False,
+    runs: Path = Path("runs"),
+) -> None:
+    """Predict speed and current at other loads and voltages, from a run of equivalent-resistance.
+
+    Parameters
+    ----------
+    run
+        The run's folder, or its name under `--runs`.
+    voltage
+        Voltages of the source without load, V; that of the run where not given.
+    load
+        Loads, N·m: at the motor's shaft where its own friction is known, else as the run's dynamometer shows them.
+    motor
+        Motor file with `[virtual.drive]`, or the name of a shipped motor: its exact steady state is set beside.
+    coulomb_friction
+        The motor's Coulomb friction, N·m; that of the run's inertia procedure where not given.
+    viscous_friction
+        The motor's viscous friction, N·m·s/rad; likewise.
+    diode_drop
+        Voltage of a freewheeling diode, V, which no reading shows.
+    json
+        Print one JSON object and nothing else.
+    runs
+        Folder of the runs.
+
+    """
+    from bench.analysis.six_step_prediction import MeasuredDrive, exact, findings_of, predictions
+    from bench.journal.finished_run import read_run
+    from bench.motor.six_step_file import load_drive
+
+    if not load:
+        raise UsageError(text("give the shaft loads: --load NM…"))
+    for value in (*voltage, *load, diode_drop, coulomb_friction or 0.0, viscous_friction or 0.0):
+        if not math.isfinite(value) or value < 0.0 or (value == 0.0 and value in voltage):
+            raise InputError(
+                text("{value:g}: voltages above 0, loads, frictions and --diode-drop from 0 are allowed", value=value)
+            )
+    read = read_run(run, runs)
+    friction = _friction(read.view.parameters().parameters, coulomb_friction, viscous_friction)
+    findings = findings_of(read.view.finished, run)
+    measured = MeasuredDrive(findings, read.nameplate.connection.value, diode_drop, friction)
+    found = predictions(measured, list(voltage) or [measured.source_voltage], load)
+    truth = None if motor is None else load_drive(motor)
+    rows = [_row(each, None if truth is None else exact(truth, each.voltage, each.load)) for each in found]
+    made = {
+        "run": read.name,
+        "source": {"voltage": measured.source_voltage, "resistance": measured.source_resistance},
+        "lost_torque": measured.lost_torque,
+        "friction": None if friction is None else {"coulomb": friction.coulomb, "viscous": friction.viscous},
+        "diode_drop": diode_drop,
+        "points": rows,
+    }
+    if json:
+        print_json(made)
+    else:
+        _print(made, rows)
+
+
+def _friction(known: Mapping[str, "Parameter"], coulomb: float | None, viscous: float | None) -> "Friction | None":
+    """Return the motor's own friction: as stated, else as the run measured it, None where nothing is known of it."""
+    from bench.analysis.six_step_prediction import Friction
+
+    if coulomb is not None or viscous is not None:
+        return Friction(coulomb or 0.0, viscous or 0.0)
+    if not {"coulomb_friction", "viscous_friction"} <= set(known):
+        return None
+    c, v = known["coulomb_friction"], known["viscous_friction"]
+    return Friction(max(c.value, 0.0), max(v.value, 0.0), c.standard_uncertainty, v.standard_uncertainty)
+
+
+def _row(each: "Prediction", truth: tuple[float, float] | None) -> dict[str, Any]:
+    rpm = {key: value / _RPM for key, value in each.speed.as_dict().items()}
+    row: dict[str, Any] = {
+        "voltage": each.voltage,
+        "load_torque": each.load,
+        "in_sample": each.measured,
+        "speed_rpm": rpm,
+        "supply_current": each.current.as_dict(),
+        "by_line": {"speed_rpm": each.line_speed / _RPM, "supply_current": each.line_current},
+    }
+    if truth is not None:
+        speed, current = truth
+        row["exact"] = {"speed_rpm": speed / _RPM, "supply_current": current}
+        row["deviation_percent"] = {
+            "speed": 100.0 * (each.speed.value / speed - 1.0),
+            "supply_current": 100.0 * (each.current.value / current - 1.0),
+            "speed_by_line": 100.0 * (each.line_speed / speed - 1.0),
+            "supply_current_by_line": 100.0 * (each.line_current / current - 1.0),
+        }
+    return row
+
+
+def _print(made: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
+    from rich import box
+    from rich.table import Table
+
+    from bench.run.console import console_on
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    compared = "exact" in rows[0]
+    heads = ["V", "N·m", "run", "rpm", "U", "A", "U", "line rpm", "A"]
+    for head in heads + (["off: rpm %", "A %", "line rpm %", "A %"] if compared else []):
+        table.add_column(head, justify="right", no_wrap=True)
+    for row in rows:
+        speed, current, line = row["speed_rpm"], row["supply_current"], row["by_line"]
+        cells = [
+            f"{row['voltage']:.4g}",
+            f"{row['load_torque']:.4g}",
+            "in" if row["in_sample"] else "",
+            f"{speed['value']:.1f}",
+            f"{speed['U']:.1f}",
+            f"{current['value']:.3f}",
+            f"{current['U']:.3f}",
+            f"{line['speed_rpm']:.1f}",
+            f"{line['supply_current']:.3f}",
+        ]
+        if compared:
+            cells += [f"{value:+.2f}" for value in row["deviation_percent"].values()]
+        table.add_row(*cells)
+    console = console_on(sys.stdout)
+    console.print(table)
+    source, friction = made["source"], made["friction"]
+    console.print(
+        f"Source: {source['voltage']:.4g} V behind {source['resistance']:.3g} Ω, as the run's readings tell; diodes "
+        f"{made['diode_drop']:g} V, as stated",
+        markup=False,
+        soft_wrap=True,
+    )
+    console.print(
+        f"Loads are those that the run's dynamometer shows: {made['lost_torque']:.3g} N·m are lost before it, at every speed alike"
+        if friction is None
+        else f"Loads are those at the motor's shaft: its own friction is {friction['coulomb']:.3g} N·m and "
+        f"{friction['viscous']:.3g} N·m·s/rad",
+        markup=False,
+        soft_wrap=True,
+    )
+    console.print("in: the run measured there; line: by the straight line R_c(ω) alone", markup=False)

@@ -1,0 +1,93 @@
+"""`motorbench analyze table`: figures that others published, beside a run's or a motor file's."""
+
+import sys
+from pathlib import Path
+
+from bench.cli.output import print_json
+from bench.i18n.errors import UsageError
+from drivers.interfaces.text import text
+
+
+def table(
+    file: Path,
+    *,
+    run: str | None = None,
+    motor: str | None = None,
+    vesc_scale: float = 0.9,
+    json: bool = False,
+    runs: Path = Path("runs"),
+) -> None:
+    """Compare published figures with those of a run, or of a motor file.
+
+    Parameters
+    ----------
+    file
+        JSON with Ld over current as moteus writes it, a VESC's configuration as XML, or CSV with a heading as `id (A),Ld (H)`.
+    run
+        The run's folder, or its name under `--runs`.
+    motor
+        Motor file, or the name of a shipped motor, instead of a run.
+    vesc_scale
+        What a VESC's inductances are divided by: its detection stores 0.9 of what it measured; 1 for a file that holds what is.
+    json
+        Print one JSON object and nothing else.
+    runs
+        Folder of the runs.
+
+    """
+    from bench.analysis.published import compare, read_published
+
+    if (run is None) == (motor is None):
+        raise UsageError(text("give either --run RUN or --motor FILE, one of the two"))
+    if not 0.1 <= vesc_scale <= 10.0:
+        raise UsageError(text("--vesc-scale {scale:g}: a factor from 0.1 to 10 is allowed", scale=vesc_scale))
+    published = read_published(file, vesc_scale=vesc_scale)
+    compared = compare(published, _of_run(run, runs) if run is not None else _of_motor(motor or ""))
+    rows = [each.as_dict() for each in compared]
+    if json:
+        print_json({"source": str(file), "figures": len(published), "compared": rows})
+        return
+    from rich import box
+    from rich.table import Table
+
+    from bench.run.console import console_on
+
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head in ("Parameter", "at A", "published", "ours", "unit", "off, %", "in 95 %"):
+        shown.add_column(head, justify="left" if head in ("Parameter", "unit") else "right", no_wrap=True)
+    for row in rows:
+        shown.add_row(
+            row["parameter"],
+            "" if row["current"] is None else f"{row['current']:.3g}",
+            f"{row['published']:.5g}",
+            f"{row['ours']:.5g}",
+            row["unit"],
+            f"{row['deviation_percent']:+.2f}",
+            {None: "–", True: "yes", False: "no"}[row["within_interval"]],
+        )
+    console = console_on(sys.stdout)
+    console.print(shown)
+    console.print(
+        "Ours are at small currents (inductances) and at 25 °C (resistance, flux linkage); what is published has its own uncertainty",
+        markup=False,
+        soft_wrap=True,
+    )
+
+
+def _of_run(run: str, runs: Path) -> dict[str, tuple[float, tuple[float, float] | None]]:
+    from bench.journal.finished_run import read_run
+
+    found = read_run(run, runs).view.parameters().parameters
+    return {name: (each.value, each.coverage_interval) for name, each in found.items()}
+
+
+def _of_motor(motor: str) -> dict[str, tuple[float, tuple[float, float] | None]]:
+    from bench.motor.motor_file import load_motor
+    from bench.virtual.true_values import true_values
+    from procedures.core.parameters import PARAMETERS
+
+    read = load_motor(motor)
+    values = dict(read.nameplate.expected)
+    if read.virtual is not None:
+        values |= true_values(PARAMETERS, read.virtual, read.six_step)
+    return {name: (value, None) for name, value in values.items()}

@@ -1,0 +1,75 @@
+"""EMF constant and switch resistance of a six-step drive from the mean voltages at several loads together."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from GTC.lib import UncertainReal
+
+from drivers.interfaces import Accuracy
+from procedures.core.budget import Uncertainties
+from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.six_step import currents as six_step
+from procedures.estimation.winding.connections import Connection
+from procedures.six_step.load_points import LoadPoint
+from procedures.six_step.parts import WindingData
+from procedures.six_step.split import scope_gain
+
+
+def fit_emf(
+    seen: Sequence[tuple[LoadPoint, six_step.LineCurrent, UncertainReal]],
+    winding: WindingData,
+    given: float | None,
+    connection: Connection,
+    unc: Uncertainties,
+) -> tuple[UncertainReal, UncertainReal, float]:
+    """Return k_e (V·s/rad) as the run began, R_t (Ω), and the fit's residual (V rms).
+
+    `seen` are loads with the line's current and the winding's temperature (°C); R_t is fitted where it is not `given` (Ω).
+    Raises EstimationError where the points do not determine them.
+    """
+    # A drop is r·I_av + (L11 − L12)·Δi/τ: linear in both, so their errors reach the result by the same matrix.
+    mean_current, rate = (
+        np.array([six_step.average_drop(line, connection, *of, point.state_time) for point, line, _ in seen])
+        for of in ((1.0, 0.0), (0.0, 1.0))
+    )
+    switched = np.array([six_step.switched_average(line) for _, line, _ in seen])
+    resistances = [winding.resistance_at(temperature) for _, _, temperature in seen]
+    magnets = [winding.magnets_at(temperature) for _, _, temperature in seen]
+    inductance = winding.inductance
+    speed = np.array([p.speed.value * float(m.x) for (p, _, _), m in zip(seen, magnets, strict=True)])
+    bus = np.array([p.bus_voltage.value for p, _, _ in seen])
+    drops = np.array([float(r.x) for r in resistances]) * mean_current + float(inductance.x) * rate
+    design = np.column_stack((speed, switched)) if given is None else speed[:, None]
+    fit = least_squares(
+        ("emf", "switch")[: design.shape[1]], design, bus - drops - (0.0 if given is None else given * switched)
+    )
+    solve = np.linalg.pinv(design)
+    read, k_e = seen[-1][0].bus_voltage.accuracy, fit.value("emf")
+    gain = unc.instrument("drive, bus voltage", 1.0, Accuracy(gain=read.gain, source=read.source)) - 1.0
+    offset = unc.instrument("drive, bus voltage", 0.0, Accuracy(offset=read.offset, source=read.source))
+    scope = scope_gain(unc, seen[-1][0].current_accuracy)
+    tachometer = _tachometer([point for point, _, _ in seen], unc)
+
+    def figure(row: int, name: str) -> UncertainReal:
+        on = solve[row]
+        found = unc.statistical(
+            f"{name} over loads", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom
+        ) + gain * float(on @ bus)
+        found = found + offset * float(on.sum())
+        for weight, current, r in zip(on, mean_current, resistances, strict=True):
+            found = found - (r - float(r.x)) * float(weight * current)
+        for weight, (point, _, _), m in zip(on, seen, magnets, strict=True):
+            found = found - (m - float(m.x)) * float(weight * k_e * point.speed.value)
+        found = found - (inductance - float(inductance.x)) * float(on @ rate)
+        return found - scope * float(on @ drops)
+
+    constant = figure(0, "emf") * (1.0 + tachometer)
+    switch = figure(1, "switch") * (1.0 - scope) if given is None else unc.standard("R_t given", given, 0.0)
+    return constant, switch, fit.residual_rms
+
+
+def _tachometer(points: Sequence[LoadPoint], unc: Uncertainties) -> UncertainReal:
+    """Return the tachometer's relative error at the mean speed, a quantity around zero."""
+    speed = sum(p.speed.value for p in points) / len(points)
+    found: UncertainReal = unc.instrument("tachometer", speed, points[-1].speed.accuracy) / speed - 1.0
+    return found

@@ -1,0 +1,82 @@
+"""Gains of the current loop, each firmware's own use of them simulated: the loop must close with the bandwidth that was stated."""
+
+import math
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from bench.plugins.catalogues import installed
+from reports.exports.subject import Subject
+from reports.exports.target import sheet_for
+from tests.reports.exports.readers import moteus, python_assignments, vesc
+
+BANDWIDTH = 400.0
+W = 2.0 * math.pi * BANDWIDTH
+
+
+def written(name: str, subject: Subject, **more: bool) -> str:
+    target = installed().exports[name]
+    return target.write(sheet_for(target, subject, bandwidth=BANDWIDTH, **more))
+
+
+def amplitude(kp: float, ki: float, resistance: float, inductance: float) -> float:
+    """Return how much of a sine of the bandwidth a PI loop lets through: v = kp·e + ∫ki·e dt on i' = (v − R·i)/L, by small steps."""
+    step, current, integral, seen = 1.0 / BANDWIDTH / 4000.0, 0.0, 0.0, []
+    for k in range(4000 * 12):
+        wanted = math.sin(W * k * step)
+        error = wanted - current
+        integral += ki * error * step
+        current += step * (kp * error + integral - resistance * current) / inductance
+        seen.append(current)
+    return float(np.max(np.abs(seen[-4000:])))
+
+
+def test_a_loop_has_the_bandwidth_that_was_stated(make_subject: Callable[..., Subject]) -> None:
+    subject = make_subject()
+    r, ld, lq = (
+        subject.parameters[f"{n}"].value for n in ("stator_resistance", "d_axis_inductance", "q_axis_inductance")
+    )
+    read = vesc(written("vesc", subject))
+    assert amplitude(read["foc_current_kp"], read["foc_current_ki"], r, 0.5 * (ld + lq)) == pytest.approx(
+        math.sqrt(0.5), rel=0.01
+    )
+    text = written("simplefoc", subject)
+    gains = {n: float(v) for n, v in re.findall(r"motor\.PID_current_(\w\.\w) = ([^;]+);", text)}
+    assert set(gains) == {"q.P", "q.I", "d.P", "d.I"}
+    for axis, inductance in (("q", lq), ("d", ld)):
+        assert amplitude(gains[f"{axis}.P"], gains[f"{axis}.I"], r, inductance) == pytest.approx(
+            math.sqrt(0.5), rel=0.01
+        )
+    # ODrive and moteus form the gains themselves, from a bandwidth in rad/s and in Hz.
+    odrive = python_assignments(written("odrive", subject))["motor.config.current_control_bandwidth"]
+    inductance = python_assignments(written("odrive", subject))["motor.config.phase_inductance"]
+    assert amplitude(odrive * inductance, odrive * r, r, 0.5 * (ld + lq)) == pytest.approx(math.sqrt(0.5), rel=0.01)
+    assert moteus(written("moteus", subject))["servo.pid_dq_hz"] == pytest.approx(BANDWIDTH)
+
+
+def test_gains_hold_their_uncertainty_and_formula(make_subject: Callable[..., Subject]) -> None:
+    subject = make_subject()
+    sheet = sheet_for(installed().exports["vesc"], subject, bandwidth=BANDWIDTH)
+    line, resistance = sheet.line("foc_current_ki"), subject.parameters["stator_resistance"]
+    assert line.figure.standard_uncertainty == pytest.approx(W * resistance.standard_uncertainty, rel=1e-6)
+    assert line.comment.startswith("V/(A*s), u = ")
+    assert line.comment.endswith("2 pi 400 Hz times R at 25 degC")
+
+
+def test_what_vesc_would_have_detected_is_nine_tenths(make_subject: Callable[..., Subject]) -> None:
+    subject = make_subject()
+    true, stored = vesc(written("vesc", subject)), vesc(written("vesc", subject, as_detected=True))
+    for name in ("foc_motor_l", "foc_motor_ld_lq_diff"):
+        assert stored[name] == pytest.approx(0.9 * true[name], rel=1e-8)
+    assert {n for n in true if stored[n] != true[n]} == {"foc_motor_l", "foc_motor_ld_lq_diff"}
+    # What the HFI makes of it, 0.9·(1/2Lq + 1/2Ld), is then the motor's own.
+    ld, lq = (subject.parameters[f"{axis}_axis_inductance"].value for axis in "dq")
+    low, high = (stored["foc_motor_l"] + sign * 0.5 * stored["foc_motor_ld_lq_diff"] for sign in (-1, 1))
+    assert 0.9 * (0.5 / high + 0.5 / low) == pytest.approx(0.5 / ld + 0.5 / lq, rel=1e-6)
+
+
+def test_without_a_bandwidth_there_are_no_gains(make_subject: Callable[..., Subject]) -> None:
+    target = installed().exports["vesc"]
+    assert "foc_current_kp" not in vesc(target.write(sheet_for(target, make_subject())))
