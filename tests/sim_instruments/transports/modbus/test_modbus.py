@@ -72,7 +72,7 @@ def test_speed_mode(client: Client, bench: VirtualBench) -> None:
     assert read(client, 2, 0x12, 2) == [0, 0]
     client.write_register(0x2000, 0b10_0010, device_id=1)
     bench.clock.sleep(3.0)
-    assert read(client, 2, 0x12, 2) == [0, 1]
+    assert read(client, 2, 0x12, 2) == [0, 0]
     assert torque_speed_power(client)[1] > 0.0
     assert bench.world.truth()["shaft_speed"] < 0.0
     client.write_register(0x2000, 0b01, device_id=1)
@@ -87,7 +87,7 @@ def test_torque_mode_accelerates(client: Client, bench: VirtualBench) -> None:
     client.write_register(0x2000, 0b01_0010, device_id=1)
     bench.clock.sleep(0.1)
     assert torque_speed_power(client)[0] == pytest.approx(-0.2, abs=5e-3)
-    assert read(client, 2, 0x12, 2) == [0, 1]
+    assert torque_speed_power(client)[2] > 0.0
     client.write_register(0x2000, 0b01, device_id=1)
     assert bench.world.truth()["dynamometer_enabled"] is False
 
@@ -119,7 +119,7 @@ def test_external_fault_and_reset(client: Client, bench: VirtualBench) -> None:
 def test_zeroing_the_torque(client: Client) -> None:
     before = [torque_speed_power(client)[0] for _ in range(20)]
     assert sum(before) / 20 == pytest.approx(5e-4, abs=2e-4)
-    client.write_registers(0x00, [0, 0], device_id=2)
+    client.write_coil(0x00, True, device_id=2)
     after = [torque_speed_power(client)[0] for _ in range(20)]
     assert sum(after) / 20 == pytest.approx(0.0, abs=4e-4)
     assert client.write_registers(0x00, [0, 5], device_id=2).exception_code == 3
