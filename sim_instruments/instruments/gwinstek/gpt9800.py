@@ -7,7 +7,7 @@ import numpy as np
 from sim_instruments.instruments.errors import InsulationErrors
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import choice, choices, exactly, number
+from sim_instruments.scpi.parameters import bare, choice, choices, exactly, number
 from sim_instruments.scpi.tree import Call
 
 if TYPE_CHECKING:
@@ -64,11 +64,11 @@ class Gpt9800(ScpiInstrument):
 
     def _add_common(self) -> None:
         # The manual has these two of IEEE 488.2, and its own error query.
-        self.tree.add("*IDN", query=lambda _: self.identity)
-        self.tree.add("*CLS", command=self._clear_status)
-        self.tree.add("SYSTem:ERRor", query=self._next_error)
+        self.tree.add("*IDN", query=bare(lambda: self.identity))
+        self.tree.add("*CLS", command=bare(self._clear_status))
+        self.tree.add("SYSTem:ERRor", query=bare(self._next_error))
 
-    def _next_error(self, call: Call) -> str:
+    def _next_error(self) -> str:
         error = self.errors.pop()
         if error.number == 0:
             return "0,No Error"
@@ -77,15 +77,15 @@ class Gpt9800(ScpiInstrument):
 
     def _add_commands(self) -> None:
         add = self.tree.add
-        add("MAIN:FUNCtion", command=self._set_function, query=lambda _: f"{self._function} MODE")
-        add("MANU:EDIT:MODE", command=self._set_mode, query=lambda _: self._mode)
-        add("MANU:IR:VOLTage", command=self._set_voltage, query=lambda _: f"{self._voltage:.3f}kV")
-        add("MANU:IR:RHISet", command=self._set_high, query=lambda _: f"{self._high:04.0f}M ohm")
-        add("MANU:IR:RLOSet", command=self._set_low, query=lambda _: f"{self._low:04.0f}M ohm")
-        add("MANU:IR:TTIMe", command=self._set_test_time, query=lambda _: f"{self._test_time:05.1f} S")
-        add("MANU:RTIMe", command=self._set_ramp_time, query=lambda _: f"{self._ramp_time:05.1f} S")
-        add("FUNCtion:TEST", command=self._switch, query=lambda _: f"TEST {'ON' if self._busy else 'OFF'}")
-        add("MEASure", query=lambda _: self._measured())
+        add("MAIN:FUNCtion", command=self._set_function, query=bare(lambda: f"{self._function} MODE"))
+        add("MANU:EDIT:MODE", command=self._set_mode, query=bare(lambda: self._mode))
+        add("MANU:IR:VOLTage", command=self._set_voltage, query=bare(lambda: f"{self._voltage:.3f}kV"))
+        add("MANU:IR:RHISet", command=self._set_high, query=bare(lambda: f"{self._high:04.0f}M ohm"))
+        add("MANU:IR:RLOSet", command=self._set_low, query=bare(lambda: f"{self._low:04.0f}M ohm"))
+        add("MANU:IR:TTIMe", command=self._set_test_time, query=bare(lambda: f"{self._test_time:05.1f} S"))
+        add("MANU:RTIMe", command=self._set_ramp_time, query=bare(lambda: f"{self._ramp_time:05.1f} S"))
+        add("FUNCtion:TEST", command=self._switch, query=bare(lambda: f"TEST {'ON' if self._busy else 'OFF'}"))
+        add("MEASure", query=bare(lambda: self._measured()))
 
     # settings
 

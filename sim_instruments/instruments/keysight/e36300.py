@@ -16,7 +16,7 @@ from sim_instruments.instruments.errors import SupplyErrors
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import boolean, channel_list, choice, choices, exactly, number, string
+from sim_instruments.scpi.parameters import bare, boolean, channel_list, choice, choices, exactly, number, string
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
 
@@ -73,6 +73,7 @@ class KeysightE36313A(ScpiInstrument):
     """Simulated side of the supply; output `wired` goes to the motor, the others feed nothing."""
 
     channels = len(RATINGS)
+    unknown_word = -224
 
     def __init__(
         self,
@@ -152,19 +153,20 @@ class KeysightE36313A(ScpiInstrument):
         add("MEASure[:SCALar][:VOLTage][:DC]", query=lambda call: self._measure(call, "voltage"))
         add("MEASure[:SCALar]:CURRent[:DC]", query=lambda call: self._measure(call, "current"))
         add("APPLy", command=self._apply_levels, query=self._applied)
-        add("INSTrument[:SELect]", command=self._select, query=lambda _: f"CH{self._selected}")
-        add("INSTrument:NSELect", command=self._select_number, query=lambda _: f"{self._selected:+d}")
-        add("DISPlay[:WINDow]:TEXT[:DATA]", command=self._show, query=lambda _: f'"{self._text}"')
+        add("INSTrument[:SELect]", command=self._select, query=bare(lambda: f"CH{self._selected}"))
+        add("INSTrument:NSELect", command=self._select_number, query=bare(lambda: f"{self._selected:+d}"))
+        add("DISPlay[:WINDow]:TEXT[:DATA]", command=self._show, query=bare(lambda: f'"{self._text}"'))
         add("DISPlay[:WINDow]:TEXT:CLEar", command=self._clear_text)
         for header in ("SYSTem:REMote", "SYSTem:LOCal", "SYSTem:RWLock", "SYSTem:BEEPer[:IMMediate]"):
-            add(header, command=lambda _: None)
+            add(header, command=bare(lambda: None))
         self.add_register("STATus:QUEStionable", StatusRegister(self._questionable), 0x08)
         self.add_register("STATus:OPERation", StatusRegister(), 0x80)
         self.add_register("STATus:QUEStionable:INSTrument", StatusRegister(self._instruments), 0)
         summary = "STATus:QUEStionable:INSTrument:ISUMmary<n>"
-        add(f"{summary}[:EVENt]", query=lambda call: f"{self._summary(call).read_event():+d}")
-        add(f"{summary}:CONDition", query=lambda call: f"{self._summary(call).condition():+d}")
-        add(f"{summary}:ENABle", command=self._enable, query=lambda call: f"{self._summary(call).enable:+d}")
+        add(f"{summary}[:EVENt]", query=self._get_summary(StatusRegister.read_event))
+        add(f"{summary}:CONDition", query=self._get_summary(StatusRegister.condition))
+        enabled = self._get_summary(lambda register: register.enable)
+        add(f"{summary}:ENABle", command=self._enable, query=enabled)
 
     # set points
 
@@ -338,6 +340,13 @@ class KeysightE36313A(ScpiInstrument):
             return self._summaries[call.channel]
         except KeyError:
             raise ScpiError(-114) from None
+
+    def _get_summary(self, value: Callable[[StatusRegister], int]) -> Callable[[Call], str]:
+        def get(call: Call) -> str:
+            exactly(call.arguments, 0)
+            return f"{value(self._summary(call)):+d}"
+
+        return get
 
     def _enable(self, call: Call) -> None:
         exactly(call.arguments, 1)

@@ -14,7 +14,7 @@ from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVER
 from sim_instruments.instruments.keysight.e4980a_replies import Figures, Replies
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import choice, choices, exactly, integer, number
+from sim_instruments.scpi.parameters import bare, choice, choices, exactly, integer, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
@@ -55,6 +55,7 @@ class KeysightE4980A(ScpiInstrument):
         self._voltage, self._current = 1.0, 0.01
         self._frequency = 1000.0
         self._aperture: Aperture = "MED"
+        self._range = 100.0
         self._averages = 1
         #: By what a load correction that somebody left alters readings while CORRection:LOAD is on.
         self.load_factor = 1.0 + 0.0j
@@ -110,23 +111,22 @@ class KeysightE4980A(ScpiInstrument):
         add("FREQuency[:CW]", command=self._set_frequency, query=self._get_frequency)
         add("VOLTage[:LEVel]", command=self._set_voltage, query=self._get_voltage)
         add("CURRent[:LEVel]", command=self._set_current, query=self._get_current)
-        add("APERture", command=self._set_aperture, query=lambda _: f"{self._aperture},{self._averages:d}")
-        add("FUNCtion:IMPedance[:TYPE]", command=self._set_function, query=lambda _: self._function)
-        add("FUNCtion:IMPedance:RANGe[:VALue]", command=self._set_range, query=lambda _: f"{self._range:+.5E}")
-        add("TRIGger[:IMMediate]", command=lambda _: self._start())
-        add("INITiate[:IMMediate]", command=lambda _: self._initiate())
-        add("ABORt", command=lambda _: self._abort())
-        add("FETCh[:IMPedance][:FORMatted]", query=lambda _: self._fetch())
-        add("FETCh[:IMPedance]:CORRected", query=lambda _: self._fetch_corrected())
-        add("FETCh:SMONitor:VAC", query=lambda _: self._monitor("voltage"))
-        add("FETCh:SMONitor:IAC", query=lambda _: self._monitor("current"))
-        add("CORRection:SHORt[:EXECute]", command=lambda _: self._correct_short())
-        add("CORRection:OPEN[:EXECute]", command=lambda _: self._correct_open())
-        add("DISPlay:CCLear", command=lambda _: None)
-        add("SYSTem:BEEPer[:IMMediate]", command=lambda _: None)
+        add("APERture", command=self._set_aperture, query=bare(lambda: f"{self._aperture},{self._averages:d}"))
+        add("FUNCtion:IMPedance[:TYPE]", command=self._set_function, query=bare(lambda: self._function))
+        add("FUNCtion:IMPedance:RANGe[:VALue]", command=self._set_range, query=bare(lambda: f"{self._range:+.5E}"))
+        add("TRIGger[:IMMediate]", command=bare(lambda: self._start()))
+        add("INITiate[:IMMediate]", command=bare(lambda: self._initiate()))
+        add("ABORt", command=bare(lambda: self._abort()))
+        add("FETCh[:IMPedance][:FORMatted]", query=bare(lambda: self._fetch()))
+        add("FETCh[:IMPedance]:CORRected", query=bare(lambda: self._fetch_corrected()))
+        add("FETCh:SMONitor:VAC", query=bare(lambda: self._monitor("voltage")))
+        add("FETCh:SMONitor:IAC", query=bare(lambda: self._monitor("current")))
+        add("CORRection:SHORt[:EXECute]", command=bare(lambda: self._correct_short()))
+        add("CORRection:OPEN[:EXECute]", command=bare(lambda: self._correct_open()))
+        add("DISPlay:CCLear", command=bare(lambda: None))
+        add("SYSTem:BEEPer[:IMMediate]", command=bare(lambda: None))
         self.add_register("STATus:OPERation", StatusRegister(self._operation), 0x80)
         self.add_register("STATus:QUEStionable", StatusRegister(), 0x08)
-        self._range = 100.0
 
     # set points
 

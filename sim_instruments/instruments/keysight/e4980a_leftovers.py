@@ -5,7 +5,7 @@ import math
 
 from sim_instruments.instruments.keysight.e4980a_parameters import OVERFLOW
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.parameters import exactly, number
+from sim_instruments.scpi.parameters import bare, exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.tree import Call, CommandTree
 
@@ -45,7 +45,7 @@ class SweepList:
         self._limits = (lowest, highest)
         self.frequencies: tuple[float, ...] = ()
         tree.add("LIST:FREQuency", command=self._set, query=self._get)
-        tree.add("LIST:CLEar[:ALL]", command=lambda _: self.reset())
+        tree.add("LIST:CLEar[:ALL]", command=bare(lambda: self.reset()))
 
     def reset(self) -> None:
         """Forget the points."""
@@ -65,7 +65,7 @@ class CableLength:
 
     def __init__(self, tree: CommandTree) -> None:
         self.metres = 0.0
-        tree.add("CORRection:LENGth", command=self._set, query=lambda _: f"{self.metres:+.0f}")
+        tree.add("CORRection:LENGth", command=self._set, query=bare(lambda: f"{self.metres:+.0f}"))
 
     def reset(self) -> None:
         """Return to no cable."""

@@ -14,7 +14,7 @@ from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, Slo
 from sim_instruments.instruments.keysight.infiniivision_waveform import WaveformSubsystem
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import choice, choices, exactly, number
+from sim_instruments.scpi.parameters import bare, choice, choices, exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
@@ -28,6 +28,7 @@ SOURCES = {
     **{f"CHANNEL{n}": f"CHAN{n}" for n in range(1, CHANNELS + 1)},
 }
 _TRIGGER_SOURCES = {**SOURCES, **choices(("EXTernal", "LINE"))}
+_CLEAR = choices(("CLEar",))
 _RUN_BIT, _WAIT_BIT = 0x08, 0x20
 _MEMORY = 4_000_000
 _RATE = 5.0e9
@@ -125,8 +126,14 @@ class KeysightInfiniiVision(ScpiInstrument):
             query=lambda call: self._get_scale(call, float(DIVISIONS)),
         )
         add(f"{channel}:OFFSet", command=self._set_offset, query=self._get_offset)
-        add(f"{channel}:PROBe", command=self._set_probe, query=lambda call: f"{self._probes[self._index(call)]:+.8E}")
-        add(f"{channel}:PROTection", command=lambda _: None, query=lambda _: "NORM")
+        add(f"{channel}:PROBe", command=self._set_probe, query=self._get_probe)
+        add(f"{channel}:PROTection", command=self._clear_protection, query=bare(lambda: "NORM"))
+
+    def _clear_protection(self, call: Call) -> None:
+        self._index(call)
+        exactly(call.arguments, 0, 1)
+        for argument in call.arguments:
+            choice(argument, _CLEAR)
 
     @staticmethod
     def _index(call: Call) -> int:
@@ -144,6 +151,7 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._rearm()
 
     def _get_scale(self, call: Call, divisions: float) -> str:
+        exactly(call.arguments, 0)
         return f"{self._scales[self._index(call)] * divisions:+.8E}"
 
     def _set_offset(self, call: Call) -> None:
@@ -155,6 +163,7 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._rearm()
 
     def _get_offset(self, call: Call) -> str:
+        exactly(call.arguments, 0)
         return f"{self._offsets[self._index(call)]:+.8E}"
 
     def _set_probe(self, call: Call) -> None:
@@ -168,6 +177,10 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._offsets[index] *= factor
         self._levels[index + 1] *= factor
         self._rearm()
+
+    def _get_probe(self, call: Call) -> str:
+        exactly(call.arguments, 0)
+        return f"{self._probes[self._index(call)]:+.8E}"
 
     def _vertical(self, channel: int, automatic_bits: int) -> Vertical:
         settings, index = self.settings, channel - 1
@@ -204,7 +217,8 @@ class KeysightInfiniiVision(ScpiInstrument):
         self.settings.put("range", 10.0 * number(call.arguments[0], 2.0e-9, 50.0, unit="S"))
         self._rearm()
 
-    def _get_time_scale(self, _: Call) -> str:
+    def _get_time_scale(self, call: Call) -> str:
+        exactly(call.arguments, 0)
         return f"{self.settings.number('range') / 10.0:+.8E}"
 
     # trigger
@@ -226,9 +240,9 @@ class KeysightInfiniiVision(ScpiInstrument):
         put.add_choice("trigger_coupling", "TRIGger[:EDGE]:COUPling", ("AC", "DC", "LFReject"), "DC")
         self._source = "CHAN1"
         self._levels = dict.fromkeys(range(1, CHANNELS + 1), 0.0)
-        self.tree.add("TRIGger[:EDGE]:SOURce", command=self._set_source, query=lambda _: self._source)
+        self.tree.add("TRIGger[:EDGE]:SOURce", command=self._set_source, query=bare(lambda: self._source))
         self.tree.add("TRIGger[:EDGE]:LEVel", command=self._set_level, query=self._get_level)
-        self.tree.add("TRIGger:FORCe", command=lambda _: self.acquisition.force())
+        self.tree.add("TRIGger:FORCe", command=bare(lambda: self.acquisition.force()))
 
     def _set_source(self, call: Call) -> None:
         exactly(call.arguments, 1)
@@ -264,8 +278,8 @@ class KeysightInfiniiVision(ScpiInstrument):
         put.add_choice("acquire_mode", "ACQuire:MODE", ("RTIMe", "SEGMented"), "RTIM")
         put.add_integer("averages", "ACQuire:COUNt", 2, 65536, 8, changed=self._rearm)
         put.add_integer("complete", "ACQuire:COMPlete", 100, 100, 100)
-        self.tree.add("ACQuire:SRATe[:ANALog]", query=lambda _: f"{self._rate():+.8E}")
-        self.tree.add("ACQuire:POINts[:ANALog]", query=lambda _: f"{self._available():+d}")
+        self.tree.add("ACQuire:SRATe[:ANALog]", query=bare(lambda: f"{self._rate():+.8E}"))
+        self.tree.add("ACQuire:POINts[:ANALog]", query=bare(lambda: f"{self._available():+d}"))
 
     def _averages(self) -> int:
         return round(self.settings.number("averages")) if self.settings.word("type") == "AVER" else 1
@@ -318,27 +332,27 @@ class KeysightInfiniiVision(ScpiInstrument):
 
     def _add_root(self) -> None:
         add = self.tree.add
-        add("RUN", command=lambda _: self.acquisition.run(self._setup()))
-        add("STOP", command=lambda _: self.acquisition.stop())
-        add("SINGle", command=lambda _: self.acquisition.single(self._setup()))
+        add("RUN", command=bare(lambda: self.acquisition.run(self._setup())))
+        add("STOP", command=bare(lambda: self.acquisition.stop()))
+        add("SINGle", command=bare(lambda: self.acquisition.single(self._setup())))
         add("DIGitize", command=self._digitize)
-        add("TER", query=lambda _: self._polled(lambda: f"{int(self.acquisition.take_trigger_event()):+d}"))
-        add("RSTate", query=lambda _: self._polled(lambda: self.acquisition.state))
+        add("TER", query=bare(lambda: self._polled(lambda: f"{int(self.acquisition.take_trigger_event()):+d}")))
+        add("RSTate", query=bare(lambda: self._polled(lambda: self.acquisition.state)))
         add("VIEW", command=lambda call: self._show(call, True))
         add("BLANk", command=lambda call: self._show(call, False))
-        add("SYSTem:DSP", command=lambda _: None)
-        add("SYSTem:LOCK", command=lambda _: None)
-        add("DISPlay:CLEar", command=lambda _: None)
+        self.settings.add_string("message", "SYSTem:DSP", "")
+        self.settings.add_flag("locked", "SYSTem:LOCK", False)
+        add("DISPlay:CLEar", command=bare(lambda: None))
         operation = StatusRegister(self._operation)
         self._registers.append((0x80, operation))
-        add("OPERegister:CONDition", query=lambda _: self._polled(lambda: f"{operation.condition():+d}"))
-        add("OPERegister[:EVENt]", query=lambda _: f"{operation.read_event():+d}")
+        add("OPERegister:CONDition", query=bare(lambda: self._polled(lambda: f"{operation.condition():+d}")))
+        add("OPERegister[:EVENt]", query=bare(lambda: f"{operation.read_event():+d}"))
 
         def enable(call: Call) -> None:
             exactly(call.arguments, 1)
             operation.enable = round(number(call.arguments[0], 0, 32767))
 
-        add("OPEE", command=enable, query=lambda _: f"{operation.enable:+d}")
+        add("OPEE", command=enable, query=bare(lambda: f"{operation.enable:+d}"))
 
     def _polled(self, reply: Callable[[], str]) -> str | Handling:
         """Have a poll of a running acquisition take the time of a query, so that polling alone lets it end."""
