@@ -94,8 +94,8 @@ class ModbusRtuEndpoint:
         self._line.clock.sleep(characters * self._character + _TURNAROUND)
         if fault is not None and fault.kind is FaultKind.LATE:
             self._line.clock.sleep(fault.delay)
-        self._terminal.send(reply if fault is None else spoil(fault, reply, self._line.generator))
         self._last = self._times()
+        self._terminal.send(reply if fault is None else spoil(fault, reply, self._line.generator))
 
     def _times(self) -> tuple[float, float]:
         return self._line.clock.now(), time.monotonic()
