@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sim_instruments.found_state import Leftovers, drawn
 from sim_instruments.scpi.errors import ErrorQueue, ScpiError
 from sim_instruments.scpi.exchange import InstrumentClock, MessageExchange
 from sim_instruments.scpi.parameters import bare, exactly, integer
@@ -22,6 +23,8 @@ class ScpiInstrument(MessageExchange):
     """
 
     unknown_word = -141
+    #: What a last user may have left, drawn in a hostile beginning.
+    leftovers: Leftovers = ()
 
     def __init__(
         self,
@@ -48,6 +51,14 @@ class ScpiInstrument(MessageExchange):
     def reset(self) -> None:
         """Bring the settings to what the manual says of *RST."""
         raise NotImplementedError
+
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Bring the instrument into a state drawn from `leftovers`, and return the messages that did so."""
+        sent = tuple(message for row in self.leftovers if (message := drawn(generator, row)))
+        for message in sent:
+            self.write(message.encode("ascii") + b"\n")
+        self._clear_status()
+        return sent
 
     def pending(self) -> float | None:
         """Return the virtual time at which to look again whether overlapped operations are done; None: they are."""

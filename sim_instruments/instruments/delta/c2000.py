@@ -13,6 +13,9 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from sim_instruments.found_state import drawn
 from sim_instruments.instruments.registers import (
     ILLEGAL_ADDRESS,
     ILLEGAL_VALUE,
@@ -150,6 +153,25 @@ class DeltaDrive:
             self._finish_stopping()
             for number, value in enumerate(values, address):
                 self._write(number, value)
+
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Be left for the keypad, or half so."""
+        left = {
+            _CONTROL_MODE: drawn(generator, (0, 2)),
+            _STOP_METHOD: drawn(generator, (0, 1)),
+            _FREQUENCY_SOURCE: drawn(generator, (0, 1)),
+            _COMMAND_SOURCE: drawn(generator, (0, 2)),
+            _TORQUE_SOURCE: drawn(generator, (0, 1)),
+            _SPEED_LIMIT_BY: drawn(generator, (0, 1)),
+            _FORWARD_LIMIT: drawn(generator, (10, 100)),
+            _REVERSE_LIMIT: drawn(generator, (10, 100)),
+            _FREQUENCY: drawn(generator, (0, 1234)),
+            _TORQUE_COMMAND: drawn(generator, (0, 100)),
+        }
+        self._registers.update(left)
+        self.keypad_frequency = drawn(generator, (0, 500))
+        told = tuple(f"{number:04X}H = {value}" for number, value in left.items())
+        return *told, f"keypad {self.keypad_frequency * 0.01:g} Hz"
 
     def _listen(self) -> None:
         if self._registers[_PROTOCOL] < _FIRST_RTU:

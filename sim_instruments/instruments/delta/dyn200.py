@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from sim_instruments.found_state import drawn
 from sim_instruments.instruments.errors import DynamometerErrors
 from sim_instruments.instruments.registers import (
     ILLEGAL_ADDRESS,
@@ -147,6 +148,25 @@ class Dyn200:
             self._zero_torque()
         else:
             self._settings, self._zero = dict(self._factory), 0.0
+
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Be another sensor, with other settings; it speaks Modbus all the same."""
+        self.make = Dyn200Make(
+            power_unit=drawn(generator, (0.1, 1.0)),
+            speed_unit=drawn(generator, (None, 0.1, 1.0)),
+            power_sign=drawn(generator, (True, False)),
+            zeroed=drawn(generator, ("coil", "write")),
+        )
+        for number, choices in (
+            (_TORQUE_FILTER, (1, 2, 10, 50)),
+            (_TORQUE_DECIMALS, (3, 4)),
+            (_ZERO_AT_START, (0, 1)),
+            (_DIRECTION, (0, 1)),
+            (_SPEED_FILTER, (1, 2, 10)),
+            (_SPEED_DECIMALS, (0, 1, 2)),
+        ):
+            self._settings[number] = drawn(generator, choices)
+        return str(self.make), *(f"{number:02X}H = {value}" for number, value in self._settings.items())
 
     def _listen(self) -> None:
         if not self.make.modbus:

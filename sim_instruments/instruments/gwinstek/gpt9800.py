@@ -38,6 +38,13 @@ class Gpt9800(ScpiInstrument):
     """
 
     terminator = b"\r\n"
+    leftovers = (
+        ("MANU:EDIT:MODE IR;:MANU:IR:REF 100", "MANU:EDIT:MODE IR;:MANU:IR:REF 5000", ""),
+        ("", "TEST:RET ON"),
+        ("", "MANU:RTIM 5"),
+        ("", "MANU:EDIT:MODE DCW", "MANU:EDIT:MODE ACW"),
+        ("", "MAIN:FUNC AUTO"),
+    )
 
     def __init__(
         self,

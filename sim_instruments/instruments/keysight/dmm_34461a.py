@@ -39,6 +39,15 @@ class Keysight34461A(ScpiInstrument):
     """
 
     unknown_word = -224
+    leftovers = (
+        ("", "CONF:VOLT:DC 0.1", "CONF:VOLT:DC 1000"),
+        ("", "VOLT:NPLC 0.02", "VOLT:NPLC 100"),
+        ("", "VOLT:ZERO:AUTO OFF"),
+        ("", "TRIG:SOUR BUS", "TRIG:SOUR EXT"),
+        ("", "TRIG:COUN 3", "TRIG:DEL 0.5"),
+        ("", "SAMP:COUN 5"),
+        ("", "VOLT:IMP:AUTO ON"),
+    )
 
     def __init__(
         self,

@@ -73,6 +73,13 @@ class KeysightE36313A(ScpiInstrument):
     """Simulated side of the supply; output `wired` goes to the motor, the others feed nothing."""
 
     channels = len(RATINGS)
+    leftovers = (
+        ("", "INST CH2", "INST CH3"),
+        ("", "VOLT 3.3,(@1);:CURR 1,(@1)", "VOLT 5,(@1:3);:CURR 0.5,(@1:3)"),
+        ("", "VOLT:PROT 2,(@1)", "VOLT:PROT 10,(@2:3)"),
+        ("", "CURR:PROT:STAT ON,(@1:3)"),
+        ("", "CURR:PROT:DEL 3,(@1:3);DEL:STAR CCTR,(@1:3)"),
+    )
     unknown_word = -224
 
     def __init__(

@@ -75,6 +75,29 @@ class KeysightE4980A(ScpiInstrument):
         self._add_commands()
         self.reset()
 
+    leftovers = (
+        ("", "INIT:CONT OFF"),
+        ("", "TRIG:SOUR HOLD", "TRIG:SOUR BUS", "TRIG:SOUR EXT"),
+        ("", "DISP:PAGE LIST;:LIST:FREQ 1E3,1E4", "DISP:PAGE MSET", "DISP:PAGE SYST", "DISP:PAGE BNUM"),
+        ("", "FUNC:DEV1:MODE PERC;REF 1E-3", "FUNC:DEV2:MODE ABS;REF 10"),
+        ("", "AMPL:ALC ON"),
+        ("", "CORR:LENG 4", "CORR:LENG 1"),
+        ("", "CORR:OPEN:STAT ON"),
+        ("", "CORR:SHOR:STAT ON"),
+        ("", "CORR:LOAD:STAT ON"),
+        ("", "COMP ON"),
+        ("", "FORM REAL", "FORM:ASC:LONG ON"),
+        ("", "TRIG:DEL 0.5"),
+        ("", "CURR 5E-3", "VOLT 0.02"),
+        ("", "APER SHOR,1", "APER LONG,4"),
+    )
+
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Leave a state, with a load and a short that somebody has learnt on other leads."""
+        self.load_factor = complex(1.0 + generator.uniform(-0.05, 0.05), generator.uniform(-0.02, 0.02))
+        self._measurement.learnt(generator.uniform(0.0, 0.02), generator.uniform(0.0, 1.0e-6))
+        return super().leave(generator)
+
     def reset(self) -> None:
         """Return to 1 kHz, 1 V, Cp-D, medium aperture, internal trigger; corrections are kept but switched off."""
         self.settings.reset()

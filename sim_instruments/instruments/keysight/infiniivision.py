@@ -42,6 +42,24 @@ class KeysightInfiniiVision(ScpiInstrument):
     """Simulated side of the oscilloscope; `bits` is its converter's resolution outside the high-resolution mode."""
 
     channels = CHANNELS
+    leftovers = (
+        *(("", f"CHAN{n}:INV ON") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:BWL ON") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:COUP AC") for n in range(1, CHANNELS + 1)),
+        *(("", "", f"CHAN{n}:IMP FIFT") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:PROB:SKEW 5E-8") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:DISP ON", f"CHAN{n}:DISP OFF") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:UNIT AMP;PROB 100") for n in range(1, CHANNELS + 1)),
+        ("", "TRIG:COUP AC", "TRIG:COUP LFR"),
+        ("", "TRIG:HOLD 0.5"),
+        ("", "TRIG:HFR ON"),
+        ("", "TRIG:NREJ ON"),
+        ("", "TRIG:SLOP NEG;SOUR EXT", "TRIG:SWE NORM"),
+        ("", "ACQ:TYPE AVER;COUN 64", "ACQ:TYPE PEAK", "ACQ:TYPE HRES"),
+        ("", "TIM:REF LEFT;POS 0.1", "TIM:MODE WIND", "TIM:MODE ROLL"),
+        ("", "WAV:FORM ASC", "WAV:BYT LSBF", "WAV:UNS OFF", "WAV:POIN 100"),
+        ("", "STOP", "SING"),
+    )
 
     def __init__(
         self,
