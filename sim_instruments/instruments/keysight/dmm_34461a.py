@@ -8,6 +8,7 @@ import numpy as np
 
 from sim_instruments.instruments.errors import VoltmeterErrors
 from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
+from sim_instruments.instruments.keysight.dmm_34461a_math import ReadingMath
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
@@ -47,6 +48,8 @@ class Keysight34461A(ScpiInstrument):
         ("", "TRIG:COUN 3", "TRIG:DEL 0.5"),
         ("", "SAMP:COUN 5"),
         ("", "VOLT:IMP:AUTO ON"),
+        ("", "VOLT:NULL:VAL 0.01;STAT ON", "VOLT:NULL:VAL:AUTO ON;:VOLT:NULL:STAT ON"),
+        ("", "CALC:SCAL:GAIN 2;OFFS 0.5;STAT ON", "CALC:SCAL:FUNC PCT;REF 5;STAT ON"),
     )
 
     def __init__(
@@ -72,6 +75,7 @@ class Keysight34461A(ScpiInstrument):
         self._questionable = StatusRegister()
         self.settings = ScpiSettings(self.tree, "+.8E")
         self._add_settings()
+        self._math = ReadingMath(self.settings, self._idle)
         self._add_commands()
         self.reset()
 
@@ -215,6 +219,7 @@ class Keysight34461A(ScpiInstrument):
         self._range, self._cycles, self._measures = full_scale, cycles, True
         for name in ("source", "triggers", "delay", "samples"):
             self.settings[name].reset()
+        self._math.disable()
         self._auto, self._zero = auto, cycles >= 1.0
         self._idle()
 
@@ -314,7 +319,8 @@ class Keysight34461A(ScpiInstrument):
         reading = conversion.convert(voltage, self._range, self._cycles, self._unit, self._random)
         if abs(reading) == conversion.OVERLOAD:
             self._questionable.latch(_VOLTAGE_OVERLOAD)
-        return reading
+            return reading
+        return self._math.told(reading)
 
 
 def _once(argument: Argument) -> bool:

@@ -296,3 +296,23 @@ def test_the_emf_of_a_turning_shaft_averages_out(bench_motor: VirtualMotor) -> N
         amplitude = math.sqrt(3.0) * bench_motor.back_emf_constant_mechanical * 2.0 * math.pi
         values = [bench.world.voltmeter_voltage(0.0, 2.0 + k / 400.0) for k in range(100)]
         assert max(values) == pytest.approx(amplitude, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("VOLT:NULL:VAL 0.25;STAT ON", 0.75),
+        ("VOLT:DC:NULL:VAL:AUTO ON;:VOLT:NULL:STAT ON", 0.0),
+        ("CALC:SCAL:GAIN 2;OFFS 0.5;STAT ON", 2.5),
+        ("CALC:SCAL:FUNC PCT;REF 0.5;STAT ON", 100.0),
+        ("VOLT:NULL:VAL 0.5;STAT ON;:CALC:SCAL:GAIN 3;STAT ON", 1.5),
+        ("CALC:SCAL:GAIN 2;OFFS 0.5", 1.0),
+    ],
+)
+def test_null_and_scaling_go_into_every_reading_until_they_are_off(fed: Session, setting: str, told: float) -> None:
+    fed.write(setting)
+    assert float(fed.query("READ?")) == pytest.approx(told, abs=2e-2)
+    assert float(fed.query("READ?")) == pytest.approx(told, abs=2e-2)
+    fed.write("CONF:VOLT:DC 10")
+    assert float(fed.query("READ?")) == pytest.approx(1.0, abs=2e-2)
+    assert fed.query("VOLT:NULL:STAT?;:CALC:SCAL:STAT?;:SYST:ERR?") == '0;0;+0,"No error"'
