@@ -36,6 +36,8 @@ _POLL_TIME = 1.0e-3
 _REFERENCES = {"LEFT": 0.1, "CENT": 0.5, "RIGH": 0.9}
 _MINIMUM_SCALE, _MAXIMUM_SCALE = 1.0e-3, 5.0
 _HYSTERESIS_DIVISIONS = 0.1
+#: What 50 Ω leave behind the 9 MΩ of a passive probe, times its ratio; probes of a lower ratio are taken to feed them.
+_PASSIVE_PROBE, _LOADED = 5.0, 10.0 * 50.0 / (9.0e6 + 50.0)
 
 
 class KeysightInfiniiVision(ScpiInstrument):
@@ -122,13 +124,17 @@ class KeysightInfiniiVision(ScpiInstrument):
         channel = "CHANnel<n>"
         put.add_flag("display", f"{channel}:DISPlay", True, count=CHANNELS, changed=self._rearm)
         put.add_choice("coupling", f"{channel}:COUPling", ("AC", "DC"), "DC", count=CHANNELS, changed=self._rearm)
-        put.add_choice("impedance", f"{channel}:IMPedance", ("ONEMeg", "FIFTy"), "ONEM", count=CHANNELS)
+        put.add_choice(
+            "impedance", f"{channel}:IMPedance", ("ONEMeg", "FIFTy"), "ONEM", count=CHANNELS, changed=self._rearm
+        )
         put.add_flag("limit", f"{channel}:BWLimit", False, count=CHANNELS, changed=self._rearm)
         put.add_flag("invert", f"{channel}:INVert", False, count=CHANNELS, changed=self._rearm)
         put.add_choice("unit", f"{channel}:UNITs", ("VOLT", "AMPere"), "VOLT", count=CHANNELS)
         put.add_string("label", f"{channel}:LABel", "", count=CHANNELS)
         put.add_flag("vernier", f"{channel}:VERNier", False, count=CHANNELS)
-        put.add_number("skew", f"{channel}:PROBe:SKEW", -1.0e-7, 1.0e-7, 0.0, unit="S", count=CHANNELS)
+        put.add_number(
+            "skew", f"{channel}:PROBe:SKEW", -1.0e-7, 1.0e-7, 0.0, unit="S", count=CHANNELS, changed=self._rearm
+        )
         self._scales = [5.0] * CHANNELS
         self._offsets = [0.0] * CHANNELS
         self._probes = [1.0] * CHANNELS
@@ -208,13 +214,15 @@ class KeysightInfiniiVision(ScpiInstrument):
             factor *= 0.25
         elif kind == "AVER":
             factor /= math.sqrt(self._averages())
+        passive = settings.word("unit", channel) == "VOLT" and self._probes[index] > _PASSIVE_PROBE
+        loaded = _LOADED if passive and settings.word("impedance", channel) == "FIFT" else 1.0
         return Vertical(
             self._scales[index],
             self._offsets[index],
             self._probes[index],
             settings.flag("invert", channel),
             settings.word("coupling", channel) == "AC",
-            self._errors.gain[index],
+            loaded * (1.0 + self._errors.gain[index]) - 1.0,
             self._errors.offset[index],
             max(automatic_bits, 12) if kind in ("HRES", "AVER") else automatic_bits,
             factor,
@@ -293,11 +301,16 @@ class KeysightInfiniiVision(ScpiInstrument):
         put.add_choice(
             "type", "ACQuire:TYPE", ("NORMal", "AVERage", "HRESolution", "PEAK"), "NORM", changed=self._rearm
         )
-        put.add_choice("acquire_mode", "ACQuire:MODE", ("RTIMe", "SEGMented"), "RTIM")
+        put.add_choice("acquire_mode", "ACQuire:MODE", ("RTIMe", "SEGMented"), "RTIM", changed=self._refuse_segments)
         put.add_integer("averages", "ACQuire:COUNt", 2, 65536, 8, changed=self._rearm)
         put.add_integer("complete", "ACQuire:COMPlete", 100, 100, 100)
         self.tree.add("ACQuire:SRATe[:ANALog]", query=bare(lambda: f"{self._rate():+.8E}"))
         self.tree.add("ACQuire:POINts[:ANALog]", query=bare(lambda: f"{self._available():+d}"))
+
+    def _refuse_segments(self, _: int) -> None:
+        if self.settings.word("acquire_mode") == "SEGM":
+            self.settings.put("acquire_mode", "RTIM")
+            raise ScpiError(-241)
 
     def _averages(self) -> int:
         return round(self.settings.number("averages")) if self.settings.word("type") == "AVER" else 1

@@ -15,7 +15,7 @@ FREQUENCY, AMPLITUDE, MEAN = 300.0, 2.0, 1.5
 @pytest.fixture
 def scope(visa: Callable[[str], Session], virtual_bench: VirtualBench, monkeypatch: pytest.MonkeyPatch) -> Session:
     session = visa("oscilloscope")
-    session.write("*RST;*CLS;:CHAN1:SCAL 1;:TIM:RANG 0.01;:TRIG:SOUR CHAN1;LEV 1.5;:TRIG:SWE NORM")
+    session.write("*RST;*CLS;:CHAN1:SCAL 1;:TIM:RANG 0.01;:TRIG:SOUR CHAN1;LEV 1.5;:TRIG:SWE AUTO")
     acquisition = virtual_bench.instrument("oscilloscope").acquisition
     monkeypatch.setattr(acquisition, "_signal", lambda _, times: wave(times))
     monkeypatch.setattr(acquisition, "_hold", lambda *_: Wave())
@@ -71,3 +71,25 @@ def test_what_is_not_its_own_is_refused(scope: Session, query: str, error: int) 
     with pytest.raises(pyvisa.VisaIOError):
         scope.query(f"MEAS:{query}")
     assert int(scope.query("SYST:ERR?").split(",")[0]) == error
+
+
+def test_a_passive_probe_on_fifty_ohms_shows_next_to_nothing(scope: Session) -> None:
+    scope.write("CHAN1:PROB 10;SCAL 1;IMP FIFT;:DIG CHAN1")
+    assert scope.query("CHAN1:IMP?") == "FIFT"
+    assert abs(float(scope.query("MEAS:VAV?"))) < 0.01
+    scope.write("CHAN1:IMP ONEM;:DIG CHAN1")
+    assert float(scope.query("MEAS:VAV?")) == pytest.approx(MEAN, rel=0.05)
+
+
+def test_segments_need_a_licence(scope: Session) -> None:
+    scope.write("ACQ:MODE SEGM")
+    assert scope.query("SYST:ERR?").startswith("-241")
+    assert scope.query("ACQ:MODE?") == "RTIM"
+
+
+def test_a_channel_that_somebody_left_on_halves_memory_and_rate(scope: Session) -> None:
+    scope.write("TIM:RANG 8E-3")
+    rate, points = float(scope.query("ACQ:SRAT?")), int(scope.query("ACQ:POIN?"))
+    scope.write("CHAN2:DISP ON")
+    assert float(scope.query("ACQ:SRAT?")) == pytest.approx(0.5 * rate, rel=0.01)
+    assert int(scope.query("ACQ:POIN?")) == pytest.approx(0.5 * points, rel=0.01)
