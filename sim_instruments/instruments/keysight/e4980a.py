@@ -8,7 +8,7 @@ import numpy as np
 
 from sim_instruments.instruments.errors import LcrErrors
 from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
-from sim_instruments.instruments.keysight.e4980a_leftovers import CableLength, Deviation, SweepList, add_bias
+from sim_instruments.instruments.keysight.e4980a_leftovers import CableLength, DeviationMode, SweepList, add_bias
 from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, BridgeResult, Conditions
 from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVERFLOW, TOKENS, pair
 from sim_instruments.instruments.keysight.e4980a_replies import Figures, Replies
@@ -68,7 +68,7 @@ class KeysightE4980A(ScpiInstrument):
         self.settings = ScpiSettings(self.tree, "+.5E")
         self._add_settings()
         self._replies = Replies(self.settings)
-        self._deviation = Deviation(self.settings)
+        self._deviation = DeviationMode(self.settings)
         self._list = SweepList(self.tree, _LOWEST_FREQUENCY, self._highest)
         self._cable = CableLength(self.tree)
         add_bias(self.settings, "001" in options)

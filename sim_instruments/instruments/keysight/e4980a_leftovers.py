@@ -16,7 +16,7 @@ _SPEED = 2.0e8
 _BIAS = 2.0
 
 
-class Deviation:
+class DeviationMode:
     """FUNCtion:DEV1 and :DEV2: readings as deviations from a reference, absolute or in percent."""
 
     def __init__(self, settings: ScpiSettings) -> None:
