@@ -8,6 +8,7 @@ import pytest
 from sim_instruments.bench import VirtualBench
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.can_client import aborted, remote_node
 from tests.sim_instruments.transports.can.test_bus import TYPES
 
@@ -54,6 +55,13 @@ def test_what_is_left_is_what_the_instrument_says(bench_motor: VirtualMotor, see
         pages = [message for message in bench.left["lcr_meter"] if message.startswith("DISP:PAGE")]
         assert page == (pages[0].split(";")[0].split()[1] if pages else "MEAS")
         assert error == '+0,"No error"'
+
+
+def test_a_served_bench_begins_so_too(bench_motor: VirtualMotor) -> None:
+    with ServedBench(bench_motor, hostile=2) as served:
+        assert set(served.bench.left) >= {"lcr_meter", "oscilloscope", "dynamometer", "inverter"}
+        in_process = states(bench_motor, 2)
+        assert served.bench.left["dynamometer"] == in_process["dynamometer"]
 
 
 def test_over_many_seeds_each_state_comes(bench_motor: VirtualMotor) -> None:
