@@ -13,6 +13,7 @@ from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, BenchPlace, S
 from sim_instruments.clock.virtual_clock import BenchClock, VirtualClock
 from sim_instruments.faults.injector import Injector
 from sim_instruments.faults.line_faults import Faults
+from sim_instruments.found_state import Leavable
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
@@ -63,7 +64,8 @@ class VirtualBench:
     Without `sockets`, Modbus lines, serial lines and CAN nodes are reached in process by `stream` and `can_bus`: the same
     bytes and frames, handed over on the caller's thread, so that nothing depends on the wall's clock. With them, `line` is how
     Modbus lines are reached, serial lines are pseudo-terminals, and the CAN nodes are on `can_channel` of python-can's
-    virtual interface. `six_step` is the six-step drive, whose machine `motor` must be; with `fixture` there is one in place of
+    virtual interface. With `hostile`, a seed, every instrument is as a last user may have left it.
+    `six_step` is the six-step drive, whose machine `motor` must be; with `fixture` there is one in place of
     hands. Raises ValueError for two units of one name, or a second machine on the shaft.
     """
 
@@ -80,6 +82,7 @@ class VirtualBench:
         line: Literal["tcp", "rtu"] = "tcp",
         six_step: SixStepDrive | None = None,
         fixture: bool = False,
+        hostile: int | None = None,
     ) -> None:
         if units is None:
             units = standard_units(six_step=six_step is not None, fixture=fixture)
@@ -112,6 +115,9 @@ class VirtualBench:
         self.crosspoints: dict[str, int] = crosspoints() if fixture else {}
         self._contacts = RelayContacts(self.world, self.crosspoints) if fixture else None
         self._seed = seed
+        self._hostile = hostile
+        #: What a hostile beginning has left of each instrument that has been asked for, in words.
+        self.left: dict[str, tuple[str, ...]] = {}
         self._sockets = sockets
         self._line_kind = line
         self._made: dict[str, Any] = {}
@@ -140,6 +146,7 @@ class VirtualBench:
             for part in (made, *getattr(made, "units", {}).values()):
                 if hasattr(part, "close"):
                     self._open.callback(part.close)
+            self._leave(key, made, *getattr(made, "units", {}).values())
         return self._made[key]
 
     @property
@@ -293,9 +300,18 @@ class VirtualBench:
                 direct=None if self._sockets else self._direct_can,
             )
             self._open.callback(node.close)
+            self._leave(key, node)
             self._ends[key] = node
         found: CanNode = self._ends[key]
         return found
+
+    def _leave(self, key: str, *parts: Any) -> None:
+        """Have the parts of an instrument be as a last user may have left them, in a hostile beginning."""
+        if self._hostile is None:
+            return
+        generator = np.random.default_rng((self._hostile, *key.encode()))
+        told = [word for part in parts if isinstance(part, Leavable) for word in part.leave(generator)]
+        self.left[key] = (*self.left.get(key, ()), *told)
 
     def _generator(self, key: str) -> np.random.Generator:
         role = self._units[key].kind.role

@@ -30,6 +30,7 @@ def serve(
     fault: tuple[str, ...] = (),
     fixture: bool = False,
     watchdog_relay: bool = False,
+    hostile: Seed | None = None,
 ) -> None:
     """Serve the virtual bench to other processes until SIGINT or SIGTERM.
 
@@ -59,6 +60,8 @@ def serve(
         With an end-of-line fixture: switch matrix, rotor actuator and insulation tester.
     watchdog_relay
         With a relay that must be fed: while it has dropped out, the supply's output is off.
+    hostile
+        Begin as a last user may have left the instruments, drawn by this seed.
 
     """
     from bench.motor.motor_file import load_motor
@@ -101,7 +104,12 @@ def serve(
     # Nobody may be reading standard error, and a library that complains into a full pipe would stand still.
     logging.getLogger().addHandler(logging.NullHandler())
     try:
-        more: dict[str, Any] = {"six_step": read.six_step, "fixture": fixture, "watchdog_relay": watchdog_relay}
+        more: dict[str, Any] = {
+            "six_step": read.six_step,
+            "fixture": fixture,
+            "watchdog_relay": watchdog_relay,
+            "hostile": hostile,
+        }
         own = None
         if station is not None:
             own = station_to_serve(station, read)
@@ -165,6 +173,7 @@ def _tell(
             "motor": told,
             "speedup": bench.clock.speedup,
             "seed": seed,
+            **({"left": bench.bench.left} if bench.bench.left else {}),
             "station_file": str(file) if file else None,
             "pid": os.getpid(),
         }
@@ -174,6 +183,8 @@ def _tell(
         for way, address in ways.items():
             print(f"# {role:<13}{way:<8}{as_text(address)}")
     print(f"# {'control':<21}{bench.control}")
+    for role, left in bench.bench.left.items():
+        print(f"# {role:<13}left as: {'; '.join(left)}")
     print(f"# station file: {file}" if file else toml_text(station), flush=True)
     print(
         f"motorbench: {told['name']} is served at {bench.clock.speedup:g} × real time; Ctrl-C ends it", file=sys.stderr

@@ -2,7 +2,7 @@
 
 from typing import Protocol, runtime_checkable
 
-ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_FAILURE = 2, 3, 4
+ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_FAILURE = 1, 2, 3, 4
 
 
 class RegisterError(Exception):
@@ -11,6 +11,10 @@ class RegisterError(Exception):
     def __init__(self, code: int, message: str) -> None:
         self.code = code
         super().__init__(message)
+
+
+class NoAnswerError(Exception):
+    """A request that the device does not hear as one: it stays silent."""
 
 
 class RegisterDevice(Protocol):

@@ -49,10 +49,12 @@ class MessageExchange:
     """Takes program messages apart, has their units handled in order and keeps the one response message.
 
     Handlers that take virtual time run as generators: a write returns at once, and the reader waits. Errors of the
-    messages go to `report`, never to the caller. `channels` is how many the instrument has, for one that mistakes them.
+    messages go to `report`, never to the caller. `channels` is how many the instrument has, for one that mistakes them;
+    `terminator` ends its replies.
     """
 
     channels = 1
+    terminator = b"\n"
 
     def __init__(self, clock: InstrumentClock, generator: np.random.Generator) -> None:
         self.clock = clock
@@ -60,6 +62,8 @@ class MessageExchange:
         self.faults = Faults()
         self.connection = Connection()
         self._generator = generator
+        #: Lines that nobody has asked for; they come before the next reply.
+        self.unasked: list[bytes] = []
         self._plans: dict[bytes, tuple[Message, ...]] = {}
         self._partial = b""
         self._backlog: deque[Message] = deque()
@@ -269,7 +273,10 @@ class MessageExchange:
             self._respond(b";".join(part if isinstance(part, bytes) else part.encode("latin-1") for part in replies))
 
     def _respond(self, reply: str | bytes) -> None:
-        output = (reply if isinstance(reply, bytes) else reply.encode("latin-1")) + b"\n"
+        output = (reply if isinstance(reply, bytes) else reply.encode("latin-1")) + self.terminator
+        if self.unasked:
+            output = b"".join(self.unasked) + output
+            self.unasked.clear()
         self._ended = True
         if (fault := self._fault) is not None:
             self._fault = None
@@ -295,7 +302,10 @@ class MessageExchange:
                 self._ready = self.clock.now() + fault.delay
             case FaultKind.HALF | FaultKind.SILENCE:
                 self._ended = False
-        return spoil(fault, output, self._generator)
+        spoilt = spoil(fault, output, self._generator)
+        if fault.kind is FaultKind.REPLACE and spoilt.endswith(b"\n"):
+            return spoilt.rstrip(b"\r\n") + self.terminator
+        return spoilt
 
 
 def _raising(error: ScpiError) -> Handler:

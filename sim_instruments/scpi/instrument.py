@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from sim_instruments.found_state import Leftovers, drawn
 from sim_instruments.scpi.errors import ErrorQueue, ScpiError
 from sim_instruments.scpi.exchange import InstrumentClock, MessageExchange
-from sim_instruments.scpi.parameters import exactly, integer
+from sim_instruments.scpi.parameters import bare, exactly, integer
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
 
+_UNKNOWN_WORD = -141
 POWER_ON, OPERATION_COMPLETE = 0x80, 0x01
 MESSAGE_AVAILABLE, EVENT_SUMMARY, REQUEST = 0x10, 0x20, 0x40
 
@@ -17,7 +19,12 @@ class ScpiInstrument(MessageExchange):
 
     A subclass gives the identity, adds its headers to `tree`, and overrides `reset` and, where operations overlap,
     `pending`. `queue_bit` is the bit of the status byte that shows a filled error queue, where the maker has one.
+    `unknown_word` is the error for a word that a parameter does not take: -141 by the standard, -224 where the maker says so.
     """
+
+    unknown_word = -141
+    #: What a last user may have left, drawn in a hostile beginning.
+    leftovers: Leftovers = ()
 
     def __init__(
         self,
@@ -45,6 +52,14 @@ class ScpiInstrument(MessageExchange):
         """Bring the settings to what the manual says of *RST."""
         raise NotImplementedError
 
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Bring the instrument into a state drawn from `leftovers`, and return the messages that did so."""
+        sent = tuple(message for row in self.leftovers if (message := drawn(generator, row)))
+        for message in sent:
+            self.write(message.encode("ascii") + b"\n")
+        self._clear_status()
+        return sent
+
     def pending(self) -> float | None:
         """Return the virtual time at which to look again whether overlapped operations are done; None: they are."""
         return None
@@ -59,6 +74,8 @@ class ScpiInstrument(MessageExchange):
 
     def report(self, error: ScpiError) -> None:
         """Queue an error and set its bit in the standard event status register."""
+        if error.number == _UNKNOWN_WORD != self.unknown_word:
+            error = ScpiError(self.unknown_word)
         self._event_status |= error.event_bit
         self.errors.push(error)
 
@@ -70,9 +87,9 @@ class ScpiInstrument(MessageExchange):
             exactly(call.arguments, 1)
             register.enable = integer(call.arguments[0], 0, 65535)
 
-        self.tree.add(f"{header}[:EVENt]", query=lambda _: f"{register.read_event():+d}")
-        self.tree.add(f"{header}:CONDition", query=lambda _: f"{register.condition():+d}")
-        self.tree.add(f"{header}:ENABle", command=set_enable, query=lambda _: f"{register.enable:+d}")
+        self.tree.add(f"{header}[:EVENt]", query=bare(lambda: f"{register.read_event():+d}"))
+        self.tree.add(f"{header}:CONDition", query=bare(lambda: f"{register.condition():+d}"))
+        self.tree.add(f"{header}:ENABle", command=set_enable, query=bare(lambda: f"{register.enable:+d}"))
 
     def status_byte(self, available: bool | None = None) -> int:
         """Return the status byte with MSS in bit 6; `available` tells of a reply in a client's own output queue."""
@@ -110,34 +127,34 @@ class ScpiInstrument(MessageExchange):
 
     def _add_common(self) -> None:
         add = self.tree.add
-        add("*IDN", query=lambda _: self.identity)
-        add("*OPT", query=lambda _: self.options())
-        add("*TST", query=lambda _: "+0")
-        add("*RST", command=self._reset)
-        add("*CLS", command=self._clear_status)
-        add("*ESE", command=self._set_event_enable, query=lambda _: f"{self._event_enable:+d}")
-        add("*ESR", query=self._read_events)
-        add("*SRE", command=self._set_service_enable, query=lambda _: f"{self._service_enable & ~REQUEST:+d}")
-        add("*STB", query=lambda _: f"{self.status_byte():+d}")
-        add("*OPC", command=self._arm_complete, query=self._when_complete)
-        add("*WAI", command=self._wait_complete)
-        add("*TRG", command=lambda _: self.trigger())
-        add("SYSTem:ERRor[:NEXT]", query=self._next_error)
-        add("SYSTem:VERSion", query=lambda _: self._version)
-        add("STATus:PRESet", command=self._preset)
+        add("*IDN", query=bare(lambda: self.identity))
+        add("*OPT", query=bare(lambda: self.options()))
+        add("*TST", query=bare(lambda: "+0"))
+        add("*RST", command=bare(self._reset))
+        add("*CLS", command=bare(self._clear_status))
+        add("*ESE", command=self._set_event_enable, query=bare(lambda: f"{self._event_enable:+d}"))
+        add("*ESR", query=bare(self._read_events))
+        add("*SRE", command=self._set_service_enable, query=bare(lambda: f"{self._service_enable & ~REQUEST:+d}"))
+        add("*STB", query=bare(lambda: f"{self.status_byte():+d}"))
+        add("*OPC", command=bare(self._arm_complete), query=bare(self._when_complete))
+        add("*WAI", command=bare(self._wait_complete))
+        add("*TRG", command=bare(lambda: self.trigger()))
+        add("SYSTem:ERRor[:NEXT]", query=bare(self._next_error))
+        add("SYSTem:VERSion", query=bare(lambda: self._version))
+        add("STATus:PRESet", command=bare(self._preset))
 
-    def _reset(self, _: Call) -> None:
+    def _reset(self) -> None:
         self._opc_armed = False
         self.reset()
 
-    def _clear_status(self, _: Call) -> None:
+    def _clear_status(self) -> None:
         self.errors.clear()
         self._event_status = 0
         self._opc_armed = False
         for _bit, register in self._registers:
             register.clear()
 
-    def _preset(self, _: Call) -> None:
+    def _preset(self) -> None:
         for _bit, register in self._registers:
             register.enable = 0
 
@@ -149,23 +166,23 @@ class ScpiInstrument(MessageExchange):
         exactly(call.arguments, 1)
         self._service_enable = integer(call.arguments[0], 0, 255)
 
-    def _read_events(self, _: Call) -> str:
+    def _read_events(self) -> str:
         self._settle()
         events, self._event_status = self._event_status, 0
         return f"{events:+d}"
 
-    def _arm_complete(self, _: Call) -> None:
+    def _arm_complete(self) -> None:
         self._opc_armed = True
         self._settle()
 
-    def _when_complete(self, _: Call) -> str | Handling:
+    def _when_complete(self) -> str | Handling:
         return "1" if self.pending() is None else self._reply_when_complete()
 
     def _reply_when_complete(self) -> Handling:
         yield from self._until_complete()
         return "1"
 
-    def _wait_complete(self, _: Call) -> Handling | None:
+    def _wait_complete(self) -> Handling | None:
         return None if self.pending() is None else self._until_complete()
 
     def _until_complete(self) -> Handling:
@@ -173,6 +190,6 @@ class ScpiInstrument(MessageExchange):
             yield wake
         return None
 
-    def _next_error(self, _: Call) -> str:
+    def _next_error(self) -> str:
         error = self.errors.pop()
         return f'{error.number:+d},"{error.text}"'

@@ -23,6 +23,8 @@ class ClientSession(MessageExchange):
         self.faults = instrument.faults
         self.connection = instrument.connection
         self.channels = instrument.channels
+        self.terminator = instrument.terminator
+        self.unasked = instrument.unasked
         self._instrument = instrument
 
     def report(self, error: ScpiError) -> None:

@@ -1,19 +1,45 @@
 """Delta C2000 drive as the dynamometer's controller (C2000 user manual, parameter group 09, communication addresses).
 
+Sources (C2000 and CP2000 user manuals): the frequency of 2001H acts with 00-20 = 1 alone, the word of 2000H with 00-21 = 2, the torque
+of 11-34 with 11-33 = 1; a source that is another one is acknowledged and does nothing. In torque mode the speed is limited by 11-37 and
+11-38 (% of 01-00), with 11-36 = 1 by the frequency command in the direction of the torque. A limit that has been reached is kept until the
+next command. A request is heard as one after more than 10 ms of silence on the line.
+
 Lost communication (09-02, 09-03, cE10) is as the manuals of its sisters VFD-B and VFD-S tell it: each valid message starts the time
 anew, and a drive that has heard none for so long warns and goes on, ramps or coasts to a stop, or does nothing.
 """
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
-from sim_instruments.instruments.registers import ILLEGAL_ADDRESS, ILLEGAL_VALUE, RegisterError, exists, signed
+import numpy as np
+
+from sim_instruments.found_state import drawn
+from sim_instruments.instruments.registers import (
+    ILLEGAL_ADDRESS,
+    ILLEGAL_VALUE,
+    NoAnswerError,
+    RegisterError,
+    exists,
+    signed,
+)
 from sim_instruments.instruments.silence import SilenceWatch
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World
 
-_CONTROL_MODE, _STOP_METHOD = 0x000A, 0x0016
+_IDENTITY, _CONTROL_MODE, _STOP_METHOD = 0x0000, 0x000A, 0x0016
+_FREQUENCY_SOURCE, _COMMAND_SOURCE = 0x0014, 0x0015
+_ADDRESS, _SPEED, _PROTOCOL = 0x0900, 0x0901, 0x0904
+_TORQUE_SOURCE, _SPEED_LIMIT_BY, _FORWARD_LIMIT, _REVERSE_LIMIT = 0x0B21, 0x0B24, 0x0B25, 0x0B26
+#: 230 V, 1.5 kW.
+_CODE = 6
+_BY_MODBUS, _RUN_BY_MODBUS, _TORQUE_BY_MODBUS = 1, 2, 1
+#: From here on 09-04 is RTU, below ASCII; 13 is 8 data bits, no parity, 2 stop bits.
+_FIRST_RTU = 12
+#: How often a speed is held against its limit in torque mode (s).
+_LOOK = 0.01
 _MAXIMUM_FREQUENCY, _ACCELERATION, _DECELERATION = 0x0100, 0x010C, 0x010D
 _LOST_TREATMENT, _LOST_TIME = 0x0902, 0x0903
 _WARN, _RAMP, _COAST, _NOTHING = 0, 1, 2, 3
@@ -37,6 +63,14 @@ _DEFAULTS = {
     _LOST_TIME: 0,
     _TORQUE_COMMAND: 0,
     _FREQUENCY: 0,
+    _FREQUENCY_SOURCE: _BY_MODBUS,
+    _COMMAND_SOURCE: _RUN_BY_MODBUS,
+    _TORQUE_SOURCE: _TORQUE_BY_MODBUS,
+    _SPEED_LIMIT_BY: 0,
+    _FORWARD_LIMIT: 100,
+    _REVERSE_LIMIT: 100,
+    _SPEED: 96,
+    _PROTOCOL: 13,
 }
 _LIMITS = {
     _CONTROL_MODE: (0, 2),
@@ -47,6 +81,14 @@ _LIMITS = {
     _LOST_TREATMENT: (_WARN, _NOTHING),
     _LOST_TIME: (0, 1000),
     _FREQUENCY: (0, 59_900),
+    _FREQUENCY_SOURCE: (0, 8),
+    _COMMAND_SOURCE: (0, 5),
+    _TORQUE_SOURCE: (0, 5),
+    _SPEED_LIMIT_BY: (0, 1),
+    _FORWARD_LIMIT: (0, 120),
+    _REVERSE_LIMIT: (0, 120),
+    _SPEED: (48, 1152),
+    _PROTOCOL: (1, 17),
 }
 
 
@@ -54,16 +96,19 @@ class DeltaDrive:
     """Simulated side of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives."""
 
     ranges = (
+        (0x0000, 1),
         (0x000A, 1),
-        (0x0016, 1),
+        (0x0014, 3),
         (0x0100, 1),
         (0x010C, 2),
-        (0x0902, 2),
-        (0x0B22, 1),
+        (0x0900, 5),
+        (0x0B21, 6),
         (0x2000, 3),
         (0x2100, 12),
     )
     readings = (0x2102, 10, 1)
+    #: What a serial line must have been silent for (s) before a request.
+    silence = 0.010
 
     def __init__(self, world: "World", *, unit: int = 1, pole_pairs: int = 2, rated_torque: float = 5.0) -> None:
         if pole_pairs < 1 or not rated_torque > 0.0:
@@ -73,6 +118,10 @@ class DeltaDrive:
         self._pole_pairs = pole_pairs
         self._rated_torque = rated_torque
         self._registers = dict(_DEFAULTS)
+        #: The frequency (0.01 Hz) of the keypad, which counts where 00-20 is 0.
+        self.keypad_frequency = 0
+        self._limited = False
+        self._looks = 0
         self._running = self._stopping = self._reverse = False
         self._error = self._warning = 0
         self._watch = SilenceWatch(self._lost)
@@ -82,8 +131,8 @@ class DeltaDrive:
         self._watch.close()
 
     def read(self, address: int, count: int) -> list[int]:
-        """Return registers. Raises RegisterError 2 for one that does not exist."""
-        self._watch.heard()
+        """Return registers. Raises RegisterError 2 for one that does not exist, NoAnswerError."""
+        self._listen()
         if not exists(self.ranges, address, count):
             raise RegisterError(ILLEGAL_ADDRESS, f"C2000 has no registers {address:04X}H … {address + count - 1:04X}H")
         with self._world.lock:
@@ -92,12 +141,12 @@ class DeltaDrive:
             return [self._value(number, monitor) for number in range(address, address + count)]
 
     def write(self, address: int, values: list[int]) -> None:
-        """Write registers. Raises RegisterError 2 for one that cannot be written, 3 for a value out of range."""
-        self._watch.heard()
-        if not exists(self.ranges[:-1], address, len(values)):
+        """Write registers. Raises RegisterError 2 for one that cannot be written, 3 for a value out of range, NoAnswerError."""
+        self._listen()
+        if address == _IDENTITY or not exists(self.ranges[:-1], address, len(values)):
             raise RegisterError(ILLEGAL_ADDRESS, f"C2000 register {address:04X}H cannot be written")
         for number, value in enumerate(values, address):
-            low, high = _LIMITS.get(number, (0, 0xFFFF))
+            low, high = (self.unit, self.unit) if number == _ADDRESS else _LIMITS.get(number, (0, 0xFFFF))
             if not low <= value <= high:
                 raise RegisterError(ILLEGAL_VALUE, f"C2000 {number:04X}H: {value} is outside {low} … {high}")
         with self._world.lock:
@@ -105,9 +154,34 @@ class DeltaDrive:
             for number, value in enumerate(values, address):
                 self._write(number, value)
 
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Be left for the keypad, or half so."""
+        left = {
+            _CONTROL_MODE: drawn(generator, (0, 2)),
+            _STOP_METHOD: drawn(generator, (0, 1)),
+            _FREQUENCY_SOURCE: drawn(generator, (0, 1)),
+            _COMMAND_SOURCE: drawn(generator, (0, 2)),
+            _TORQUE_SOURCE: drawn(generator, (0, 1)),
+            _SPEED_LIMIT_BY: drawn(generator, (0, 1)),
+            _FORWARD_LIMIT: drawn(generator, (10, 100)),
+            _REVERSE_LIMIT: drawn(generator, (10, 100)),
+            _FREQUENCY: drawn(generator, (0, 1234)),
+            _TORQUE_COMMAND: drawn(generator, (0, 100)),
+        }
+        self._registers.update(left)
+        self.keypad_frequency = drawn(generator, (0, 500))
+        told = tuple(f"{number:04X}H = {value}" for number, value in left.items())
+        return *told, f"keypad {self.keypad_frequency * 0.01:g} Hz"
+
+    def _listen(self) -> None:
+        if self._registers[_PROTOCOL] < _FIRST_RTU:
+            raise NoAnswerError
+        self._watch.heard()
+
     def _write(self, number: int, value: int) -> None:
         if number == _COMMAND:
-            self._act(value)
+            if self._registers[_COMMAND_SOURCE] == _RUN_BY_MODBUS:
+                self._act(value)
         elif number == _RESET:
             if value & 0b10:
                 self._error = self._warning = 0
@@ -159,21 +233,64 @@ class DeltaDrive:
         return self._registers[_CONTROL_MODE] == 2
 
     def _command_frequency(self) -> int:
-        return min(self._registers[_FREQUENCY], self._registers[_MAXIMUM_FREQUENCY])
+        by_modbus = self._registers[_FREQUENCY_SOURCE] == _BY_MODBUS
+        return min(self._registers[_FREQUENCY] if by_modbus else self.keypad_frequency, self._highest)
+
+    @property
+    def _highest(self) -> int:
+        return self._registers[_MAXIMUM_FREQUENCY]
+
+    def _radians(self, frequency: float) -> float:
+        """Return the machine's speed (rad/s) at a frequency (0.01 Hz)."""
+        return frequency * 0.01 * 2.0 * math.pi / self._pole_pairs
+
+    def _limit(self, torque: float, speed: float) -> float:
+        """Return the limit (rad/s) of a speed in torque mode."""
+        forwards = speed >= 0.0
+        if self._registers[_SPEED_LIMIT_BY] == 1 and (torque >= 0.0) == forwards:
+            return self._radians(self._command_frequency())
+        return self._radians(0.01 * self._registers[_FORWARD_LIMIT if forwards else _REVERSE_LIMIT] * self._highest)
+
+    def _look(self, number: int, torque: float) -> None:
+        """Hold the speed against its limit in torque mode; the limit is kept until the next command."""
+        with self._world.lock:
+            if number != self._looks or not (self._running and self._torque_mode) or self._limited:
+                return
+            machine = self._world.dynamometer
+            speed = machine.own_speed
+            limit = self._limit(torque, speed or torque)
+            if abs(speed) >= limit:
+                self._limited = True
+                machine.set_mode("speed")
+                machine.command(math.copysign(limit, speed or torque))
+                return
+        self._world.clock.call_at(self._world.clock.now() + _LOOK, partial(self._look, number, torque))
 
     def _drive(self) -> None:
         machine = self._world.dynamometer
         sign = -1.0 if self._reverse else 1.0
+        self._limited = False
+        self._looks += 1
         if self._torque_mode:
+            followed = self._registers[_TORQUE_SOURCE] == _TORQUE_BY_MODBUS
+            command = signed(self._registers[_TORQUE_COMMAND]) if followed else 0
+            torque = sign * command / 1000.0 * self._rated_torque
             machine.set_mode("torque")
-            machine.command(sign * signed(self._registers[_TORQUE_COMMAND]) / 1000.0 * self._rated_torque)
+            machine.command(torque)
+            if self._registers[_SPEED_LIMIT_BY] == 1 or self._narrow:
+                self._world.clock.call_at(self._world.clock.now(), partial(self._look, self._looks, torque))
         else:
             machine.set_mode("speed")
-            machine.command(sign * self._command_frequency() * 0.01 * 2.0 * math.pi / self._pole_pairs)
+            machine.command(sign * self._radians(self._command_frequency()))
         if not machine.enabled:
             machine.enable(True)
 
+    @property
+    def _narrow(self) -> bool:
+        return min(self._registers[_FORWARD_LIMIT], self._registers[_REVERSE_LIMIT]) < 100
+
     def _off(self) -> None:
+        self._looks += 1
         self._running = self._stopping = False
         self._world.dynamometer.enable(False)
 
@@ -186,6 +303,10 @@ class DeltaDrive:
             return monitor[number - _STATUS]
         if number in (_COMMAND, _RESET):
             return 0
+        if number == _IDENTITY:
+            return _CODE
+        if number == _ADDRESS:
+            return self.unit
         return self._registers[number]
 
     def _monitor(self) -> list[int]:

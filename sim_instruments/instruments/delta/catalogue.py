@@ -7,6 +7,8 @@ from sim_instruments.world.machine_data import DynamometerMachine
 
 #: Rated torque (N·m) where nothing is said of it, and the share of it that the machine can give for a while.
 _RATED_TORQUE, _OVERLOAD = 5.0, 2.0
+#: What options say of the transducer's make, with `sensor_` before it.
+_MAKE = ("power_unit", "speed_unit", "power_sign", "zeroed", "modbus")
 
 
 def _rated_torque(options: Options) -> float:
@@ -23,14 +25,16 @@ def _machine(options: Options) -> DynamometerMachine:
 
 def _dynamometer(place: BenchPlace) -> Any:
     from sim_instruments.instruments.delta.c2000 import DeltaDrive
-    from sim_instruments.instruments.delta.dyn200 import Dyn200
+    from sim_instruments.instruments.delta.dyn200 import Dyn200, Dyn200Make
     from sim_instruments.transports.modbus.unit import ModbusLine
 
     torque = _rated_torque(place.options)
     drive = DeltaDrive(place.world, pole_pairs=place.options.get("pole_pairs", 2), rated_torque=torque)
-    transducer = Dyn200(place.world, place.generator, place.errors, rated_torque=torque)
+    make = Dyn200Make(**{key: place.options[f"sensor_{key}"] for key in _MAKE if f"sensor_{key}" in place.options})
+    transducer = Dyn200(place.world, place.generator, place.errors, rated_torque=torque, make=make)
     return ModbusLine((drive, transducer), place.world.clock, place.generator)
 
 
-#: The drive is unit 1, the transducer unit 2.
+#: The drive is unit 1, the transducer unit 2. Options `sensor_power_unit` (W), `sensor_speed_unit` (rpm), `sensor_power_sign`,
+#: `sensor_zeroed` ("coil" or "write") and `sensor_modbus` say which DYN-200 it is (see Dyn200Make).
 DELTA_DYN200 = SimulatedInstrument("delta-dyn200", "dynamometer", "modbus", _dynamometer, machine=_machine)

@@ -7,7 +7,7 @@ import numpy as np
 from sim_instruments.instruments.errors import InsulationErrors
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import choice, choices, exactly, number
+from sim_instruments.scpi.parameters import bare, choice, choices, exactly, number
 from sim_instruments.scpi.tree import Call
 
 if TYPE_CHECKING:
@@ -32,7 +32,19 @@ class Gpt9800(ScpiInstrument):
 
     A test takes 0.1 s, the ramp, the test time and the discharge; it is judged at the end of the test time, and its result
     stands until the next one or OFF, after which the present voltage is shown. The object's frame is the tester's return.
+    MANU:IR:REF is subtracted from the resistance before it is judged. With TEST:RET on, PASS or FAIL is sent unasked at the end
+    of a test, and whoever asks next reads that first. Messages end with CR LF both ways; a message that ends with LF alone is
+    taken too.
     """
+
+    terminator = b"\r\n"
+    leftovers = (
+        ("MANU:EDIT:MODE IR;:MANU:IR:REF 100", "MANU:EDIT:MODE IR;:MANU:IR:REF 5000", ""),
+        ("", "TEST:RET ON"),
+        ("", "MANU:RTIM 5"),
+        ("", "MANU:EDIT:MODE DCW", "MANU:EDIT:MODE ACW"),
+        ("", "MAIN:FUNC AUTO"),
+    )
 
     def __init__(
         self,
@@ -51,6 +63,7 @@ class Gpt9800(ScpiInstrument):
         self._unit = errors or InsulationErrors()
         self._function, self._mode = "MANU", "ACW"
         self._voltage, self._low, self._high = 0.05, 1.0, _HIGHEST
+        self._reference, self._tells = 0.0, False
         self._test_time, self._ramp_time = 1.0, 0.1
         self._test = 0
         self._begun: float | None = None
@@ -64,11 +77,11 @@ class Gpt9800(ScpiInstrument):
 
     def _add_common(self) -> None:
         # The manual has these two of IEEE 488.2, and its own error query.
-        self.tree.add("*IDN", query=lambda _: self.identity)
-        self.tree.add("*CLS", command=self._clear_status)
-        self.tree.add("SYSTem:ERRor", query=self._next_error)
+        self.tree.add("*IDN", query=bare(lambda: self.identity))
+        self.tree.add("*CLS", command=bare(self._clear_status))
+        self.tree.add("SYSTem:ERRor", query=bare(self._next_error))
 
-    def _next_error(self, call: Call) -> str:
+    def _next_error(self) -> str:
         error = self.errors.pop()
         if error.number == 0:
             return "0,No Error"
@@ -77,15 +90,17 @@ class Gpt9800(ScpiInstrument):
 
     def _add_commands(self) -> None:
         add = self.tree.add
-        add("MAIN:FUNCtion", command=self._set_function, query=lambda _: f"{self._function} MODE")
-        add("MANU:EDIT:MODE", command=self._set_mode, query=lambda _: self._mode)
-        add("MANU:IR:VOLTage", command=self._set_voltage, query=lambda _: f"{self._voltage:.3f}kV")
-        add("MANU:IR:RHISet", command=self._set_high, query=lambda _: f"{self._high:04.0f}M ohm")
-        add("MANU:IR:RLOSet", command=self._set_low, query=lambda _: f"{self._low:04.0f}M ohm")
-        add("MANU:IR:TTIMe", command=self._set_test_time, query=lambda _: f"{self._test_time:05.1f} S")
-        add("MANU:RTIMe", command=self._set_ramp_time, query=lambda _: f"{self._ramp_time:05.1f} S")
-        add("FUNCtion:TEST", command=self._switch, query=lambda _: f"TEST {'ON' if self._busy else 'OFF'}")
-        add("MEASure", query=lambda _: self._measured())
+        add("MAIN:FUNCtion", command=self._set_function, query=bare(lambda: f"{self._function} MODE"))
+        add("MANU:EDIT:MODE", command=self._set_mode, query=bare(lambda: self._mode))
+        add("MANU:IR:VOLTage", command=self._set_voltage, query=bare(lambda: f"{self._voltage:.3f}kV"))
+        add("MANU:IR:RHISet", command=self._set_high, query=bare(lambda: f"{self._high:04.0f}M ohm"))
+        add("MANU:IR:RLOSet", command=self._set_low, query=bare(lambda: f"{self._low:04.0f}M ohm"))
+        add("MANU:IR:REFerence", command=self._set_reference, query=bare(lambda: f"{self._reference:04.0f}M ohm"))
+        add("TEST:RETurn", command=self._set_tells, query=bare(lambda: f"TEST:RETURN {'ON' if self._tells else 'OFF'}"))
+        add("MANU:IR:TTIMe", command=self._set_test_time, query=bare(lambda: f"{self._test_time:05.1f} S"))
+        add("MANU:RTIMe", command=self._set_ramp_time, query=bare(lambda: f"{self._ramp_time:05.1f} S"))
+        add("FUNCtion:TEST", command=self._switch, query=bare(lambda: f"TEST {'ON' if self._busy else 'OFF'}"))
+        add("MEASure", query=bare(lambda: self._measured()))
 
     # settings
 
@@ -114,6 +129,14 @@ class Gpt9800(ScpiInstrument):
         if low >= self._high:
             raise ScpiError(-222)
         self._low = float(low)
+
+    def _set_reference(self, call: Call) -> None:
+        self._reference = float(round(self._value(call, 0.0, _HIGHEST)))
+
+    def _set_tells(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._check_idle()
+        self._tells = choice(call.arguments[0], _STATES) == "ON"
 
     def _set_test_time(self, call: Call) -> None:
         self._test_time = round(self._value(call, _SHORTEST, _LONGEST), 1)
@@ -175,6 +198,8 @@ class Gpt9800(ScpiInstrument):
             self._insulation.stop()
             self._shown = f"{shown},T={self._test_time:05.1f}S"
             self._verdict = "PASS" if self._low <= resistance <= self._high else "FAIL"
+            if self._tells:
+                self.unasked.append(self._verdict.encode() + self.terminator)
 
     def _measured(self) -> str:
         with self._world.lock:
@@ -195,5 +220,7 @@ class Gpt9800(ScpiInstrument):
         """Return voltage and resistance at a time (s) as shown, and the resistance (MΩ) that it judges by."""
         volts, ohms = self._insulation.voltage(at), self._insulation.resistance(at)
         noise = 1.0 + float(self._random.normal(0.0, self._unit.noise))
-        megohms = float(round(min(ohms * (1.0 + self._unit.resistance_gain) * noise * 1e-6, _HIGHEST)))
+        measured = min(ohms * (1.0 + self._unit.resistance_gain) * noise * 1e-6, _HIGHEST)
+        # What is open shows as more than its range whatever the reference.
+        megohms = float(round(measured if measured == _HIGHEST else max(0.0, measured - self._reference)))
         return f"{volts * 1e-3:.3f}kV,{megohms:04.0f}M ohm", megohms

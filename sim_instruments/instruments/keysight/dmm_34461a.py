@@ -8,10 +8,11 @@ import numpy as np
 
 from sim_instruments.instruments.errors import VoltmeterErrors
 from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
+from sim_instruments.instruments.keysight.dmm_34461a_math import ReadingMath
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import boolean, exactly, number, string
+from sim_instruments.scpi.parameters import bare, boolean, exactly, number, string
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from sim_instruments.world.world import World
 
 _FUNCTIONS = ("VOLT", "VOLT:DC", "VOLTAGE", "VOLTAGE:DC")
+_OTHERS = (
+    "VOLTage:AC", "VOLTage[:DC]:RATio", "CURRent[:DC]", "CURRent:AC", "RESistance", "FRESistance", "FREQuency", "PERiod",
+    "CONTinuity", "DIODe", "TEMPerature", "CAPacitance",
+)  # fmt: skip
 _MEMORY = 10_000
 _VOLTAGE_OVERLOAD, _MEASURING, _WAITING = 0x01, 0x10, 0x20
 _HIGHEST = conversion.RANGES[-1]
@@ -29,9 +34,23 @@ _FASTEST, _SLOWEST = min(conversion.RESOLUTIONS), max(conversion.RESOLUTIONS)
 class Keysight34461A(ScpiInstrument):
     """Simulated side of the voltmeter. It measures DC volts only; its sense terminals and other functions feed nothing.
 
+    One of its other functions is refused, and then it reads nothing until it is told to measure DC volts again, or reset.
     A reading integrates the input over the power-line cycles set, at 50 Hz, and with autozero on spends as long again
     on its own zero. Neither the burden of its input nor the settling of ranges is modelled: a winding does not feel them.
     """
+
+    unknown_word = -224
+    leftovers = (
+        ("", "CONF:VOLT:DC 0.1", "CONF:VOLT:DC 1000"),
+        ("", "VOLT:NPLC 0.02", "VOLT:NPLC 100"),
+        ("", "VOLT:ZERO:AUTO OFF"),
+        ("", "TRIG:SOUR BUS", "TRIG:SOUR EXT"),
+        ("", "TRIG:COUN 3", "TRIG:DEL 0.5"),
+        ("", "SAMP:COUN 5"),
+        ("", "VOLT:IMP:AUTO ON"),
+        ("", "VOLT:NULL:VAL 0.01;STAT ON", "VOLT:NULL:VAL:AUTO ON;:VOLT:NULL:STAT ON"),
+        ("", "CALC:SCAL:GAIN 2;OFFS 0.5;STAT ON", "CALC:SCAL:FUNC PCT;REF 5;STAT ON"),
+    )
 
     def __init__(
         self,
@@ -47,7 +66,7 @@ class Keysight34461A(ScpiInstrument):
         self._random = generator
         self._unit = errors or VoltmeterErrors()
         self._range, self._cycles = 10.0, 10.0
-        self._auto = self._zero = True
+        self._auto = self._zero = self._measures = True
         # The memory keeps the latest readings.
         self._readings: deque[float] = deque(maxlen=_MEMORY)
         self._triggers = self._left = 0
@@ -56,12 +75,14 @@ class Keysight34461A(ScpiInstrument):
         self._questionable = StatusRegister()
         self.settings = ScpiSettings(self.tree, "+.8E")
         self._add_settings()
+        self._math = ReadingMath(self.settings, self._idle)
         self._add_commands()
         self.reset()
 
     def reset(self) -> None:
         """Return to autoranging DC volts, 10 power-line cycles, one reading at an immediate trigger, and no reading."""
         self.settings.reset()
+        self._measures = True
         self._range, self._cycles = 10.0, 10.0
         self._auto = self._zero = True
         self._idle()
@@ -86,21 +107,24 @@ class Keysight34461A(ScpiInstrument):
         # The older models' header, which this one still takes.
         add("INPut:IMPedance:AUTO", command=impedance.set, query=impedance.get)
         add("CONFigure[:VOLTage]:DC", command=self._configure)
-        add("CONFigure", query=lambda _: f'"VOLT {self._range:+.6E},{self._resolution():+.6E}"')
+        add("CONFigure", query=bare(lambda: f'"VOLT {self._range:+.6E},{self._resolution():+.6E}"'))
         add("MEASure[:VOLTage]:DC", query=self._measure)
-        add("[SENSe]:FUNCtion[:ON]", command=self._set_function, query=lambda _: '"VOLT"')
+        add("[SENSe]:FUNCtion[:ON]", command=self._set_function, query=bare(lambda: '"VOLT"'))
         add("[SENSe]:VOLTage[:DC]:NPLCycles", command=self._set_cycles, query=self._get_cycles)
         add("[SENSe]:VOLTage[:DC]:RESolution", command=self._set_resolution, query=self._get_resolution)
         add("[SENSe]:VOLTage[:DC]:RANGe[:UPPer]", command=self._set_range, query=self._get_range)
-        add("[SENSe]:VOLTage[:DC]:RANGe:AUTO", command=self._set_auto, query=lambda _: str(int(self._auto)))
-        add("[SENSe]:VOLTage[:DC]:ZERO:AUTO", command=self._set_zero, query=lambda _: str(int(self._zero)))
-        add("INITiate[:IMMediate]", command=lambda _: self._initiate())
-        add("ABORt", command=lambda _: self._abort())
-        add("READ", query=lambda _: self._read())
-        add("FETCh", query=lambda _: self._fetch())
+        add("[SENSe]:VOLTage[:DC]:RANGe:AUTO", command=self._set_auto, query=bare(lambda: str(int(self._auto))))
+        add("[SENSe]:VOLTage[:DC]:ZERO:AUTO", command=self._set_zero, query=bare(lambda: str(int(self._zero))))
+        for function in _OTHERS:
+            add(f"CONFigure:{function}", command=self._refuse)
+            add(f"MEASure:{function}", query=self._refuse)
+        add("INITiate[:IMMediate]", command=bare(lambda: self._initiate()))
+        add("ABORt", command=bare(lambda: self._abort()))
+        add("READ", query=bare(lambda: self._read()))
+        add("FETCh", query=bare(lambda: self._fetch()))
         add("DATA:POINts", query=self._points)
-        add("SYSTem:BEEPer[:IMMediate]", command=lambda _: None)
-        add("SYSTem:LOCal", command=lambda _: None)
+        add("SYSTem:BEEPer[:IMMediate]", command=bare(lambda: None))
+        add("SYSTem:LOCal", command=bare(lambda: None))
         self.add_register("STATus:QUEStionable", self._questionable, 0x08)
         self.add_register("STATus:OPERation", StatusRegister(self._operation), 0x80)
 
@@ -137,9 +161,15 @@ class Keysight34461A(ScpiInstrument):
 
     def _set_function(self, call: Call) -> None:
         exactly(call.arguments, 1)
-        if string(call.arguments[0]).upper() not in _FUNCTIONS:
-            raise ScpiError(-224)
+        self._measures = string(call.arguments[0]).upper() in _FUNCTIONS
         self._idle()
+        if not self._measures:
+            raise ScpiError(-224)
+
+    def _refuse(self, _: Call) -> None:
+        self._measures = False
+        self._idle()
+        raise ScpiError(-113)
 
     def _resolution(self) -> float:
         return conversion.RESOLUTIONS[self._cycles] * self._range
@@ -186,9 +216,10 @@ class Keysight34461A(ScpiInstrument):
             raise ScpiError(-221)
         full_scale = self._range if auto else self._parse_range(wanted[0])
         cycles = self._parse_resolution(wanted[1], full_scale) if len(wanted) == 2 else 10.0
-        self._range, self._cycles = full_scale, cycles
+        self._range, self._cycles, self._measures = full_scale, cycles, True
         for name in ("source", "triggers", "delay", "samples"):
             self.settings[name].reset()
+        self._math.disable()
         self._auto, self._zero = auto, cycles >= 1.0
         self._idle()
 
@@ -204,6 +235,8 @@ class Keysight34461A(ScpiInstrument):
         self._busy_until = -math.inf
 
     def _initiate(self) -> None:
+        if not self._measures:
+            raise ScpiError(-221)
         if self._triggers or self._measuring():
             raise ScpiError(-213)
         self._idle()
@@ -286,7 +319,8 @@ class Keysight34461A(ScpiInstrument):
         reading = conversion.convert(voltage, self._range, self._cycles, self._unit, self._random)
         if abs(reading) == conversion.OVERLOAD:
             self._questionable.latch(_VOLTAGE_OVERLOAD)
-        return reading
+            return reading
+        return self._math.told(reading)
 
 
 def _once(argument: Argument) -> bool:

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sim_instruments.instruments.errors import SupplyErrors
+from sim_instruments.instruments.keysight.e36300_coupling import Coupling
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import boolean, channel_list, choice, choices, exactly, number, string
+from sim_instruments.scpi.parameters import bare, boolean, channel_list, choice, choices, exactly, number, string
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
 
@@ -73,6 +74,18 @@ class KeysightE36313A(ScpiInstrument):
     """Simulated side of the supply; output `wired` goes to the motor, the others feed nothing."""
 
     channels = len(RATINGS)
+    leftovers = (
+        ("", "INST CH2", "INST CH3"),
+        ("", "VOLT 3.3,(@1);:CURR 1,(@1)", "VOLT 5,(@1:3);:CURR 0.5,(@1:3)"),
+        ("", "VOLT:PROT 2,(@1)", "VOLT:PROT 10,(@2:3)"),
+        ("", "CURR:PROT:STAT ON,(@1:3)"),
+        ("", "CURR:PROT:DEL 3,(@1:3);DEL:STAR CCTR,(@1:3)"),
+        ("", "", "OUTP:PAIR SER", "OUTP:PAIR PAR"),
+        ("", "OUTP:TRAC ON"),
+        ("", "VOLT:SENS EXT,(@1)", "VOLT:SENS EXT,(@2:3)"),
+        ("", "VOLT:MODE LIST,(@1)", "CURR:MODE LIST,(@1:3)"),
+    )
+    unknown_word = -224
 
     def __init__(
         self,
@@ -93,12 +106,14 @@ class KeysightE36313A(ScpiInstrument):
         self._selected = 1
         self._text = ""
         self._summaries = {channel: StatusRegister(partial(self._condition, channel)) for channel in self._outputs}
+        self._coupling = Coupling(self.tree, tuple(RATINGS), self._channels, self._apply, self._switch_off)
         self._add_commands()
         self.reset()
 
     def reset(self) -> None:
         """Switch off and return to the defaults."""
         self._selected, self._text = 1, ""
+        self._coupling.reset()
         for output in self._outputs.values():
             output.reset()
         if self._wired is None:
@@ -152,19 +167,20 @@ class KeysightE36313A(ScpiInstrument):
         add("MEASure[:SCALar][:VOLTage][:DC]", query=lambda call: self._measure(call, "voltage"))
         add("MEASure[:SCALar]:CURRent[:DC]", query=lambda call: self._measure(call, "current"))
         add("APPLy", command=self._apply_levels, query=self._applied)
-        add("INSTrument[:SELect]", command=self._select, query=lambda _: f"CH{self._selected}")
-        add("INSTrument:NSELect", command=self._select_number, query=lambda _: f"{self._selected:+d}")
-        add("DISPlay[:WINDow]:TEXT[:DATA]", command=self._show, query=lambda _: f'"{self._text}"')
+        add("INSTrument[:SELect]", command=self._select, query=bare(lambda: f"CH{self._selected}"))
+        add("INSTrument:NSELect", command=self._select_number, query=bare(lambda: f"{self._selected:+d}"))
+        add("DISPlay[:WINDow]:TEXT[:DATA]", command=self._show, query=bare(lambda: f'"{self._text}"'))
         add("DISPlay[:WINDow]:TEXT:CLEar", command=self._clear_text)
         for header in ("SYSTem:REMote", "SYSTem:LOCal", "SYSTem:RWLock", "SYSTem:BEEPer[:IMMediate]"):
-            add(header, command=lambda _: None)
+            add(header, command=bare(lambda: None))
         self.add_register("STATus:QUEStionable", StatusRegister(self._questionable), 0x08)
         self.add_register("STATus:OPERation", StatusRegister(), 0x80)
         self.add_register("STATus:QUEStionable:INSTrument", StatusRegister(self._instruments), 0)
         summary = "STATus:QUEStionable:INSTrument:ISUMmary<n>"
-        add(f"{summary}[:EVENt]", query=lambda call: f"{self._summary(call).read_event():+d}")
-        add(f"{summary}:CONDition", query=lambda call: f"{self._summary(call).condition():+d}")
-        add(f"{summary}:ENABle", command=self._enable, query=lambda call: f"{self._summary(call).enable:+d}")
+        add(f"{summary}[:EVENt]", query=self._get_summary(StatusRegister.read_event))
+        add(f"{summary}:CONDition", query=self._get_summary(StatusRegister.condition))
+        enabled = self._get_summary(lambda register: register.enable)
+        add(f"{summary}:ENABle", command=self._enable, query=enabled)
 
     # set points
 
@@ -179,7 +195,9 @@ class KeysightE36313A(ScpiInstrument):
             exactly(call.arguments, 1, 2)
             channels = self._channels(call.arguments[1:])
             for channel, value in [(channel, parse(call.arguments[0], channel)) for channel in channels]:
-                setattr(self._outputs[channel], name, value)
+                self._coupling.check(channel, name)
+                for follower in self._coupling.following(channel, name):
+                    setattr(self._outputs[follower], name, value)
             self._apply()
 
         def get_level(call: Call) -> str:
@@ -200,6 +218,8 @@ class KeysightE36313A(ScpiInstrument):
                 if name == "on" and value and channel == self._wired and self._world.supply.tripped is not None:
                     # A latched protection holds the output off until it is cleared.
                     raise ScpiError(-221)
+                if name == "on":
+                    self._coupling.check(channel, name)
                 setattr(self._outputs[channel], name, value)
             self._apply()
 
@@ -208,6 +228,11 @@ class KeysightE36313A(ScpiInstrument):
             return ",".join(str(int(self._flag(channel, name))) for channel in self._channels(call.arguments))
 
         self.tree.add(header, command=set_flag, query=get_flag)
+
+    def _switch_off(self, channels: tuple[int, ...]) -> None:
+        for channel in channels:
+            self._outputs[channel].on = False
+        self._apply()
 
     def _flag(self, channel: int, name: str) -> bool:
         if name == "on" and channel == self._wired and self._world.supply.tripped is not None:
@@ -232,6 +257,7 @@ class KeysightE36313A(ScpiInstrument):
             supply = self._world.supply
             stage = supply.stage
             voltage = output.voltage * (1.0 + unit.set_voltage_gain) + unit.set_voltage_offset
+            voltage *= self._coupling.voltage_share(self._wired)
             current = output.current * (1.0 + unit.set_current_gain) + unit.set_current_offset
             # The offset of the setting does not drive an output that is set to nothing.
             supply.set_voltage(min(max(voltage, 0.0), stage.maximum_voltage) if output.voltage > 0.0 else 0.0)
@@ -273,6 +299,8 @@ class KeysightE36313A(ScpiInstrument):
         exactly(levels, 0, 2)
         output, rating = self._outputs[channel], RATINGS[channel]
         voltage, current = output.voltage, output.current
+        for quantity in ("voltage", "current")[: len(levels)]:
+            self._coupling.check(channel, quantity)
         if levels:
             voltage = number(levels[0], 0.0, rating.voltage, default=0.0, unit="V")
         if len(levels) == 2:
@@ -307,7 +335,8 @@ class KeysightE36313A(ScpiInstrument):
         rating, unit = RATINGS[channel], self._unit
         if channel == self._wired:
             supply = self._world.supply
-            true = supply.voltage(_MEASURING_TIME) if index == 0 else supply.current(_MEASURING_TIME)
+            share = self._coupling.voltage_share(channel)
+            true = supply.voltage(_MEASURING_TIME) / share if index == 0 else supply.current(_MEASURING_TIME)
         else:
             output = self._outputs[channel]
             true = output.voltage if index == 0 and output.on else 0.0
@@ -338,6 +367,13 @@ class KeysightE36313A(ScpiInstrument):
             return self._summaries[call.channel]
         except KeyError:
             raise ScpiError(-114) from None
+
+    def _get_summary(self, value: Callable[[StatusRegister], int]) -> Callable[[Call], str]:
+        def get(call: Call) -> str:
+            exactly(call.arguments, 0)
+            return f"{value(self._summary(call)):+d}"
+
+        return get
 
     def _enable(self, call: Call) -> None:
         exactly(call.arguments, 1)

@@ -1,18 +1,20 @@
 """Keysight E4980A / E4980AL bridge (E4980A user's guide, E4980-90230, chapter "SCPI command reference")."""
 
 import math
-import struct
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sim_instruments.instruments.errors import LcrErrors
 from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
+from sim_instruments.instruments.keysight.e4980a_leftovers import CableLength, DeviationMode, SweepList, add_bias
 from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, BridgeResult, Conditions
 from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVERFLOW, TOKENS, pair
+from sim_instruments.instruments.keysight.e4980a_replies import Figures, Replies
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import choice, choices, exactly, integer, number
+from sim_instruments.scpi.parameters import bare, choice, choices, exactly, integer, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
@@ -53,15 +55,48 @@ class KeysightE4980A(ScpiInstrument):
         self._voltage, self._current = 1.0, 0.01
         self._frequency = 1000.0
         self._aperture: Aperture = "MED"
+        self._range = 100.0
         self._averages = 1
+        #: By what a load correction that somebody left alters readings while CORRection:LOAD is on.
+        self.load_factor = 1.0 + 0.0j
         self._waiting = False
         self._due: float | None = None
         self._reading: BridgeResult | None = None
+        self._sweep: list[BridgeResult] = []
+        self._free = True
         self._since = 0.0
         self.settings = ScpiSettings(self.tree, "+.5E")
         self._add_settings()
+        self._replies = Replies(self.settings)
+        self._deviation = DeviationMode(self.settings)
+        self._list = SweepList(self.tree, _LOWEST_FREQUENCY, self._highest)
+        self._cable = CableLength(self.tree)
+        add_bias(self.settings, "001" in options)
         self._add_commands()
         self.reset()
+
+    leftovers = (
+        ("", "INIT:CONT OFF"),
+        ("", "TRIG:SOUR HOLD", "TRIG:SOUR BUS", "TRIG:SOUR EXT"),
+        ("", "DISP:PAGE LIST;:LIST:FREQ 1E3,1E4", "DISP:PAGE MSET", "DISP:PAGE SYST", "DISP:PAGE BNUM"),
+        ("", "FUNC:DEV1:MODE PERC;REF 1E-3", "FUNC:DEV2:MODE ABS;REF 10"),
+        ("", "AMPL:ALC ON"),
+        ("", "CORR:LENG 4", "CORR:LENG 1"),
+        ("", "CORR:OPEN:STAT ON"),
+        ("", "CORR:SHOR:STAT ON"),
+        ("", "CORR:LOAD:STAT ON"),
+        ("", "COMP ON"),
+        ("", "FORM REAL", "FORM:ASC:LONG ON"),
+        ("", "TRIG:DEL 0.5"),
+        ("", "CURR 5E-3", "VOLT 0.02"),
+        ("", "APER SHOR,1", "APER LONG,4"),
+    )
+
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Leave a state, with a load and a short that somebody has learnt on other leads."""
+        self.load_factor = complex(1.0 + generator.uniform(-0.05, 0.05), generator.uniform(-0.02, 0.02))
+        self._measurement.learnt(generator.uniform(0.0, 0.02), generator.uniform(0.0, 1.0e-6))
+        return super().leave(generator)
 
     def reset(self) -> None:
         """Return to 1 kHz, 1 V, Cp-D, medium aperture, internal trigger; corrections are kept but switched off."""
@@ -70,6 +105,8 @@ class KeysightE4980A(ScpiInstrument):
         self._voltage, self._current, self._frequency = 1.0, 0.01, 1000.0
         self._aperture, self._averages = "MED", 1
         self._waiting = False
+        self._list.reset()
+        self._cable.reset()
         self._stale()
 
     def options(self) -> str:
@@ -80,19 +117,14 @@ class KeysightE4980A(ScpiInstrument):
         put = self.settings
         put.add_choice("trigger", "TRIGger:SOURce", ("INTernal", "HOLD", "EXTernal", "BUS"), "INT", changed=self._stale)
         put.add_number("delay", "TRIGger:DELay", 0.0, 999.0, 0.0, unit="S", changed=self._stale)
-        put.add_flag("continuous", "INITiate:CONTinuous", True, changed=self._stale)
+        put.add_flag("continuous", "INITiate:CONTinuous", True, changed=self._continue)
         put.add_flag("auto", "FUNCtion:IMPedance:RANGe:AUTO", True)
         put.add_flag("regulated", "AMPLitude:ALC", False, changed=self._stale)
-        put.add_choice("format", "FORMat[:DATA]", ("ASCii", "REAL"), "ASC")
-        put.add_flag("long", "FORMat:ASCii:LONG", False)
-        put.add_choice("order", "FORMat:BORDer", ("NORMal", "SWAPped"), "NORM")
         put.add_flag("short", "CORRection:SHORt:STATe", False, changed=self._stale)
         put.add_flag("open", "CORRection:OPEN:STATe", False, changed=self._stale)
-        put.add_flag("load", "CORRection:LOAD:STATe", False)
-        put.add_integer("length", "CORRection:LENGth", 0, 4, 0)
-        put.add_flag("comparator", "COMParator[:STATe]", False)
+        put.add_flag("load", "CORRection:LOAD:STATe", False, changed=self._stale)
         put.add_choice("list", "LIST:MODE", ("SEQuence", "STEPped"), "SEQ")
-        put.add_choice("page", "DISPlay:PAGE", _PAGES, "MEAS")
+        put.add_choice("page", "DISPlay:PAGE", _PAGES, "MEAS", changed=self._turn_page)
         put.add_string("line", "DISPlay:LINE", "")
         put.add_flag("display", "DISPlay:ENABle", True)
         put.add_flag("beeper", "SYSTem:BEEPer:STATe", True)
@@ -102,23 +134,22 @@ class KeysightE4980A(ScpiInstrument):
         add("FREQuency[:CW]", command=self._set_frequency, query=self._get_frequency)
         add("VOLTage[:LEVel]", command=self._set_voltage, query=self._get_voltage)
         add("CURRent[:LEVel]", command=self._set_current, query=self._get_current)
-        add("APERture", command=self._set_aperture, query=lambda _: f"{self._aperture},{self._averages:d}")
-        add("FUNCtion:IMPedance[:TYPE]", command=self._set_function, query=lambda _: self._function)
-        add("FUNCtion:IMPedance:RANGe[:VALue]", command=self._set_range, query=lambda _: f"{self._range:+.5E}")
-        add("TRIGger[:IMMediate]", command=lambda _: self._start())
-        add("INITiate[:IMMediate]", command=lambda _: self._initiate())
-        add("ABORt", command=lambda _: self._abort())
-        add("FETCh[:IMPedance][:FORMatted]", query=lambda _: self._fetch())
-        add("FETCh[:IMPedance]:CORRected", query=lambda _: self._fetch_corrected())
-        add("FETCh:SMONitor:VAC", query=lambda _: self._monitor("voltage"))
-        add("FETCh:SMONitor:IAC", query=lambda _: self._monitor("current"))
-        add("CORRection:SHORt[:EXECute]", command=lambda _: self._correct_short())
-        add("CORRection:OPEN[:EXECute]", command=lambda _: self._correct_open())
-        add("DISPlay:CCLear", command=lambda _: None)
-        add("SYSTem:BEEPer[:IMMediate]", command=lambda _: None)
+        add("APERture", command=self._set_aperture, query=bare(lambda: f"{self._aperture},{self._averages:d}"))
+        add("FUNCtion:IMPedance[:TYPE]", command=self._set_function, query=bare(lambda: self._function))
+        add("FUNCtion:IMPedance:RANGe[:VALue]", command=self._set_range, query=bare(lambda: f"{self._range:+.5E}"))
+        add("TRIGger[:IMMediate]", command=bare(lambda: self._start()))
+        add("INITiate[:IMMediate]", command=bare(lambda: self._initiate()))
+        add("ABORt", command=bare(lambda: self._abort()))
+        add("FETCh[:IMPedance][:FORMatted]", query=bare(lambda: self._fetch()))
+        add("FETCh[:IMPedance]:CORRected", query=bare(lambda: self._fetch_corrected()))
+        add("FETCh:SMONitor:VAC", query=bare(lambda: self._monitor("voltage")))
+        add("FETCh:SMONitor:IAC", query=bare(lambda: self._monitor("current")))
+        add("CORRection:SHORt[:EXECute]", command=bare(lambda: self._correct_short()))
+        add("CORRection:OPEN[:EXECute]", command=bare(lambda: self._correct_open()))
+        add("DISPlay:CCLear", command=bare(lambda: None))
+        add("SYSTem:BEEPer[:IMMediate]", command=bare(lambda: None))
         self.add_register("STATus:OPERation", StatusRegister(self._operation), 0x80)
         self.add_register("STATus:QUEStionable", StatusRegister(), 0x08)
-        self._range = 100.0
 
     # set points
 
@@ -195,8 +226,34 @@ class KeysightE4980A(ScpiInstrument):
         )
 
     def _stale(self, _: int = 1) -> None:
-        self._reading, self._due = None, None
+        self._reading, self._due, self._sweep = None, None, []
         self._since = self.clock.now()
+
+    def _continue(self, _: int) -> None:
+        """Run freely, or stop with what the last full cycle gave."""
+        continuous = self.settings.flag("continuous")
+        if self._free and not continuous and self._runs and self.clock.now() > self._since:
+            conditions, now = self._conditions(), self.clock.now()
+            if now - self._since >= conditions.duration:
+                self._reading = self._read(conditions, now)
+        elif continuous and not self._free:
+            self._since = self.clock.now()
+        self._free = continuous
+
+    def _turn_page(self, _: int) -> None:
+        # Readings go from page to page, but no measurement does.
+        self._due = None
+        self._sweep = []
+        self._since = self.clock.now()
+
+    @property
+    def _page(self) -> str:
+        return self.settings.word("page")
+
+    @property
+    def _runs(self) -> bool:
+        """Whether the internal trigger starts one measurement after the other."""
+        return self.settings.word("trigger") == "INT" and self._page in _MEASURING_PAGES
 
     def _operation(self) -> int:
         # Bit 4: measuring (user's guide, operation status register).
@@ -206,7 +263,7 @@ class KeysightE4980A(ScpiInstrument):
         if self.settings.flag("continuous") or self._waiting:
             raise ScpiError(-213)
         self._waiting = True
-        if self.settings.word("trigger") == "INT":
+        if self._runs:
             self._begin_measurement()
 
     def _abort(self) -> None:
@@ -219,14 +276,28 @@ class KeysightE4980A(ScpiInstrument):
             raise ScpiError(-211)
         if not (self.settings.flag("continuous") or self._waiting):
             raise ScpiError(-211)
-        if self._operation():
+        if self._operation() or self._page not in (*_MEASURING_PAGES, "LIST"):
             raise ScpiError(-211)
         self._begin_measurement()
 
     def _begin_measurement(self) -> None:
         self._waiting = False
-        self._reading = None
-        self._due = self.clock.now() + self._conditions().duration
+        self._reading, self._sweep = None, []
+        self._due = self.clock.now() + sum(conditions.duration for conditions in self._points())
+
+    def _points(self) -> list[Conditions]:
+        """Return what one trigger measures: once, or on the LIST page at each of its frequencies."""
+        conditions = self._conditions()
+        if self._page != "LIST":
+            return [conditions]
+        return [replace(conditions, frequency=frequency) for frequency in self._list.frequencies]
+
+    def _read(self, conditions: Conditions, time: float) -> BridgeResult:
+        result = self._measurement.read(conditions, time)
+        if result.impedance is None:
+            return result
+        seen = self._cable.turned(result.impedance, conditions.frequency)
+        return replace(result, impedance=seen * self.load_factor if self.settings.flag("load") else seen)
 
     def trigger(self) -> Handling:
         """Measure and reply with the result, as *TRG does. Raises ScpiError -211 where no trigger is awaited."""
@@ -240,65 +311,55 @@ class KeysightE4980A(ScpiInstrument):
         return self._due if self._operation() else None
 
     def _result(self) -> Handling:
-        if self.settings.word("trigger") == "INT" and self.settings.flag("continuous"):
+        if self._runs and self.settings.flag("continuous"):
             # Free running: the reading of the last full cycle, at once where there is one.
             cycle = self._conditions().duration
             done = self._since + cycle * max(1, math.floor((self.clock.now() - self._since) / cycle + 1e-9))
             if self._reading is None or done > self._reading.time:
                 yield done
-                self._reading = self._measurement.read(self._conditions(), done)
+                self._reading = self._read(self._conditions(), done)
         elif self._due is not None:
             yield self._due
-            self._reading = self._measurement.read(self._conditions(), self.clock.now())
+            results = [self._read(conditions, self.clock.now()) for conditions in self._points()]
+            self._reading = results[-1] if results else None
+            self._sweep = results if self._page == "LIST" else []
             self._due = None
         return None
 
     def _fetch(self) -> Handling:
         yield from self._result()
-        reading = self._reading
-        if reading is None:
-            return self._format(OVERFLOW, OVERFLOW, -1)
-        if reading.impedance is None:
-            return self._format(OVERFLOW, OVERFLOW, reading.status)
-        first, second = pair(self._function, reading.impedance, self._frequency, reading.dc_resistance)
-        return self._format(first, second, reading.status)
+        if self._page == "LIST":
+            return self._swept()
+        return self._replies.reading(self._shown(self._reading, self._frequency))
+
+    def _shown(self, reading: BridgeResult | None, frequency: float) -> Figures:
+        if reading is None or reading.impedance is None:
+            return OVERFLOW, OVERFLOW, -1 if reading is None else reading.status
+        if self._function == "VDID":
+            volts = self.settings.number("bias_voltage") if self.settings.flag("bias") else 0.0
+            current = volts / (_SOURCE_RESISTANCE + reading.dc_resistance)
+            return current * reading.dc_resistance, current, reading.status
+        first, second = pair(self._function, reading.impedance, frequency, reading.dc_resistance)
+        return *self._deviation.shown((first, second)), reading.status
+
+    def _swept(self) -> str | bytes:
+        frequencies = self._list.frequencies or (self._frequency,)
+        readings: list[BridgeResult] | list[None] = self._sweep or [None] * len(frequencies)
+        return self._replies.sweep([self._shown(*entry) for entry in zip(readings, frequencies, strict=True)])
 
     def _fetch_corrected(self) -> Handling:
         yield from self._result()
         reading = self._reading
         if reading is None or reading.impedance is None:
-            return self._values((OVERFLOW, OVERFLOW))
-        return self._values((reading.impedance.real, reading.impedance.imag))
+            return self._replies.values((OVERFLOW, OVERFLOW))
+        return self._replies.values((reading.impedance.real, reading.impedance.imag))
 
     def _monitor(self, quantity: str) -> Handling:
         yield from self._result()
         reading = self._reading
         if reading is None:
-            return self._values((OVERFLOW,))
-        return self._values((reading.voltage if quantity == "voltage" else reading.current,))
-
-    # replies
-
-    def _number(self, value: float) -> str:
-        return f"{value:+.9E}" if self.settings.flag("long") else f"{value:+.5E}"
-
-    def _values(self, values: tuple[float, ...]) -> str | bytes:
-        if self.settings.word("format") == "REAL":
-            return self._binary(values)
-        return ",".join(self._number(value) for value in values)
-
-    def _binary(self, values: tuple[float, ...]) -> bytes:
-        order = ">" if self.settings.word("order") == "NORM" else "<"
-        data = struct.pack(f"{order}{len(values)}d", *values)
-        return b"#2%02d" % len(data) + data
-
-    def _format(self, first: float, second: float, status: int) -> str | bytes:
-        # With the comparator on and no limits entered, every part is sorted into bin 0.
-        sorted_bin = (0,) if self.settings.flag("comparator") else ()
-        if self.settings.word("format") == "REAL":
-            return self._binary((first, second, float(status), *map(float, sorted_bin)))
-        ends = "".join(f",{entry:+d}" for entry in (status, *sorted_bin))
-        return f"{self._number(first)},{self._number(second)}{ends}"
+            return self._replies.values((OVERFLOW,))
+        return self._replies.values((reading.voltage if quantity == "voltage" else reading.current,))
 
     # corrections
 
@@ -321,4 +382,6 @@ _PAGES = (
     "MEASurement", "BNUMber", "BCOunt", "LIST", "MSETup", "CSETup", "LTABle", "LSETup", "CATalog", "SYSTem",
     "SELF", "MLARge", "SCONfig", "SERVice",
 )  # fmt: skip
+#: The pages on which the bridge measures, the LIST page aside.
+_MEASURING_PAGES = ("MEAS", "BNUM", "BCO", "MLAR")
 _RANGES = (0.1, 1.0, 10.0, 100.0, 300.0, 1.0e3, 3.0e3, 10.0e3, 30.0e3, 100.0e3)

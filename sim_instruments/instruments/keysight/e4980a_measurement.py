@@ -80,6 +80,10 @@ class BridgeMeasurement:
         self._short = (low.real, high.imag / (2.0 * math.pi * _SHORT_FREQUENCIES[1]))
         return True
 
+    def learnt(self, resistance: float, inductance: float) -> None:
+        """Have a short of other leads (Ω, H) learnt."""
+        self._short = (resistance, inductance)
+
     def learn_open(self) -> bool:
         """Measure the open leads; false where something is connected. The virtual leads have no stray capacitance."""
         return not abs(self._world.impedance(1.0e3, 1.0, 0.1)) < _OVERLOAD

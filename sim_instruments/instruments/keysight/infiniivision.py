@@ -14,7 +14,7 @@ from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, Slo
 from sim_instruments.instruments.keysight.infiniivision_waveform import WaveformSubsystem
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import choice, choices, exactly, number
+from sim_instruments.scpi.parameters import bare, choice, choices, exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling
@@ -28,6 +28,7 @@ SOURCES = {
     **{f"CHANNEL{n}": f"CHAN{n}" for n in range(1, CHANNELS + 1)},
 }
 _TRIGGER_SOURCES = {**SOURCES, **choices(("EXTernal", "LINE"))}
+_CLEAR = choices(("CLEar",))
 _RUN_BIT, _WAIT_BIT = 0x08, 0x20
 _MEMORY = 4_000_000
 _RATE = 5.0e9
@@ -35,12 +36,32 @@ _POLL_TIME = 1.0e-3
 _REFERENCES = {"LEFT": 0.1, "CENT": 0.5, "RIGH": 0.9}
 _MINIMUM_SCALE, _MAXIMUM_SCALE = 1.0e-3, 5.0
 _HYSTERESIS_DIVISIONS = 0.1
+#: What 50 Ω leave behind the 9 MΩ of a passive probe, times its ratio; probes of a lower ratio are taken to feed them.
+_PASSIVE_PROBE, _LOADED = 5.0, 10.0 * 50.0 / (9.0e6 + 50.0)
 
 
 class KeysightInfiniiVision(ScpiInstrument):
     """Simulated side of the oscilloscope; `bits` is its converter's resolution outside the high-resolution mode."""
 
     channels = CHANNELS
+    leftovers = (
+        *(("", f"CHAN{n}:INV ON") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:BWL ON") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:COUP AC") for n in range(1, CHANNELS + 1)),
+        *(("", "", f"CHAN{n}:IMP FIFT") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:PROB:SKEW 5E-8") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:DISP ON", f"CHAN{n}:DISP OFF") for n in range(1, CHANNELS + 1)),
+        *(("", f"CHAN{n}:UNIT AMP;PROB 100") for n in range(1, CHANNELS + 1)),
+        ("", "TRIG:COUP AC", "TRIG:COUP LFR"),
+        ("", "TRIG:HOLD 0.5"),
+        ("", "TRIG:HFR ON"),
+        ("", "TRIG:NREJ ON"),
+        ("", "TRIG:SLOP NEG;SOUR EXT", "TRIG:SWE NORM"),
+        ("", "ACQ:TYPE AVER;COUN 64", "ACQ:TYPE PEAK", "ACQ:TYPE HRES"),
+        ("", "TIM:REF LEFT;POS 0.1", "TIM:MODE WIND", "TIM:MODE ROLL"),
+        ("", "WAV:FORM ASC", "WAV:BYT LSBF", "WAV:UNS OFF", "WAV:POIN 100"),
+        ("", "STOP", "SING"),
+    )
 
     def __init__(
         self,
@@ -103,13 +124,17 @@ class KeysightInfiniiVision(ScpiInstrument):
         channel = "CHANnel<n>"
         put.add_flag("display", f"{channel}:DISPlay", True, count=CHANNELS, changed=self._rearm)
         put.add_choice("coupling", f"{channel}:COUPling", ("AC", "DC"), "DC", count=CHANNELS, changed=self._rearm)
-        put.add_choice("impedance", f"{channel}:IMPedance", ("ONEMeg", "FIFTy"), "ONEM", count=CHANNELS)
+        put.add_choice(
+            "impedance", f"{channel}:IMPedance", ("ONEMeg", "FIFTy"), "ONEM", count=CHANNELS, changed=self._rearm
+        )
         put.add_flag("limit", f"{channel}:BWLimit", False, count=CHANNELS, changed=self._rearm)
         put.add_flag("invert", f"{channel}:INVert", False, count=CHANNELS, changed=self._rearm)
         put.add_choice("unit", f"{channel}:UNITs", ("VOLT", "AMPere"), "VOLT", count=CHANNELS)
         put.add_string("label", f"{channel}:LABel", "", count=CHANNELS)
         put.add_flag("vernier", f"{channel}:VERNier", False, count=CHANNELS)
-        put.add_number("skew", f"{channel}:PROBe:SKEW", -1.0e-7, 1.0e-7, 0.0, unit="S", count=CHANNELS)
+        put.add_number(
+            "skew", f"{channel}:PROBe:SKEW", -1.0e-7, 1.0e-7, 0.0, unit="S", count=CHANNELS, changed=self._rearm
+        )
         self._scales = [5.0] * CHANNELS
         self._offsets = [0.0] * CHANNELS
         self._probes = [1.0] * CHANNELS
@@ -125,8 +150,14 @@ class KeysightInfiniiVision(ScpiInstrument):
             query=lambda call: self._get_scale(call, float(DIVISIONS)),
         )
         add(f"{channel}:OFFSet", command=self._set_offset, query=self._get_offset)
-        add(f"{channel}:PROBe", command=self._set_probe, query=lambda call: f"{self._probes[self._index(call)]:+.8E}")
-        add(f"{channel}:PROTection", command=lambda _: None, query=lambda _: "NORM")
+        add(f"{channel}:PROBe", command=self._set_probe, query=self._get_probe)
+        add(f"{channel}:PROTection", command=self._clear_protection, query=bare(lambda: "NORM"))
+
+    def _clear_protection(self, call: Call) -> None:
+        self._index(call)
+        exactly(call.arguments, 0, 1)
+        for argument in call.arguments:
+            choice(argument, _CLEAR)
 
     @staticmethod
     def _index(call: Call) -> int:
@@ -144,6 +175,7 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._rearm()
 
     def _get_scale(self, call: Call, divisions: float) -> str:
+        exactly(call.arguments, 0)
         return f"{self._scales[self._index(call)] * divisions:+.8E}"
 
     def _set_offset(self, call: Call) -> None:
@@ -155,6 +187,7 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._rearm()
 
     def _get_offset(self, call: Call) -> str:
+        exactly(call.arguments, 0)
         return f"{self._offsets[self._index(call)]:+.8E}"
 
     def _set_probe(self, call: Call) -> None:
@@ -169,6 +202,10 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._levels[index + 1] *= factor
         self._rearm()
 
+    def _get_probe(self, call: Call) -> str:
+        exactly(call.arguments, 0)
+        return f"{self._probes[self._index(call)]:+.8E}"
+
     def _vertical(self, channel: int, automatic_bits: int) -> Vertical:
         settings, index = self.settings, channel - 1
         kind = settings.word("type")
@@ -177,13 +214,15 @@ class KeysightInfiniiVision(ScpiInstrument):
             factor *= 0.25
         elif kind == "AVER":
             factor /= math.sqrt(self._averages())
+        passive = settings.word("unit", channel) == "VOLT" and self._probes[index] > _PASSIVE_PROBE
+        loaded = _LOADED if passive and settings.word("impedance", channel) == "FIFT" else 1.0
         return Vertical(
             self._scales[index],
             self._offsets[index],
             self._probes[index],
             settings.flag("invert", channel),
             settings.word("coupling", channel) == "AC",
-            self._errors.gain[index],
+            loaded * (1.0 + self._errors.gain[index]) - 1.0,
             self._errors.offset[index],
             max(automatic_bits, 12) if kind in ("HRES", "AVER") else automatic_bits,
             factor,
@@ -204,7 +243,8 @@ class KeysightInfiniiVision(ScpiInstrument):
         self.settings.put("range", 10.0 * number(call.arguments[0], 2.0e-9, 50.0, unit="S"))
         self._rearm()
 
-    def _get_time_scale(self, _: Call) -> str:
+    def _get_time_scale(self, call: Call) -> str:
+        exactly(call.arguments, 0)
         return f"{self.settings.number('range') / 10.0:+.8E}"
 
     # trigger
@@ -226,9 +266,9 @@ class KeysightInfiniiVision(ScpiInstrument):
         put.add_choice("trigger_coupling", "TRIGger[:EDGE]:COUPling", ("AC", "DC", "LFReject"), "DC")
         self._source = "CHAN1"
         self._levels = dict.fromkeys(range(1, CHANNELS + 1), 0.0)
-        self.tree.add("TRIGger[:EDGE]:SOURce", command=self._set_source, query=lambda _: self._source)
+        self.tree.add("TRIGger[:EDGE]:SOURce", command=self._set_source, query=bare(lambda: self._source))
         self.tree.add("TRIGger[:EDGE]:LEVel", command=self._set_level, query=self._get_level)
-        self.tree.add("TRIGger:FORCe", command=lambda _: self.acquisition.force())
+        self.tree.add("TRIGger:FORCe", command=bare(lambda: self.acquisition.force()))
 
     def _set_source(self, call: Call) -> None:
         exactly(call.arguments, 1)
@@ -261,11 +301,16 @@ class KeysightInfiniiVision(ScpiInstrument):
         put.add_choice(
             "type", "ACQuire:TYPE", ("NORMal", "AVERage", "HRESolution", "PEAK"), "NORM", changed=self._rearm
         )
-        put.add_choice("acquire_mode", "ACQuire:MODE", ("RTIMe", "SEGMented"), "RTIM")
+        put.add_choice("acquire_mode", "ACQuire:MODE", ("RTIMe", "SEGMented"), "RTIM", changed=self._refuse_segments)
         put.add_integer("averages", "ACQuire:COUNt", 2, 65536, 8, changed=self._rearm)
         put.add_integer("complete", "ACQuire:COMPlete", 100, 100, 100)
-        self.tree.add("ACQuire:SRATe[:ANALog]", query=lambda _: f"{self._rate():+.8E}")
-        self.tree.add("ACQuire:POINts[:ANALog]", query=lambda _: f"{self._available():+d}")
+        self.tree.add("ACQuire:SRATe[:ANALog]", query=bare(lambda: f"{self._rate():+.8E}"))
+        self.tree.add("ACQuire:POINts[:ANALog]", query=bare(lambda: f"{self._available():+d}"))
+
+    def _refuse_segments(self, _: int) -> None:
+        if self.settings.word("acquire_mode") == "SEGM":
+            self.settings.put("acquire_mode", "RTIM")
+            raise ScpiError(-241)
 
     def _averages(self) -> int:
         return round(self.settings.number("averages")) if self.settings.word("type") == "AVER" else 1
@@ -318,27 +363,27 @@ class KeysightInfiniiVision(ScpiInstrument):
 
     def _add_root(self) -> None:
         add = self.tree.add
-        add("RUN", command=lambda _: self.acquisition.run(self._setup()))
-        add("STOP", command=lambda _: self.acquisition.stop())
-        add("SINGle", command=lambda _: self.acquisition.single(self._setup()))
+        add("RUN", command=bare(lambda: self.acquisition.run(self._setup())))
+        add("STOP", command=bare(lambda: self.acquisition.stop()))
+        add("SINGle", command=bare(lambda: self.acquisition.single(self._setup())))
         add("DIGitize", command=self._digitize)
-        add("TER", query=lambda _: self._polled(lambda: f"{int(self.acquisition.take_trigger_event()):+d}"))
-        add("RSTate", query=lambda _: self._polled(lambda: self.acquisition.state))
+        add("TER", query=bare(lambda: self._polled(lambda: f"{int(self.acquisition.take_trigger_event()):+d}")))
+        add("RSTate", query=bare(lambda: self._polled(lambda: self.acquisition.state)))
         add("VIEW", command=lambda call: self._show(call, True))
         add("BLANk", command=lambda call: self._show(call, False))
-        add("SYSTem:DSP", command=lambda _: None)
-        add("SYSTem:LOCK", command=lambda _: None)
-        add("DISPlay:CLEar", command=lambda _: None)
+        self.settings.add_string("message", "SYSTem:DSP", "")
+        self.settings.add_flag("locked", "SYSTem:LOCK", False)
+        add("DISPlay:CLEar", command=bare(lambda: None))
         operation = StatusRegister(self._operation)
         self._registers.append((0x80, operation))
-        add("OPERegister:CONDition", query=lambda _: self._polled(lambda: f"{operation.condition():+d}"))
-        add("OPERegister[:EVENt]", query=lambda _: f"{operation.read_event():+d}")
+        add("OPERegister:CONDition", query=bare(lambda: self._polled(lambda: f"{operation.condition():+d}")))
+        add("OPERegister[:EVENt]", query=bare(lambda: f"{operation.read_event():+d}"))
 
         def enable(call: Call) -> None:
             exactly(call.arguments, 1)
             operation.enable = round(number(call.arguments[0], 0, 32767))
 
-        add("OPEE", command=enable, query=lambda _: f"{operation.enable:+d}")
+        add("OPEE", command=enable, query=bare(lambda: f"{operation.enable:+d}"))
 
     def _polled(self, reply: Callable[[], str]) -> str | Handling:
         """Have a poll of a running acquisition take the time of a query, so that polling alone lets it end."""

@@ -3,7 +3,7 @@
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.parameters import choice, exactly, integer
+from sim_instruments.scpi.parameters import bare, choice, exactly, integer
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.tree import Call, CommandTree
 
@@ -31,18 +31,18 @@ class WaveformSubsystem:
         self._source = "CHAN1"
         self._points: int | None = None
         add = tree.add
-        add("WAVeform:SOURce", command=self._set_source, query=lambda _: self._source)
-        add("WAVeform:POINts", command=self._set_points, query=lambda _: f"{self._transferred():+d}")
-        add("WAVeform:TYPE", query=lambda _: settings.word("type"))
-        add("WAVeform:COUNt", query=lambda _: f"{len(self._record().triggers):+d}")
-        add("WAVeform:PREamble", query=lambda _: self._preamble())
-        add("WAVeform:DATA", query=lambda _: self._data())
-        add("WAVeform:XINCrement", query=lambda _: f"{self._increment():+.8E}")
-        add("WAVeform:XORigin", query=lambda _: f"{self._record().origin:+.8E}")
-        add("WAVeform:XREFerence", query=lambda _: "+0")
-        add("WAVeform:YINCrement", query=lambda _: f"{self._step():+.8E}")
-        add("WAVeform:YORigin", query=lambda _: f"{self._vertical().offset:+.8E}")
-        add("WAVeform:YREFerence", query=lambda _: f"{self._reference():+d}")
+        add("WAVeform:SOURce", command=self._set_source, query=bare(lambda: self._source))
+        add("WAVeform:POINts", command=self._set_points, query=bare(lambda: f"{self._transferred():+d}"))
+        add("WAVeform:TYPE", query=bare(lambda: settings.word("type")))
+        add("WAVeform:COUNt", query=bare(lambda: f"{len(self._record().triggers):+d}"))
+        add("WAVeform:PREamble", query=bare(lambda: self._preamble()))
+        add("WAVeform:DATA", query=bare(lambda: self._data()))
+        add("WAVeform:XINCrement", query=bare(lambda: f"{self._increment():+.8E}"))
+        add("WAVeform:XORigin", query=bare(lambda: f"{self._record().origin:+.8E}"))
+        add("WAVeform:XREFerence", query=bare(lambda: "+0"))
+        add("WAVeform:YINCrement", query=bare(lambda: f"{self._step():+.8E}"))
+        add("WAVeform:YORigin", query=bare(lambda: f"{self._vertical().offset:+.8E}"))
+        add("WAVeform:YREFerence", query=bare(lambda: f"{self._reference():+d}"))
 
     def reset(self) -> None:
         """Return to channel 1 and all points."""

@@ -9,7 +9,7 @@ import numpy as np
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import exactly, integer
+from sim_instruments.scpi.parameters import bare, exactly, integer
 from sim_instruments.scpi.tree import Call, Handling
 from sim_instruments.world.fixture.relay_contacts import RelayContacts
 
@@ -40,6 +40,8 @@ class Keysight34970A(ScpiInstrument):
     coils were told: a contact that is stuck does not show.
     """
 
+    unknown_word = -224
+
     def __init__(
         self,
         world: "World",
@@ -64,7 +66,7 @@ class Keysight34970A(ScpiInstrument):
         add("ROUTe:CLOSe", command=self._close, query=lambda call: self._states(call, closed=True))
         add("ROUTe:CLOSe:EXCLusive", command=self._close_exclusively)
         add("ROUTe:OPEN", command=self._open, query=lambda call: self._states(call, closed=False))
-        add("ROUTe:DONE", query=lambda _: "1" if self.pending() is None else "0")
+        add("ROUTe:DONE", query=bare(lambda: "1" if self.pending() is None else "0"))
         add("SYSTem:CPON", command=self._power_on)
         add("SYSTem:CTYPe", query=self._module)
         add("DIAGnostic:RELay:CYCLes", query=self._count)

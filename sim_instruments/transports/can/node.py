@@ -8,7 +8,14 @@ import numpy as np
 from canopen import objectdictionary
 
 from sim_instruments.faults.line_faults import Fault, FaultKind, Faults
-from sim_instruments.instruments.cia402.power import CONTROL_WORD, ObjectEntry, ObjectServer, SdoError, numbered
+from sim_instruments.instruments.cia402.power import (
+    CONTROL_WORD,
+    DEVICE_STATE,
+    ObjectEntry,
+    ObjectServer,
+    SdoError,
+    numbered,
+)
 from sim_instruments.scpi.exchange import InstrumentClock
 from sim_instruments.transports.can import in_process as can_direct
 from sim_instruments.transports.can.buses import INTERFACE, fresh_channel, open_bus
@@ -32,6 +39,8 @@ _TRANSFER_TIME = 2.0e-3
 _NOTIFIER_CYCLE = 0.05
 _GENERAL_ERROR = 0x08000000
 _BOOT_UP, _HEARTBEAT = 0, 0x700
+#: The command of NMT, and the bits of the controlword that enable operation.
+_PRE_OPERATIONAL, _ENABLE = 128, 0b1111
 #: Kinds of fault that change what an object reads as, or when its reply comes, not its frame.
 _ANSWERED = (FaultKind.FROZEN, FaultKind.NOT_A_NUMBER, FaultKind.OVERFLOW, FaultKind.STALE)
 
@@ -81,6 +90,7 @@ class CanNode:
         self._fault: Fault | None = None
         self._held: bytes | None = None
         self._heartbeat = 0
+        self._unstarted = False
         numbers = [entry for entry in device.entries if entry.kind != "text"]
         self._widths = {entry.index: int(entry.kind[1:]) for entry in numbers}
         self._constant = {(entry.index, entry.subindex) for entry in device.entries if entry.access == "const"}
@@ -108,6 +118,12 @@ class CanNode:
         if self._network.bus is not None:
             self._node.nmt.stop_heartbeat()
             self._network.disconnect()
+
+    def leave(self, _: np.random.Generator) -> tuple[str, ...]:
+        """Be in pre-operational, and not to be enabled until the master has started the node."""
+        self._unstarted = True
+        self._node.nmt.send_command(_PRE_OPERATIONAL)
+        return ("pre-operational",)
 
     def _request(self, identifier: int, data: bytearray, timestamp: float) -> None:
         if not self.connection.up:
@@ -180,6 +196,9 @@ class CanNode:
 
     def _write(self, *, index: int, subindex: int, data: bytes, **others: Any) -> None:
         value = others["od"].decode_raw(data)
+        enabling = index == CONTROL_WORD and value & _ENABLE == _ENABLE
+        if enabling and self._unstarted and self._node.nmt.state != "OPERATIONAL":
+            raise canopen.SdoAbortedError(DEVICE_STATE)
         try:
             if not self._watch.write(index, value):
                 self._device.write(numbered(index, subindex), value)

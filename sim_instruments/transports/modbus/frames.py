@@ -3,7 +3,7 @@
 import struct
 
 from sim_instruments.faults.line_faults import Fault, FaultKind, spoil
-from sim_instruments.instruments.registers import BitDevice, OutputDevice, RegisterError
+from sim_instruments.instruments.registers import BitDevice, NoAnswerError, OutputDevice, RegisterError
 from sim_instruments.transports.modbus.faults import ReplyFaults, shown_unit
 from sim_instruments.transports.modbus.unit import ModbusLine
 
@@ -56,6 +56,8 @@ class ModbusFrames:
             return self._execute(unit, function, request[1:])
         except (_RefusedError, RegisterError) as refusal:
             return bytes([function | 0x80, refusal.code]), None
+        except NoAnswerError:
+            return b"", None
 
     def frame(self, transaction: int, unit: int, response: bytes, fault: Fault | None) -> bytes:
         """Return the frame of a response, or what a fault leaves of it."""

@@ -1,9 +1,11 @@
 """Modbus RTU: units on a serial line, a pseudo-terminal served by a thread."""
 
+import math
 import os
 import select
 import struct
 import threading
+import time
 
 from pymodbus.exceptions import ModbusIOException
 from pymodbus.framer import FramerRTU
@@ -26,6 +28,7 @@ _STOP_TIMEOUT = 10.0
 class ModbusRtuEndpoint:
     """Serves a line of units until it is closed; a request takes the virtual time that its bytes take on the wire.
 
+    A unit that needs silence on the line before a request, its `silence` (s) in bench time or in the wall's, hears none without.
     While the line's cable is out nothing gets through, and nobody is told: that is how serial lines are.
     """
 
@@ -33,6 +36,7 @@ class ModbusRtuEndpoint:
         self._line = line
         self._frames = ModbusFrames(line)
         self._character = _BITS_PER_CHARACTER / baud_rate
+        self._last = (-math.inf, -math.inf)
         self._terminal = PseudoTerminal()
         self._framer = FramerRTU(DecodePDU(True))
         self._wake, self._waker = os.pipe()
@@ -76,7 +80,12 @@ class ModbusRtuEndpoint:
 
     def _answer(self, request: ModbusPDU, length: int) -> None:
         unit = request.dev_id
+        silent = max(now - last for now, last in zip(self._times(), self._last, strict=True))
+        self._last = self._times()
         if unit not in self._line.units or not self._line.connection.up:
+            return
+        needed = getattr(self._line.units[unit], "silence", 0.0)
+        if needed and silent <= needed:
             return
         response, fault = self._frames.answer(unit, bytes([request.function_code]) + request.encode())
         reply = self._framer.encode(response, shown_unit(unit, fault), 0) if response else b""
@@ -85,4 +94,8 @@ class ModbusRtuEndpoint:
         self._line.clock.sleep(characters * self._character + _TURNAROUND)
         if fault is not None and fault.kind is FaultKind.LATE:
             self._line.clock.sleep(fault.delay)
+        self._last = self._times()
         self._terminal.send(reply if fault is None else spoil(fault, reply, self._line.generator))
+
+    def _times(self) -> tuple[float, float]:
+        return self._line.clock.now(), time.monotonic()

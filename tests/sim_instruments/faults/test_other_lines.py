@@ -53,6 +53,8 @@ def over_rtu(bench: VirtualBench, port: serial.Serial) -> Ask:
         return content + FramerRTU.compute_CRC(content).to_bytes(2, "big")
 
     def ask(unit: int, request: str) -> tuple[int, str] | None:
+        # The C2000 hears no request without 10 ms of silence before it.
+        bench.clock.sleep(0.02)
         port.write(framed(unit, bytes.fromhex(request)))
         frame = port.read(3)
         if not frame:

@@ -89,7 +89,7 @@ def test_replies_to_the_byte(meter: Session, message: str, reply: str) -> None:
         ("CONF:VOLT:DC AUTO,1E-6", -221),
         ("CONF:VOLT:DC 1,1E-8", -222),
         ("VOLT:DC:RES 1E-6", -221),
-        ("TRIG:SOUR INT", -141),
+        ("TRIG:SOUR INT", -224),
         ("SAMP:COUN 0", -222),
         ("FUNC 'CURR'", -224),
         ("*TRG", -211),
@@ -97,11 +97,37 @@ def test_replies_to_the_byte(meter: Session, message: str, reply: str) -> None:
         ("FETC?", -230),
         ("CONF", -113),
         ("MEAS:CURR:DC?", -113),
+        ("CONF:RES 100", -113),
+        ("CONF:FRES", -113),
+        ("CONF:VOLT:AC 10", -113),
+        ("VOLT:DC:RANG? MIN,MAX", -108),
+        ("READ? 1", -108),
+        ("ABOR 0", -108),
+        ("CONF? 1", -108),
     ],
 )
 def test_what_it_refuses(meter: Session, command: str, error: int) -> None:
     meter.write(command)
     assert first_error(meter) == error
+
+
+@pytest.mark.parametrize("refused", ["CONF:RES", "CONF:CURR:DC 1", "FUNC 'FRES'", "MEAS:VOLT:AC?"])
+@pytest.mark.parametrize("again", ["CONF:VOLT:DC 10", "FUNC 'VOLT'", "*RST"])
+def test_no_figure_after_a_refused_function(fed: Session, refused: str, again: str) -> None:
+    assert float(fed.query("READ?")) == pytest.approx(1.0, abs=1e-3)
+    fed.write(refused)
+    fed.timeout = 500
+    for query, error in (("FETC?", -230), ("READ?", -221)):
+        fed.write("*CLS")
+        with pytest.raises(pyvisa.VisaIOError):
+            fed.query(query)
+        assert first_error(fed) == error
+    fed.write("*CLS")
+    fed.write("INIT")
+    assert first_error(fed) == -221
+    fed.timeout = 20_000
+    fed.write(f"*CLS;{again}")
+    assert float(fed.query("READ?")) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_reading_to_the_byte(virtual_bench: VirtualBench) -> None:
@@ -270,3 +296,23 @@ def test_the_emf_of_a_turning_shaft_averages_out(bench_motor: VirtualMotor) -> N
         amplitude = math.sqrt(3.0) * bench_motor.back_emf_constant_mechanical * 2.0 * math.pi
         values = [bench.world.voltmeter_voltage(0.0, 2.0 + k / 400.0) for k in range(100)]
         assert max(values) == pytest.approx(amplitude, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("VOLT:NULL:VAL 0.25;STAT ON", 0.75),
+        ("VOLT:DC:NULL:VAL:AUTO ON;:VOLT:NULL:STAT ON", 0.0),
+        ("CALC:SCAL:GAIN 2;OFFS 0.5;STAT ON", 2.5),
+        ("CALC:SCAL:FUNC PCT;REF 0.5;STAT ON", 100.0),
+        ("VOLT:NULL:VAL 0.5;STAT ON;:CALC:SCAL:GAIN 3;STAT ON", 1.5),
+        ("CALC:SCAL:GAIN 2;OFFS 0.5", 1.0),
+    ],
+)
+def test_null_and_scaling_go_into_every_reading_until_they_are_off(fed: Session, setting: str, told: float) -> None:
+    fed.write(setting)
+    assert float(fed.query("READ?")) == pytest.approx(told, abs=2e-2)
+    assert float(fed.query("READ?")) == pytest.approx(told, abs=2e-2)
+    fed.write("CONF:VOLT:DC 10")
+    assert float(fed.query("READ?")) == pytest.approx(1.0, abs=2e-2)
+    assert fed.query("VOLT:NULL:STAT?;:CALC:SCAL:STAT?;:SYST:ERR?") == '0;0;+0,"No error"'

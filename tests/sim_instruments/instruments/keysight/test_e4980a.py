@@ -129,6 +129,10 @@ def test_levels_of_the_other_mode_are_errors(bridge: Session) -> None:
         ("FUNC:IMP:RANG:AUTO ON;AUTO?", "1"),
         ("TRIG:SOUR HOLD;SOUR?", "HOLD"),
         ("DISP:PAGE LIST;PAGE?", "LIST"),
+        ("LIST:FREQ 1E2,1E3,1E4;FREQ?", "+1.00000E+02,+1.00000E+03,+1.00000E+04"),
+        ("LIST:FREQ 1E2;CLE:ALL;:LIST:FREQ?", "+9.90000E+37"),
+        ("FUNC:DEV1:MODE PERC;:FUNC:DEV2:REF:VAL -3;VAL?;:FUNC:DEV1:MODE?", "-3.00000E+00;PERC"),
+        ("BIAS:STAT OFF;STAT?;:BIAS:VOLT 1.5;VOLT:LEV?", "0;+1.50000E+00"),
         ("DISP:LINE 'winding AB';LINE?", '"winding AB"'),
         ("LIST:MODE SEQ;MODE?", "SEQ"),
         ("CORR:LENG 1;LENG?", "+1"),
@@ -156,6 +160,11 @@ def test_what_clients_send(bridge: Session, message: str, reply: str) -> None:
         ("APER MED,257", -222),
         ("INIT", -213),
         ("DCR?", -113),
+        ("CORR:LENG 3", -224),
+        ("BIAS:STAT ON", -241),
+        ("FUNC:DEV1:MODE RATIO", -141),
+        ("FUNC:DEV3:MODE ABS", -114),
+        ("LIST:FREQ 1,100", -222),
     ],
 )
 def test_what_it_refuses(bridge: Session, command: str, error: int) -> None:
@@ -168,6 +177,96 @@ def test_a_trigger_that_nobody_waits_for_is_ignored(bridge: Session) -> None:
     assert bridge.query("SYST:ERR?").startswith("-211")
     bridge.write("INIT;:TRIG")
     assert bridge.query("FETC?;:SYST:ERR?").endswith('+0;+0,"No error"')
+
+
+def numbers(reply: str) -> list[float]:
+    return [float(part) for part in reply.split(",")]
+
+
+def test_what_was_there_before_is_fetched_after_a_trigger_that_was_ignored(bridge: Session) -> None:
+    bridge.write("FREQ 1000;:TRIG")
+    before = bridge.query("FETC?")
+    bridge.write("INIT:CONT OFF;:TRIG")
+    assert bridge.query("FETC?") == before
+    assert bridge.query("SYST:ERR?") == '-211,"Trigger ignored"'
+    bridge.write("INIT:CONT ON;:TRIG")
+    assert bridge.query("FETC?") != before
+    assert bridge.query("SYST:ERR?") == '+0,"No error"'
+
+
+def test_free_running_that_is_switched_off_keeps_its_last_reading(bridge: Session, virtual_bench: VirtualBench) -> None:
+    bridge.write("TRIG:SOUR INT;:INIT:CONT OFF")
+    assert bridge.query("FETC?") == "+9.90000E+37,+9.90000E+37,-1"
+    bridge.write("INIT:CONT ON")
+    virtual_bench.clock.sleep(1.0)
+    bridge.write("INIT:CONT OFF")
+    kept = bridge.query("FETC?")
+    assert kept.endswith(",+0")
+    virtual_bench.clock.sleep(1.0)
+    assert bridge.query("FETC?") == kept
+    bridge.write("INIT")
+    assert bridge.query("FETC?") != kept
+
+
+def test_pages_without_a_measurement_ignore_the_trigger(bridge: Session) -> None:
+    bridge.write("DISP:PAGE MSET;:TRIG")
+    assert bridge.query("FETC?;:SYST:ERR?") == '+9.90000E+37,+9.90000E+37,-1;-211,"Trigger ignored"'
+    bridge.write("DISP:PAGE MEAS;:TRIG")
+    assert bridge.query("FETC?;:SYST:ERR?").endswith(',+0;+0,"No error"')
+
+
+def test_the_list_page_gives_four_figures_a_point(bridge: Session) -> None:
+    bridge.write("DISP:PAGE LIST")
+    assert bridge.query("FETC?") == "+9.90000E+37,+9.90000E+37,-1,+0"
+    bridge.write("FUNC:IMP RX;:LIST:FREQ 1E2,1E4;:TRIG")
+    figures = numbers(bridge.query("FETC?"))
+    assert len(figures) == 8
+    assert figures[2:4] == figures[6:8] == [0.0, 0.0]
+    assert figures[5] == pytest.approx(100.0 * figures[1], rel=0.02)
+
+
+def test_deviations_from_a_reference(bridge: Session) -> None:
+    def figures() -> list[float]:
+        return numbers(bridge.query("TRIG;:FETC?"))
+
+    inductance, resistance, _ = figures()
+    bridge.write(f"FUNC:DEV2:REF {resistance:E};:FUNC:DEV2:MODE ABS")
+    assert figures()[:2] == pytest.approx([inductance, 0.0], abs=5e-3)
+    bridge.write(f"FUNC:DEV1:REF {0.5 * inductance:E};:FUNC:DEV1:MODE PERC")
+    assert figures()[0] == pytest.approx(100.0, abs=0.5)
+    bridge.write("FUNC:DEV1:MODE OFF;:FUNC:DEV2:MODE OFF")
+    assert figures()[:2] == pytest.approx([inductance, resistance], rel=5e-3)
+
+
+def test_a_cable_that_is_not_there_turns_the_phase(bridge: Session) -> None:
+    bridge.write("FUNC:IMP RX;:FREQ 100KHZ;:TRIG")
+    plain = complex(*numbers(bridge.query("FETC?"))[:2])
+    bridge.write("CORR:LENG 4;:TRIG")
+    turned = complex(*numbers(bridge.query("FETC?"))[:2])
+    assert np.angle(turned / plain) == pytest.approx(2.0 * math.pi * 1e5 * 4.0 / 2e8, rel=0.05)
+
+
+def test_a_load_correction_that_somebody_left(virtual_bench: VirtualBench) -> None:
+    unit = KeysightE4980A(virtual_bench.world, np.random.default_rng(0))
+    unit.load_factor = 1.1 + 0.0j
+    virtual_bench.world.lock_rotor()
+    virtual_bench.world.connect({"A": "lcr_high", "B": "lcr_low"})
+
+    def resistance(state: bytes) -> float:
+        unit.write(b"FUNC:IMP RX;:TRIG:SOUR BUS;:CORR:LOAD:STAT %s;:TRIG;:FETC?" % state)
+        return numbers(unit.read(1000, 10.0)[0].decode())[0]
+
+    assert resistance(b"ON") == pytest.approx(1.1 * resistance(b"OFF"), rel=2e-3)
+
+
+def test_a_bias_is_seen_by_the_option_that_makes_it(virtual_bench: VirtualBench) -> None:
+    unit = KeysightE4980A(virtual_bench.world, np.random.default_rng(0), options=("102", "001"))
+    virtual_bench.world.lock_rotor()
+    virtual_bench.world.connect({"A": "lcr_high", "B": "lcr_low"})
+    unit.write(b"FUNC:IMP VDID;:TRIG:SOUR BUS;:BIAS:VOLT 2;:BIAS:STAT ON;:TRIG;:FETC?")
+    volts, amperes, _ = numbers(unit.read(1000, 10.0)[0].decode())
+    assert amperes == pytest.approx(2.0 / 101.0, rel=1e-3)
+    assert volts == pytest.approx(amperes * LINE_RESISTANCE, rel=0.02)
 
 
 def test_free_running_gives_the_last_full_cycle(bridge: Session, virtual_bench: VirtualBench) -> None:

@@ -2,6 +2,7 @@ import math
 import threading
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,12 +17,25 @@ from sim_instruments.instruments.delta.dyn200 import Dyn200
 from sim_instruments.instruments.errors import DynamometerErrors
 from sim_instruments.instruments.registers import RegisterError, double_word
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
 from sim_instruments.transports.modbus.unit import ModbusLine
 
 Client = ModbusTcpClient | ModbusSerialClient
 POLE_PAIRS = 2
 #: Whatever comes, comes within this time (s), however busy the machine.
 PATIENCE = 60.0
+#: What a master leaves the line silent for (s) before each request.
+SILENCE = 0.015
+
+
+class SilentFirst(ModbusSerialClient):
+    """Leaves the line silent before each request, as the C2000's manual demands."""
+
+    bench: VirtualBench
+
+    def execute(self, *given: Any, **named: Any) -> Any:
+        self.bench.clock.sleep(SILENCE)
+        return super().execute(*given, **named)
 
 
 @pytest.fixture(params=["tcp", "rtu"])
@@ -39,7 +53,8 @@ def client(bench: VirtualBench) -> Iterator[Client]:
         host, port = rest.split(":")
         made = ModbusTcpClient(host, port=int(port), timeout=0.3, retries=0)
     else:
-        made = ModbusSerialClient(rest, baudrate=9600, timeout=0.3, retries=0)
+        made = SilentFirst(rest, baudrate=9600, timeout=0.3, retries=0)
+        made.bench = bench
     assert made.connect()
     yield made
     made.close()
@@ -72,7 +87,7 @@ def test_speed_mode(client: Client, bench: VirtualBench) -> None:
     assert read(client, 2, 0x12, 2) == [0, 0]
     client.write_register(0x2000, 0b10_0010, device_id=1)
     bench.clock.sleep(3.0)
-    assert read(client, 2, 0x12, 2) == [0, 1]
+    assert read(client, 2, 0x12, 2) == [0, 0]
     assert torque_speed_power(client)[1] > 0.0
     assert bench.world.truth()["shaft_speed"] < 0.0
     client.write_register(0x2000, 0b01, device_id=1)
@@ -87,7 +102,7 @@ def test_torque_mode_accelerates(client: Client, bench: VirtualBench) -> None:
     client.write_register(0x2000, 0b01_0010, device_id=1)
     bench.clock.sleep(0.1)
     assert torque_speed_power(client)[0] == pytest.approx(-0.2, abs=5e-3)
-    assert read(client, 2, 0x12, 2) == [0, 1]
+    assert torque_speed_power(client)[2] > 0.0
     client.write_register(0x2000, 0b01, device_id=1)
     assert bench.world.truth()["dynamometer_enabled"] is False
 
@@ -119,7 +134,7 @@ def test_external_fault_and_reset(client: Client, bench: VirtualBench) -> None:
 def test_zeroing_the_torque(client: Client) -> None:
     before = [torque_speed_power(client)[0] for _ in range(20)]
     assert sum(before) / 20 == pytest.approx(5e-4, abs=2e-4)
-    client.write_registers(0x00, [0, 0], device_id=2)
+    client.write_coil(0x00, True, device_id=2)
     after = [torque_speed_power(client)[0] for _ in range(20)]
     assert sum(after) / 20 == pytest.approx(0.0, abs=4e-4)
     assert client.write_registers(0x00, [0, 5], device_id=2).exception_code == 3
@@ -137,8 +152,8 @@ def test_requests_take_virtual_time(client: Client, bench: VirtualBench) -> None
     before = bench.clock.now()
     read(client, 2, 0x00, 6)
     taken = bench.clock.now() - before
-    # 8 characters of request, 17 of reply, two gaps of 3.5, eleven bits each at 9600 baud, and 5 ms of turnaround.
-    expected = 2e-3 if isinstance(client, ModbusTcpClient) else 32 * 11 / 9600 + 5e-3
+    # 8 characters of request, 17 of reply, two gaps of 3.5, eleven bits each at 9600 baud, 5 ms of turnaround, and the silence before.
+    expected = 2e-3 if isinstance(client, ModbusTcpClient) else 32 * 11 / 9600 + 5e-3 + SILENCE
     assert taken == pytest.approx(expected)
 
 
@@ -167,6 +182,7 @@ def test_frames_on_the_serial_line(bench_motor: VirtualMotor) -> None:
             # Read one register at 000AH of unit 1; the checksum is sent low byte first.
             port.write(bytes.fromhex("01 03 00 0A 00 01 A4 08"))
             assert port.read(7) == bytes.fromhex("01 03 02 00 00 B8 44")
+            bench.clock.sleep(0.015)
             port.write(bytes.fromhex("01 06 00 16 00 01 A9 CE"))
             assert port.read(8) == bytes.fromhex("01 06 00 16 00 01 A9 CE")
             port.write(bytes.fromhex("02 03 00 08 00 02 45 FA"))
@@ -176,6 +192,29 @@ def test_frames_on_the_serial_line(bench_motor: VirtualMotor) -> None:
                 port.write(bytes.fromhex(silent))
                 assert port.read(1) == b""
             assert asked_again(port, "01 03 00 16 00 01 65 CE", 7) == bytes.fromhex("01 03 02 00 01 79 84")
+
+
+def test_a_request_right_after_another_units_reply_is_not_heard_by_the_drive(
+    bench_motor: VirtualMotor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr(ModbusRtuEndpoint, "_times", lambda _: (now[0], now[0]))
+    sensor, shown = bytes.fromhex("02 03 00 08 00 02 45 FA"), bytes.fromhex("02 03 04 00 00 00 04 C8 F0")
+    drive, mode = bytes.fromhex("01 03 00 0A 00 01 A4 08"), bytes.fromhex("01 03 02 00 00 B8 44")
+    with VirtualBench(bench_motor, line="rtu") as bench:
+        path = str(bench.address("dynamometer")).removeprefix("rtu://")
+        with serial.Serial(path, 9600, timeout=PATIENCE) as port:
+            for gap, heard in ((0.009, False), (0.010, False), (0.011, True)):
+                port.write(sensor)
+                assert port.read(9) == shown
+                now[0] += gap
+                port.write(drive)
+                if heard:
+                    assert port.read(7) == mode
+                # The sensor needs no more than what ends a frame, and answers after what the drive has not heard.
+                port.timeout = 0.3
+                assert heard or port.read(1) == b""
+                port.timeout = PATIENCE
 
 
 def asked_again(port: serial.Serial, request: str, length: int) -> bytes:
