@@ -7,6 +7,9 @@ from drivers.interfaces import Clock, Identity
 from drivers.interfaces.found_state import FoundSetting
 from drivers.transport.visa.session import ScpiSession
 
+#: How long (s) a setting may take to be told: one that a model does not have is met by silence.
+_ASKING = 2.0
+
 
 class ScpiDriver:
     """An instrument's identity and connection; `name` stands for it in messages.
@@ -49,6 +52,6 @@ class ScpiDriver:
         def put(row: Setting, value: str) -> None:
             session.write(row.command.format(value=value))
 
-        found = FoundState(self._name, lambda row: session.query(row.query), put)
+        found = FoundState(self._name, lambda row: session.query(row.query, timeout=_ASKING), put)
         found.take_over(rows)
         self._found = found

@@ -25,8 +25,10 @@ READING_QUERY = "READ?"
 #: What it may have been left with (Truevolt Operating and Service Guide; one source).
 FOUND_SETTINGS = (
     Setting("VOLT:DC:ZERO:AUTO?", ("1",), text("the offset drifts with the temperature"), "VOLT:DC:ZERO:AUTO {value}"),
-    Setting("VOLT:DC:NULL:STAT?", ("0",), text("a null value is subtracted"), "VOLT:DC:NULL:STAT {value}"),
-    Setting("CALC:SCAL:STAT?", ("0",), text("readings are scaled"), "CALC:SCAL:STAT {value}"),
+    Setting(
+        "VOLT:DC:NULL:STAT?", ("0",), text("a null value is subtracted"), "VOLT:DC:NULL:STAT {value}", optional=True
+    ),
+    Setting("CALC:SCAL:STAT?", ("0",), text("readings are scaled"), "CALC:SCAL:STAT {value}", optional=True),
 )
 
 

@@ -478,3 +478,12 @@ def test_paired_and_tracking_outputs_are_refused_with_the_key_to_press(
         KeysightE36300.open(ADDRESS, E36300Options(), Surroundings(clock, lambda: manager), "supply")
     guard = Surroundings(clock, lambda: manager, guarding=True)
     KeysightE36300.open(ADDRESS, E36300Options(), guard, "supply").close()
+
+
+def test_a_model_without_pairing_and_lists_goes_without(
+    manager: Any, connect: Any, settings_class: Any, clock: Any
+) -> None:
+    connect(ADDRESS, settings_class(IDENTITY, {key: value for key, value in NOTHING_SET.items() if key not in RIGHT}))
+    supply = KeysightE36300.open(ADDRESS, E36300Options(), Surroundings(clock, lambda: manager), "supply")
+    assert supply.found_state == ()
+    supply.close()
