@@ -23,7 +23,7 @@ from drivers.interfaces.text import Text, text
 from drivers.keysight import infiniivision_data as data
 from drivers.keysight.infiniivision_settings import found_settings
 from drivers.keysight.options import InfiniiVisionOptions, Probe
-from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.keysight.waveform import Preamble, codes_from_block, parse_preamble, to_time, to_values
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
@@ -316,12 +316,12 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
             to_values(codes, preamble),
             self._probe(channel).kind.value,
             preamble.y_increment * data.CODES_PER_STEP,
-            self._accuracy(channel, (highest - lowest) * preamble.y_increment),
+            self._accuracy(channel, _reach(lowest, highest, preamble)),
             highest >= data.HIGHEST_CODE or lowest <= data.LOWEST_CODE,
         )
 
     def _accuracy(self, channel: int, span: float) -> Accuracy:
-        """Return the limits of error of a trace that spans so much (V or A) of the screen."""
+        """Return the limits of error of a trace that spans so much (V or A), or reaches so far from zero."""
         if channel in self._options.calibration:
             return self._options.calibration[channel]
         probe, settings = self._probe(channel), self._range(channel)
@@ -350,6 +350,12 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
                 command=query,
             )
         return value
+
+
+def _reach(lowest: int, highest: int, preamble: Preamble) -> float:
+    """Return what a trace spans, or how far from zero it reaches where that is more (V or A)."""
+    ends = [(code - preamble.y_reference) * preamble.y_increment + preamble.y_origin for code in (lowest, highest)]
+    return max(abs(ends[1] - ends[0]), *map(abs, ends))
 
 
 def _offered_points(points: int) -> int:

@@ -122,7 +122,9 @@ def test_a_record_in_volts_and_seconds(bench: Any) -> None:
     assert waveform.resolution == pytest.approx(256 * 1.220703e-4)
     assert not waveform.clipped
     # 2 % of full scale, by what part of the screen the trace spans.
-    assert waveform.accuracy.gain == pytest.approx(0.02 * 8 / np.ptp(waveform.values))
+    assert waveform.accuracy.gain == pytest.approx(
+        0.02 * 8 / max(np.ptp(waveform.values), np.abs(waveform.values).max())
+    )
     assert waveform.accuracy.offset == pytest.approx(0.1 * 8 / 8 + 2e-3 * 10 + 0.01 * 1.5)
     assert ":WAV:POIN 1000" in wire.sent  # the least offered that holds 800
 
@@ -134,6 +136,7 @@ def test_a_trace_over_part_of_the_screen_has_more_of_the_full_scales_error(
     scope, _, device = bench
     # 65536 codes are the 8 V of the screen.
     half = part * 4.0 / 1.220703e-4
+    device.preamble = device.preamble.replace("1.5", "0")
     device.codes = np.where(np.arange(1000) % 2, 32768 + half, 32768 - half).clip(0x0200, 0xFEFF).astype(np.uint16)
     assert scope.fetch([2], timeout=1.0)[2].accuracy.gain == pytest.approx(gain, rel=0.02)
 

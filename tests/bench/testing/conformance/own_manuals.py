@@ -200,7 +200,7 @@ def _preamble(points: int = 500, x: str = "+5.0E-05", reference: str = "+0", y: 
 _INFINIIVISION = Manual(
     identity=Identity("KEYSIGHT TECHNOLOGIES", "DSO-X 3024T", "MY60101234", "07.40.2021031200"),
     # 2 % of full scale; 0.1 division of 1 A, 2 mV at ten amperes a volt, 1 % of the offset of 1 A.
-    accuracies={"current": Accuracy(gain=0.02, offset=0.13, resolution=8.0 / 256.0)},
+    # The gain is of full scale, so it hangs on the trace: the driver's own tests hold it.
     limits=(
         StatedLimits("configure_acquisition", "record_time", 20e-9, 500.0, {"points": 1}),
         StatedLimits("configure_acquisition", "points", 1, 2_000_000, {"record_time": 1.0}),
