@@ -53,7 +53,7 @@ _REPLY = re.compile(
 
 
 #: A number that is zero, whatever unit follows.
-_ZERO = re.compile(r"\s*[+-]?0*\.?0*(?![\d.])", re.ASCII)
+_ZERO = re.compile(r"\s*[+-]?(?=[\d.])0*\.?0*(?![\d.])", re.ASCII)
 _OUTPUT = re.compile(r">?\s*(?:ACW|DCW|IR)\s*,\s*([A-Z ]+?)\s*,\s*(\d+\.?\d*)\s*kV\s*,.*", re.ASCII)
 #: The earth bond test puts out volts, and shows amperes.
 _EARTH_BOND = re.compile(r">?\s*GB\s*,\s*([A-Z ]+?)\s*,.*", re.ASCII)

@@ -103,7 +103,7 @@ def tester(manager: Any, wire: Any, clock: Any) -> Iterator[GwInstekGpt9800]:
     made.close()
 
 
-@pytest.mark.parametrize("reference", ["0012M ohm", "0.5", "10"])
+@pytest.mark.parametrize("reference", ["0012M ohm", "0.5", "10", "NONE", ""])
 def test_a_reference_that_stays_is_refused(tester: GwInstekGpt9800, device: Device, wire: Any, reference: str) -> None:
     device.reference = reference
     with pytest.raises(ReportedError, match="still subtracted from the resistance"):
