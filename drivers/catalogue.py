@@ -76,6 +76,7 @@ class Driver:
     long the instrument may take to answer while it is energised. `simulated` names the simulated instrument that stands for
     it in a rehearsal (group `motorbench.simulated_instruments`); without one, the role's generic instrument does, with
     `ratings`: the largest values that it takes, by the names of the options that may lower them (`maximum_voltage` …, SI units).
+    `sources` says what the driver was written from; a fact counts as known where two say it that do not copy each other.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Driver:
     reply_time: float = REPLY_TIME
     simulated: str = ""
     ratings: Mapping[str, float] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
 
     def open(self, address: str, options: object, surroundings: Surroundings, *, name: str = "") -> Instrument:
         """Open the instrument at an address; `name` stands for it in messages, its role when empty.

@@ -162,6 +162,7 @@ def _held(station: Station, entry: Entry, owner: Ownership, translate: Translate
         "address": entry.address,
         "calibration": entry.calibration.as_dict() if entry.calibration else None,
         "identity": None,
+        "found_state": [],
         "error": None,
     }
     try:
@@ -173,7 +174,18 @@ def _held(station: Station, entry: Entry, owner: Ownership, translate: Translate
 
 def _look(instruments: StationInstruments, entry: Entry, told: dict[str, Any], translate: Translate) -> None:
     try:
-        identity = instruments.get(entry.role).identity
+        instrument = instruments.get(entry.role)
+        identity = instrument.identity
+        told["found_state"] = [
+            {
+                "query": one.query,
+                "found": one.found,
+                "wanted": one.wanted or None,
+                "changed": one.changed,
+                "effect": one.effect.render(translate),
+            }
+            for one in instrument.found_state
+        ]
     except InstrumentError as error:
         told["error"] = message(error, translate)
     else:
@@ -230,6 +242,12 @@ def _print(
         mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
         console.print(f"  {mark} {role:<18}{told['driver']:<24}{told['address'] or '–'}", markup=False)
         console.print(f"      {words}", markup=False)
+        for one in told["found_state"]:
+            if one["changed"] or one["wanted"] is None:
+                then = f" → {one['wanted']}, put back at the end" if one["changed"] else ""
+                console.print(
+                    f"      {one['query']} {one['found']}{then}: {one['effect']}", markup=False, soft_wrap=True
+                )
     for contact, told in contacts.items():
         mark, words = ("✓", "closed") if told["error"] is None else ("✗", told["error"])
         console.print(f"  {mark} {contact:<18}{'interlock':<24}{told['address']}", markup=False)

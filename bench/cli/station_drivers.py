@@ -26,6 +26,7 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
             "name": driver.name,
             "role": driver.role.value,
             "simulated": driver.simulated or None,
+            "sources": list(driver.sources),
             "from": found.origin(name).as_dict(),
         }
         for name, roles in found.items()
@@ -51,6 +52,10 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
         )
         return 0
     print_catalogue(found, lambda name: ", ".join(driver.role.value for driver in found[name]))
+    print()
+    for name, roles in found.items():
+        for source in dict.fromkeys(source for driver in roles for source in driver.sources):
+            print(f"{name:<28}written from {source}")
     print()
     print_catalogue(relays, lambda _: "watchdog relay")
     print()

@@ -1,27 +1,57 @@
 """What the driver of every instrument on a VISA session has, whatever its role."""
 
+from collections.abc import Iterable
+
+from drivers.bases.found_state import FoundState, Setting
 from drivers.interfaces import Clock, Identity
+from drivers.interfaces.found_state import FoundSetting
 from drivers.transport.visa.session import ScpiSession
+
+#: How long (s) a setting may take to be told: one that a model does not have is met by silence.
+_ASKING = 2.0
 
 
 class ScpiDriver:
     """An instrument's identity and connection; `name` stands for it in messages.
 
-    A driver is derived from this and then from its role's interface, and sets `_identity` when it is made.
+    A driver is derived from this and then from its role's interface, and sets `_identity` when it is made. `_local` is the
+    command that gives the front panel back, where the instrument has one.
     """
 
     _identity: Identity
+    _local = ""
 
     def __init__(self, session: ScpiSession, clock: Clock, name: str) -> None:
         self._session = session
         self._clock = clock
         self._name = name
+        self._found: FoundState | None = None
 
     @property
     def identity(self) -> Identity:
         """Who answered *IDN? when this was opened."""
         return self._identity
 
+    @property
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What it was found set to, where that would change a figure."""
+        return () if self._found is None else self._found.settings
+
     def close(self) -> None:
-        """Close the connection; what the instrument is set to stays as it is."""
+        """Put back what was changed when this was opened, give the front panel back, and close the connection."""
+        found, self._found = self._found, None
+        if found is not None:
+            found.give_back()
+            self._session.go_to_local(self._local)
         self._session.close()
+
+    def _take_over(self, rows: Iterable[Setting]) -> None:
+        """Ask and set what the last user left; raises ReportedError where something is wrong that may not be set."""
+        session = self._session
+
+        def put(row: Setting, value: str) -> None:
+            session.write(row.command.format(value=value))
+
+        found = FoundState(self._name, lambda row: session.query(row.query, timeout=_ASKING), put)
+        found.take_over(rows)
+        self._found = found

@@ -43,7 +43,7 @@ class DeltaC2000:
         self._clock = clock
         self._pole_pairs = pole_pairs
         self._rated_torque = rated_torque
-        self.direction = 1
+        self._direction = 1
 
     def check_fault(self) -> None:
         """Raise ReportedError where the drive is in fault, with its code."""
@@ -68,7 +68,7 @@ class DeltaC2000:
 
     def command_speed(self, speed: float) -> None:
         """Set the frequency for a mechanical speed (rad/s); the sign decides the direction of the next `run`."""
-        self.direction = -1 if speed < 0 else 1
+        self._direction = -1 if speed < 0 else 1
         self._write(FREQUENCY_COMMAND, frequency_register(speed, self._pole_pairs), "frequency command")
 
     def command_torque(self, torque: float) -> None:
@@ -85,12 +85,17 @@ class DeltaC2000:
 
     def run(self) -> None:
         """Start, in the direction of the commanded speed."""
-        self._write(COMMAND, RUN_REVERSE if self.direction < 0 else RUN_FORWARD, "run command")
+        self._write(COMMAND, RUN_REVERSE if self._direction < 0 else RUN_FORWARD, "run command")
 
     def run_forward(self) -> None:
         """Start forwards, as torque control does whatever the torque's sign."""
-        self.direction = 1
+        self._direction = 1
         self.run()
+
+    def output_speed(self) -> float:
+        """Return the mechanical speed (rad/s) of the frequency that the drive puts out, without a sign."""
+        frequency = self._read(OUTPUT_FREQUENCY, "output frequency") * FREQUENCY_STEP
+        return 2 * math.pi * frequency / self._pole_pairs
 
     def disable(self) -> None:
         """Take the output off and make sure that it is, over a renewed connection where the present one fails.

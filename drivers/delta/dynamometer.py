@@ -1,6 +1,5 @@
 """Dynamometer: a machine on a Delta C2000 drive, with a DYN-200 transducer in the shaft."""
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
@@ -10,10 +9,12 @@ from drivers.bases.set_points import check_setpoint, lesser
 from drivers.catalogue import Surroundings
 from drivers.delta.c2000 import COAST_TO_STOP, ControlMode, DeltaC2000, maximum_speed
 from drivers.delta.c2000_watchdog import CommunicationWatchdog
-from drivers.delta.dyn200 import RPM, Dyn200
+from drivers.delta.dyn200 import Dyn200
+from drivers.delta.found_settings import DynamometerSettings
 from drivers.delta.options import DeltaDyn200Options
+from drivers.delta.shaft import REST_SPEED, SETTLED_READINGS, Transducer
+from drivers.delta.transducer_scales import CHANGING, READINGS, STEADY
 from drivers.interfaces import (
-    Accuracy,
     Clock,
     CommunicationError,
     Dynamometer,
@@ -22,23 +23,16 @@ from drivers.interfaces import (
     MeasurementError,
     Watchdog,
 )
+from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, open_line
-
-#: Share of full scale that is the limit of error of strain-gauge transducers of this class.
-TORQUE_SHARE = 1e-3
-TORQUE_SOURCE = "0.1 % of full scale, typical of its class; enter the transducer's calibration"
-SPEED_SOURCE = "one digit, typical of its class; enter the transducer's calibration"
-#: A shaft slower than this (rad/s) is at rest.
-REST_SPEED = 0.5 * RPM
-#: Consecutive readings that must agree before a speed counts as settled.
-SETTLED_READINGS = 3
 
 
 class DeltaDyn200(Dynamometer):
     """A dynamometer on one Modbus line; both units are asked for when this is made, with `guarding` when first needed.
 
-    Raises CommunicationError where one of them does not answer, ReportedError where the drive is in fault.
+    Raises CommunicationError where one of them does not answer, ReportedError where the drive is in fault or a setting that
+    would change a figure is not as it must be.
     """
 
     def __init__(
@@ -57,33 +51,29 @@ class DeltaDyn200(Dynamometer):
         self._maximum_speed, self._speed_owner = lesser(maximum_speed(options.pole_pairs), options.maximum_speed)
         self._maximum_torque, self._torque_owner = lesser(options.rated_torque, options.maximum_torque)
         self._drive = DeltaC2000(line, options.drive_unit, clock, options.pole_pairs, options.rated_torque)
-        if not guarding:
-            self._drive.check_fault()
-        self._asked = None if guarding else Dyn200(line, options.transducer_unit)
+        self._settings = DynamometerSettings(line, options)
+        self._asked: Transducer | None = None
+        self._pushing = False
         self._watchdog = CommunicationWatchdog(line, options.drive_unit)
-        if options.watchdog_time and not guarding:
-            self._watchdog.arm(options.watchdog_time)
+        if guarding:
+            return
+        self._drive.check_fault()
+        self._asked = self._ask_transducer()
+        try:
+            self._settings.take_over()
+            if options.watchdog_time:
+                self._watchdog.arm(options.watchdog_time)
+        except BaseException:
+            self._settings.give_back()
+            raise
+
+    def _ask_transducer(self) -> Transducer:
+        sensor = Dyn200(self._line, self._options.transducer_unit, self._options.speed_decimals)
+        return Transducer(sensor, self._clock, self._options, self._name)
 
     @cached_property
-    def _transducer(self) -> Dyn200:
-        return self._asked or Dyn200(self._line, self._options.transducer_unit)
-
-    @cached_property
-    def _torque_accuracy(self) -> Accuracy:
-        full_scale = self._options.transducer_range or self._options.rated_torque
-        return self._options.torque_accuracy or Accuracy(
-            offset=TORQUE_SHARE * full_scale,
-            resolution=self._transducer.torque_resolution,
-            source=TORQUE_SOURCE,
-        )
-
-    @cached_property
-    def _speed_accuracy(self) -> Accuracy:
-        return self._options.speed_accuracy or Accuracy(
-            offset=self._transducer.speed_resolution,
-            resolution=self._transducer.speed_resolution,
-            source=SPEED_SOURCE,
-        )
+    def _transducer(self) -> Transducer:
+        return self._asked or self._ask_transducer()
 
     @classmethod
     def open(cls, address: str, options: DeltaDyn200Options, surroundings: Surroundings, name: str) -> "DeltaDyn200":
@@ -97,6 +87,7 @@ class DeltaDyn200(Dynamometer):
             traffic=surroundings.traffic,
             calls=surroundings.calls,
             in_process=surroundings.in_process,
+            clock=surroundings.clock,
         )
         try:
             return cls(line, surroundings.clock, options, name=name, guarding=surroundings.guarding)
@@ -108,6 +99,11 @@ class DeltaDyn200(Dynamometer):
     def identity(self) -> Identity:
         """The two makers and models; neither unit tells a serial number over Modbus."""
         return Identity("Delta Electronics", "C2000 with DYN-200")
+
+    @property
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What drive and transducer were found set to."""
+        return self._settings.found
 
     @property
     def watchdog(self) -> Watchdog | None:
@@ -125,11 +121,11 @@ class DeltaDyn200(Dynamometer):
         return self._maximum_torque
 
     def zero_torque(self) -> None:
-        """Take the present torque reading as zero.
+        """Take the present torque as zero, by the sensor or else by subtraction here, which a torque's accuracy then says.
 
         Raises MeasurementError where the shaft turns.
         """
-        speed = self._transducer.read().speed
+        speed = self._transducer.speed()
         if speed > REST_SPEED:
             raise MeasurementError(
                 self._name, text("the shaft turns at {speed:.3g} rad/s, torque cannot be zeroed", speed=speed)
@@ -146,9 +142,7 @@ class DeltaDyn200(Dynamometer):
         self._check_speed(speed)
         self._prepare(ControlMode.SPEED)
         with self._watchdog.fed(), always(self._drive.disable, self._line.calls):
-            self._drive.command_speed(speed)
-            self._drive.run()
-            self._settle(speed)
+            self._drive_at(speed)
             yield
 
     def set_speed(self, speed: float) -> None:
@@ -157,9 +151,7 @@ class DeltaDyn200(Dynamometer):
         Raises SetpointError before anything is sent, MeasurementError where the speed does not settle.
         """
         self._check_speed(speed)
-        self._drive.command_speed(speed)
-        self._drive.run()
-        self._settle(speed)
+        self._drive_at(speed)
 
     @contextmanager
     def driving_torque(self, torque: float, speed_limit: float | None = None) -> Iterator[None]:
@@ -174,11 +166,16 @@ class DeltaDyn200(Dynamometer):
             self._name, "torque", torque, "N·m", -self._maximum_torque, self._maximum_torque, self._torque_owner
         )
         self._prepare(ControlMode.TORQUE)
+        self._settings.verify_torque()
+        if self._transducer.speed() <= REST_SPEED:
+            # From rest a shaft turns the way it is pushed.
+            self._transducer.heading = -1 if torque < 0 else 1
         with self._watchdog.fed(), always(self._end_torque, self._line.calls):
             # In torque control the frequency command limits the speed (parameter 11-36).
             self._drive.command_speed(highest)
             self._drive.command_torque(torque)
             self._drive.run_forward()
+            self._pushing = True
             yield
 
     def command_zero(self) -> None:
@@ -193,14 +190,17 @@ class DeltaDyn200(Dynamometer):
             self._drive.command_zero()
 
     def measure(self) -> DynamometerReading:
-        """Return one reading: torque, speed and power from a single transaction."""
-        reading = self._transducer.read()
+        """Return one reading: torque, speed and power from a single transaction.
+
+        Where nobody told the shaft its direction, the speed is a magnitude, and its accuracy says so. Raises MeasurementError
+        where power, torque, speed and the drive's frequency contradict each other.
+        """
+        shaft = self._transducer.read()
         time = self._clock.now()
-        speed = reading.speed
-        if speed > 0:
-            speed *= self._direction()
-        power = math.copysign(reading.power, reading.torque * speed) if reading.power else 0.0
-        return DynamometerReading(time, speed, reading.torque, power, self._speed_accuracy, self._torque_accuracy)
+        scale = self._transducer.speed_scale
+        if self._pushing and not scale.settled and shaft.speed:
+            scale.compare(shaft.speed, self._drive.output_speed(), CHANGING, READINGS)
+        return self._transducer.as_reading(shaft, time)
 
     def stop(self) -> None:
         """Brake to standstill, wait until the shaft is at rest, and disable the drive.
@@ -208,7 +208,7 @@ class DeltaDyn200(Dynamometer):
         Raises MeasurementError where it does not come to rest, ReportedError where the drive does not switch off.
         """
         with always(self._drive.disable, self._line.calls):
-            if self._transducer.read().speed <= REST_SPEED:
+            if self._transducer.speed() <= REST_SPEED:
                 return
             self._drive.set_stop_method(COAST_TO_STOP)
             self._drive.disable()
@@ -217,7 +217,7 @@ class DeltaDyn200(Dynamometer):
             self._drive.command_speed(0.0)
             self._drive.run()
             deadline = self._clock.now() + self._options.settle_timeout
-            while (speed := self._transducer.read().speed) > REST_SPEED:
+            while (speed := self._transducer.speed()) > REST_SPEED:
                 if self._clock.now() >= deadline:
                     raise MeasurementError(
                         self._name,
@@ -238,8 +238,9 @@ class DeltaDyn200(Dynamometer):
             self._coast()
 
     def close(self) -> None:
-        """Put the drive's watch back and close the connection; may be called twice."""
+        """Put the drive's watch and settings back and close the connection; may be called twice."""
         self._watchdog.disarm()
+        self._settings.give_back()
         self._line.close()
 
     def _check_speed(self, speed: float) -> None:
@@ -252,34 +253,36 @@ class DeltaDyn200(Dynamometer):
         self._drive.set_stop_method(COAST_TO_STOP)
         self._drive.set_mode(mode)
 
+    def _drive_at(self, speed: float) -> None:
+        self._drive.command_speed(speed)
+        self._transducer.heading = -1 if speed < 0 else 1
+        self._drive.run()
+        self._settle(speed)
+
     def _coast(self) -> None:
         with always(self._drive.disable, self._line.calls):
             self._drive.set_stop_method(COAST_TO_STOP)
 
     def _end_torque(self) -> None:
+        self._pushing = False
         try:
             self._drive.disable()
         finally:
             self._drive.command_torque(0.0)
 
-    def _direction(self) -> int:
-        return self._transducer.direction() if self._options.direction_from == "transducer" else self._drive.direction
+    def _compare(self, speed: float, within: float) -> None:
+        self._transducer.speed_scale.compare(speed, self._drive.output_speed(), within)
 
     def _settle(self, speed: float) -> None:
-        tolerance = abs(speed) * self._options.speed_tolerance + REST_SPEED
-        agreement = abs(speed) * self._options.speed_stability + 2 * self._transducer.speed_resolution
         deadline = self._clock.now() + self._options.settle_timeout
         last: list[float] = []
         while True:
-            last = [*last, self.measure().speed][-SETTLED_READINGS:]
-            if (
-                len(last) == SETTLED_READINGS
-                and all(abs(found - speed) <= tolerance for found in last)
-                and max(last) - min(last) <= agreement
-            ):
-                return
+            last = [*last, self._transducer.read().speed][-SETTLED_READINGS:]
+            if self._transducer.has_settled(last, speed):
+                return self._compare(last[-1], STEADY)
             if self._clock.now() >= deadline:
                 self._drive.check_fault()
+                self._compare(last[-1], CHANGING)
                 raise MeasurementError(
                     self._name,
                     text(

@@ -62,8 +62,11 @@ class DeltaDyn200Options:
     `pole_pairs` and `rated_torque` (N·m) are the dynamometer machine's; `maximum_speed` (rad/s) and
     `maximum_torque` (N·m, the rated one when not given) the station's limits. A speed counts as settled within
     `speed_tolerance` (relative; slip of an induction machine counts) of the command once readings `settle_interval`
-    (s) apart agree within `speed_stability` (relative). `direction_from` says whether the sign of the speed is read
-    from the transducer's direction register or taken from the drive's last command.
+    (s) apart agree within `speed_stability` (relative). The transducer's speed has no sign: `direction_from` takes it from
+    what the drive was told, or from the sign of torque and power, for a sensor whose power is known to have one.
+    `torque_inverted` is the sensor's parameter 12 as its mounting wants it. `speed_decimals` stands in for the register of
+    a sensor that has none (or a wrong one), `power_step` (W a count of 04H) for what the bench else finds by itself.
+    `drive_code` refuses another drive than the one with this parameter 00-00.
     `transducer_range` (N·m) is the transducer's full scale, the rated torque when not given. Once this process has
     been silent for `watchdog_time` (s) the drive coasts to a stop; 0 sets nothing.
     """
@@ -82,7 +85,11 @@ class DeltaDyn200Options:
     settle_interval: float = 0.05
     settle_timeout: float = 30.0
     watchdog_time: float = 2.0
-    direction_from: Literal["transducer", "command"] = "transducer"
+    direction_from: Literal["command", "power"] = "command"
+    torque_inverted: bool = False
+    speed_decimals: int | None = None
+    power_step: float | None = None
+    drive_code: int | None = None
 
     @property
     def units(self) -> tuple[int, ...]:
@@ -101,4 +108,8 @@ DELTA_DYN200 = Driver(
     DeltaDyn200Options,
     "drivers.delta.dynamometer:DeltaDyn200.open",
     simulated="delta-dyn200",
+    sources=(
+        "DYN-200: the maker's manual; dyn200-logger, dyn200-python and J. Deuter's library, each with a sensor",
+        "C2000: Delta's manuals only (one source)",
+    ),
 )

@@ -1,4 +1,8 @@
-"""GW Instek GPT-9803 and GPT-9804 safety testers as insulation testers (GPT-9800 Series User Manual, remote control)."""
+"""GW Instek GPT-9803 and GPT-9804 safety testers as insulation testers.
+
+Sources: the GPT-9800 Series User Manual (remote control), and public programs used with testers of the series, which send
+MANU:IR:REF 0, TEST:RET and *RMTOFF, and end each line with CR LF.
+"""
 
 import math
 import re
@@ -48,6 +52,8 @@ _REPLY = re.compile(
 )
 
 
+#: A number that is zero, whatever unit follows.
+_ZERO = re.compile(r"\s*[+-]?(?=[\d.])0*\.?0*(?![\d.])", re.ASCII)
 _OUTPUT = re.compile(r">?\s*(?:ACW|DCW|IR)\s*,\s*([A-Z ]+?)\s*,\s*(\d+\.?\d*)\s*kV\s*,.*", re.ASCII)
 #: The earth bond test puts out volts, and shows amperes.
 _EARTH_BOND = re.compile(r">?\s*GB\s*,\s*([A-Z ]+?)\s*,.*", re.ASCII)
@@ -114,6 +120,7 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
     ) -> None:
         super().__init__(session, clock, name)
         self._options = options
+        self._guarding = guarding
         self._identity = self._identify()
         self._maximum_voltage, self._owner = lesser(data.HIGHEST_VOLTAGE, options.maximum_voltage)
         check_setpoint(name, "ramp_time", options.ramp_time, "s", data.SHORTEST_RAMP, data.LONGEST_RAMP, "the model")
@@ -126,7 +133,7 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
 
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
-        session = open_session(address, surroundings, name, baud_rate=options.baud_rate)
+        session = open_session(address, surroundings, name, baud_rate=options.baud_rate, line_end="\r\n")
         return open_driver(
             session,
             lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
@@ -158,6 +165,13 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
         with self._session.within(WAY_DOWN_TIME):
             self._session.insist(self._stop)
             self._await_discharge()
+
+    def close(self) -> None:
+        """Give the front panel back and close the connection; what the test is set to stays."""
+        if not self._guarding:
+            self._session.go_to_local("*RMTOFF")
+        self._guarding = True
+        self._session.close()
 
     def _identify(self) -> Identity:
         # Model, serial number, firmware: the maker does not name itself, and some firmware ends with a comma.
@@ -201,6 +215,10 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
             f"MANU:IR:RHIS {data.LARGEST / data.MEGOHM:.0f}",
             "MANU:IR:RLOS 1",
             f"MANU:IR:TTIM {duration:.1f}",
+            # A reference that the last user left is subtracted from the resistance.
+            "MANU:IR:REF 0",
+            # Results that the tester sends unasked would be taken for other replies.
+            "TEST:RET OFF",
         ):
             session.write(command)
         held = session.query("MANU:IR:VOLT?")
@@ -209,6 +227,15 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
                 self._name,
                 text("the test voltage is '{held}' instead of {kilovolts} kV", held=held, kilovolts=kilovolts),
                 command="MANU:IR:VOLT?",
+            )
+
+        reference = session.query("MANU:IR:REF?")
+        if not _ZERO.match(reference):
+            raise ReportedError(
+                self._name,
+                text("a reference of '{reference}' is still subtracted from the resistance", reference=reference),
+                command="MANU:IR:REF?",
+                remedy=text("Set REF to 0 at the tester"),
             )
 
     def _await_end(self, duration: float) -> Report:

@@ -29,4 +29,5 @@ GPT9800 = Driver(
     Gpt9800Options,
     "drivers.gwinstek.gpt9800:GwInstekGpt9800.open",
     simulated="gwinstek-gpt9800",
+    sources=("the GPT-9800 Series User Manual", "public programs for testers of the series (REF, TEST:RET, CR LF)"),
 )

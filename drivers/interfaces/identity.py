@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from drivers.interfaces.declarations import check_class, disconnects, makes_safe, question, require_all
+from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.watchdog import Watchdog
 
 #: Receives each exchange of a driver with its instrument: direction ("write", "read"), the text or a summary of the bytes.
@@ -71,6 +72,12 @@ class Instrument(Protocol):
     def watchdog(self) -> Watchdog | None:
         """The watchdog that is armed; None where there is none."""
         return None
+
+    @property
+    @question
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What it was found set to, where that would change a figure; empty where nothing is asked."""
+        return ()
 
     @property
     @question

@@ -1,5 +1,6 @@
 """Keysight 34461A digital multimeter (Truevolt Series Operating and Service Guide), DC volts."""
 
+from drivers.bases.found_state import Setting
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint
 from drivers.catalogue import Surroundings
@@ -21,6 +22,15 @@ from drivers.transport.visa.session import ScpiSession
 
 READING_QUERY = "READ?"
 
+#: What it may have been left with (Truevolt Operating and Service Guide; one source).
+FOUND_SETTINGS = (
+    Setting("VOLT:DC:ZERO:AUTO?", ("1",), text("the offset drifts with the temperature"), "VOLT:DC:ZERO:AUTO {value}"),
+    Setting(
+        "VOLT:DC:NULL:STAT?", ("0",), text("a null value is subtracted"), "VOLT:DC:NULL:STAT {value}", optional=True
+    ),
+    Setting("CALC:SCAL:STAT?", ("0",), text("readings are scaled"), "CALC:SCAL:STAT {value}", optional=True),
+)
+
 
 class Keysight34461A(ScpiDriver, Voltmeter):
     """A Keysight 34461A; the instrument is identified when this is made.
@@ -28,8 +38,16 @@ class Keysight34461A(ScpiDriver, Voltmeter):
     Raises IdentityError where another instrument answers, or one without a range that the station calibrates.
     """
 
+    _local = "SYST:LOC"
+
     def __init__(
-        self, session: ScpiSession, clock: Clock, options: Keysight34461AOptions, *, name: str = "voltmeter"
+        self,
+        session: ScpiSession,
+        clock: Clock,
+        options: Keysight34461AOptions,
+        *,
+        name: str = "voltmeter",
+        guarding: bool = False,
     ) -> None:
         super().__init__(session, clock, name)
         self._options = options
@@ -49,6 +67,8 @@ class Keysight34461A(ScpiDriver, Voltmeter):
         self._range: float | None = None
         self._cycles = data.FEWEST_CYCLES
         session.check_errors()
+        if not guarding:
+            self._take_over(FOUND_SETTINGS)
 
     @classmethod
     def open(
@@ -59,7 +79,10 @@ class Keysight34461A(ScpiDriver, Voltmeter):
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
         session = open_session(address, surroundings, name)
-        return open_driver(session, lambda session: cls(session, surroundings.clock, options, name=name))
+        return open_driver(
+            session,
+            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
+        )
 
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Set the smallest range (V) that holds `full_scale`, and the integration time in power-line cycles.

@@ -6,6 +6,7 @@ from drivers.interfaces import Clock, IdentityError, OutputMode
 from drivers.interfaces.text import text
 from drivers.keysight.e36300_data import OUTPUTS
 from drivers.keysight.e36300_protection import Protection
+from drivers.keysight.e36300_settings import found_settings
 from drivers.keysight.options import E36300Options
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.session import ScpiSession
@@ -27,8 +28,11 @@ def decode_regulation(condition: int) -> OutputMode | None:
 class KeysightE36300(ScpiSupply):
     """One output of a Keysight E36311A, E36312A or E36313A; the instrument is identified when this is made.
 
-    Raises IdentityError where another instrument, or one without this output, answers.
+    Raises IdentityError where another instrument, or one without this output, answers, ReportedError where it was left in a
+    state that may not be changed from here.
     """
+
+    _local = "SYST:LOC"
 
     def __init__(
         self,
@@ -66,6 +70,8 @@ class KeysightE36300(ScpiSupply):
             name=name,
             guarding=guarding,
         )
+        if not guarding:
+            self._take_over(found_settings(commands.channel))
 
     @classmethod
     def open(cls, address: str, options: E36300Options, surroundings: Surroundings, name: str) -> "KeysightE36300":

@@ -1,4 +1,8 @@
-"""Keysight E4980A and E4980AL LCR meters (User's Guide E4980-90230), series R and L."""
+"""Keysight E4980A and E4980AL LCR meters, series R and L.
+
+Sources: the maker's User's Guide (E4980-90230), and for trigger, function and level pymeasure's agilentE4980, which was used
+with one and sends INIT:CONT ON before TRIG:IMM. The table of what it was left with has one source, the User's Guide.
+"""
 
 import math
 
@@ -18,6 +22,7 @@ from drivers.interfaces import (
 )
 from drivers.interfaces.text import text
 from drivers.keysight import e4980a_data as data
+from drivers.keysight.e4980a_settings import found_settings
 from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
@@ -46,7 +51,15 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
     Raises IdentityError where another instrument answers.
     """
 
-    def __init__(self, session: ScpiSession, clock: Clock, options: E4980AOptions, *, name: str = "lcr_meter") -> None:
+    def __init__(
+        self,
+        session: ScpiSession,
+        clock: Clock,
+        options: E4980AOptions,
+        *,
+        name: str = "lcr_meter",
+        guarding: bool = False,
+    ) -> None:
         super().__init__(session, clock, name)
         self._options = options
         self._identity = identify(session, KEYSIGHT, ("E4980A",), options.serial_number)
@@ -57,6 +70,8 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         # The E4980AL has no DC bias (data sheet, "DC bias signal"); what the front panel left on must not reach a motor.
         self._without_bias = () if self._is_al() else ("BIAS:STAT OFF",)
         session.check_errors()
+        if not guarding:
+            self._take_over(found_settings(has_bias=not self._is_al()))
 
     @classmethod
     def open(cls, address: str, options: E4980AOptions, surroundings: Surroundings, name: str) -> "KeysightE4980A":
@@ -65,7 +80,10 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
         session = open_session(address, surroundings, name)
-        return open_driver(session, lambda session: cls(session, surroundings.clock, options, name=name))
+        return open_driver(
+            session,
+            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
+        )
 
     @property
     def maximum_frequency(self) -> float:
@@ -96,6 +114,8 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
             f"APER {aperture.value},1",
             "FORM ASC",
             "TRIG:SOUR BUS",
+            # Without it the trigger is ignored (−211), and FETC? gives what was there before.
+            "INIT:CONT ON",
         ):
             self._session.write(command)
         self._frequency, self._level, self._aperture = frequency, level, aperture
@@ -128,6 +148,8 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
             )
         # Complete before fetching: a fetch in between gets the previous values, or none.
         self._session.complete("TRIG:IMM")
+        # An ignored trigger is told in the error queue only, and leaves the reading before it to be fetched.
+        self._session.check_errors("TRIG:IMM")
         inductance, resistance, status, *_ = self._session.query_numbers("FETC?", 3, 4)
         self._check_status(int(status), inductance, resistance)
         r_accuracy, l_accuracy = self.accuracy_at(resistance, inductance, self._frequency)

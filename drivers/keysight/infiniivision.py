@@ -21,8 +21,9 @@ from drivers.interfaces import (
 )
 from drivers.interfaces.text import Text, text
 from drivers.keysight import infiniivision_data as data
+from drivers.keysight.infiniivision_settings import found_settings
 from drivers.keysight.options import InfiniiVisionOptions, Probe
-from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.keysight.waveform import Preamble, codes_from_block, parse_preamble, to_time, to_values
 from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
@@ -43,7 +44,13 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
     """
 
     def __init__(
-        self, session: ScpiSession, clock: Clock, options: InfiniiVisionOptions, *, name: str = "oscilloscope"
+        self,
+        session: ScpiSession,
+        clock: Clock,
+        options: InfiniiVisionOptions,
+        *,
+        name: str = "oscilloscope",
+        guarding: bool = False,
     ) -> None:
         super().__init__(session, clock, name)
         self._options = options
@@ -59,6 +66,8 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         #: When (s) the record that was armed last can be complete: triggered as soon as it may be.
         self._earliest = -math.inf
         session.check_errors()
+        if not guarding:
+            self._take_over(found_settings(self._identity.model, options.probes))
 
     @classmethod
     def open(
@@ -69,7 +78,10 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
         session = open_session(address, surroundings, name)
-        return open_driver(session, lambda session: cls(session, surroundings.clock, options, name=name))
+        return open_driver(
+            session,
+            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
+        )
 
     @property
     def gives_waveforms(self) -> bool:
@@ -218,7 +230,7 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         """
         missing = text("the screen shows no trace, or a clipped one, of channel {channel}", channel=channel)
         value = self._screen(channel, "VPP", missing) / 2
-        accuracy = self._accuracy(channel)
+        accuracy = self._accuracy(channel, 2.0 * value)
         # A difference of two points: the offset falls out, the converter's step stays.
         step = self._range(channel).range / CODES_ON_SCREEN
         accuracy = Accuracy(gain=accuracy.gain, resolution=step, source=accuracy.source)
@@ -297,17 +309,19 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
                 ),
                 remedy=text("Lengthen the record or ask for fewer points"),
             )
+        lowest, highest = int(codes.min()), int(codes.max())
         return Waveform(
             channel,
             to_time(codes.size, preamble),
             to_values(codes, preamble),
             self._probe(channel).kind.value,
             preamble.y_increment * data.CODES_PER_STEP,
-            self._accuracy(channel),
-            bool(codes.max() >= data.HIGHEST_CODE or codes.min() <= data.LOWEST_CODE),
+            self._accuracy(channel, _reach(lowest, highest, preamble)),
+            highest >= data.HIGHEST_CODE or lowest <= data.LOWEST_CODE,
         )
 
-    def _accuracy(self, channel: int) -> Accuracy:
+    def _accuracy(self, channel: int, span: float) -> Accuracy:
+        """Return the limits of error of a trace that spans so much (V or A), or reaches so far from zero."""
         if channel in self._options.calibration:
             return self._options.calibration[channel]
         probe, settings = self._probe(channel), self._range(channel)
@@ -318,7 +332,8 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         )
         own = probe.source or ("as stated" if probe.gain or probe.offset else "error not stated, taken as none")
         return Accuracy(
-            gain=data.GAIN + probe.gain,
+            # Of full scale: a trace over a third of the screen has three times that of its reading.
+            gain=data.GAIN * settings.range / max(span, settings.range / CODES_ON_SCREEN) + probe.gain,
             offset=offset + probe.offset,
             resolution=settings.range / CODES_ON_SCREEN,
             source=f"{data.SOURCE}; probe: {own}",
@@ -335,6 +350,12 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
                 command=query,
             )
         return value
+
+
+def _reach(lowest: int, highest: int, preamble: Preamble) -> float:
+    """Return what a trace spans, or how far from zero it reaches where that is more (V or A)."""
+    ends = [(code - preamble.y_reference) * preamble.y_increment + preamble.y_origin for code in (lowest, highest)]
+    return max(abs(ends[1] - ends[0]), *map(abs, ends))
 
 
 def _offered_points(points: int) -> int:

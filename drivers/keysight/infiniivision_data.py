@@ -18,7 +18,7 @@ MINIMUM_RECORD, MAXIMUM_RECORD = 20e-9, 500.0
 #: Highest sample rate (1/s) with two channels of a pair in use, and record length with all channels.
 MAXIMUM_SAMPLE_RATE, MAXIMUM_POINTS = 2.5e9, 2_000_000
 
-#: DC vertical gain accuracy, of full scale (data sheet). The gain error is a slope, so it counts relative to the deflection.
+#: DC vertical gain accuracy, of full scale (data sheet): of eight divisions, whatever part of them a trace spans.
 GAIN = 0.02
 #: DC vertical offset accuracy, typical of the class: 0.1 division + 2 mV + 1 % of the offset setting.
 OFFSET_DIVISIONS, OFFSET_FIXED, OFFSET_SHARE = 0.1, 2e-3, 0.01

@@ -339,13 +339,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     def _mean(self, source: str, estimates: list[tuple[float, float]], points: Sequence[SpeedPoint]) -> UncertainReal:
         value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
         mean = self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
+        # Channels of one oscilloscope share a reference: their mean is no better than one of them.
         gains = [
             self.bench.uncertainties.instrument(
-                f"oscilloscope, channel {channel}", 1.0, Accuracy(gain=accuracy.gain, source=accuracy.source)
+                "oscilloscope, all channels", 1.0, Accuracy(gain=accuracy.gain, source=accuracy.source)
             )
-            for channel, accuracy in points[0].accuracies.items()
+            for accuracy in points[0].accuracies.values()
         ]
-        # The EMF is the mean of channels, each of which is calibrated for itself.
         return mean * sum(gains[1:], gains[0]) / len(gains)
 
 

@@ -135,7 +135,7 @@ class WireLibrary(VisaLibraryBase):
 
     def write(self, session: Any, data: bytes) -> Any:
         assert data.endswith(b"\n")
-        self.open_wires[session][1].write(data[:-1].decode("ascii"))
+        self.open_wires[session][1].write(data.decode("ascii").rstrip("\r\n"))
         return len(data), constants.StatusCode.success
 
     def clear(self, session: Any) -> Any:

@@ -34,6 +34,8 @@ PREPARED = [
     "MANU:IR:RHIS 9999",
     "MANU:IR:RLOS 1",
     "MANU:IR:TTIM 2.0",
+    "MANU:IR:REF 0",
+    "TEST:RET OFF",
 ]
 
 
@@ -45,6 +47,7 @@ class Device:
         self.on = False
         self.stays_on = False
         self.voltage = "0.500kV"
+        self.reference = "0000M ohm"
         self.ended = "IR,PASS ,0.499kV,2000M ohm,T=002.0S"
         self.idle = ["IR,VIEW ,0.000kV,0000M ohm,  ---.-S"]
         self.running = 0  # how many looks find it still testing
@@ -68,6 +71,7 @@ class Device:
             "*IDN?": self.identity,
             "FUNC:TEST?": "TEST ON" if self.on else "TEST OFF",
             "MANU:IR:VOLT?": self.voltage,
+            "MANU:IR:REF?": self.reference,
         }.get(message)
 
     def shown(self) -> str:
@@ -99,6 +103,20 @@ def tester(manager: Any, wire: Any, clock: Any) -> Iterator[GwInstekGpt9800]:
     made.close()
 
 
+@pytest.mark.parametrize("reference", ["0012M ohm", "0.5", "10", "NONE", ""])
+def test_a_reference_that_stays_is_refused(tester: GwInstekGpt9800, device: Device, wire: Any, reference: str) -> None:
+    device.reference = reference
+    with pytest.raises(ReportedError, match="still subtracted from the resistance"):
+        tester.measure(500.0, 1.0)
+    assert "FUNC:TEST ON" not in wire.sent
+
+
+@pytest.mark.parametrize("reference", ["0000M ohm", "0", "0.000", "+0 M ohm"])
+def test_no_reference_in_any_form(tester: GwInstekGpt9800, device: Device, reference: str) -> None:
+    device.reference = reference
+    assert tester.measure(500.0, 2.0).resistance.value == 2e9
+
+
 def test_dialogue(clock: Any) -> None:
     manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
     tester = GwInstekGpt9800.open(
@@ -118,7 +136,7 @@ def test_the_messages_of_a_test(tester: GwInstekGpt9800, wire: Any, clock: Any, 
     reading = tester.measure(500.0, 2.0)
     prepared = [message for command in PREPARED for message in (command, "SYST:ERR?")]
     end = ["FUNC:TEST OFF", "FUNC:TEST?", "MEAS?", "MEAS?"]
-    assert wire.sent == [*prepared, "MANU:IR:VOLT?", "FUNC:TEST ON", "MEAS?", "MEAS?", "MEAS?", *end]
+    assert wire.sent == [*prepared, "MANU:IR:VOLT?", "MANU:IR:REF?", "FUNC:TEST ON", "MEAS?", "MEAS?", "MEAS?", *end]
     assert clock.slept == pytest.approx([2.1, 0.1, 0.1, 0.1])
     assert (reading.resistance.value, reading.voltage, reading.beyond_range) == (2.0e9, 499.0, False)
     assert reading.resistance.time == pytest.approx(2.4)

@@ -23,6 +23,8 @@ from drivers.keysight.dmm_34461a import Keysight34461A
 from drivers.keysight.options import Keysight34461AOptions
 
 ADDRESS = "TCPIP0::voltmeter::inst0::INSTR"
+#: A 34461A as it should have been left.
+RIGHT = {"VOLT:DC:ZERO:AUTO?": "1", "VOLT:DC:NULL:STAT?": "0", "CALC:SCAL:STAT?": "0"}
 DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_34461a.yaml"
 IDENTITY = "Agilent Technologies,34461A,MY53200001,A.01.10-02.25-01.10-00.35-01-01"
 CERTIFICATE = Accuracy(gain=1e-5, offset=1e-6, source="certificate")
@@ -50,7 +52,7 @@ def test_dialogue(clock: Any) -> None:
 
 @pytest.fixture
 def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
-    device = settings_class(IDENTITY, {"READ?": "-1.23456789E-02"})
+    device = settings_class(IDENTITY, {"READ?": "-1.23456789E-02", **RIGHT})
     wire = connect(ADDRESS, device)
     options = Keysight34461AOptions(calibration={1.0: CERTIFICATE})
     meter = Keysight34461A.open(ADDRESS, options, Surroundings(clock, lambda: manager), "voltmeter")
@@ -60,7 +62,7 @@ def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
 
 def test_the_messages_sent(bench: Any) -> None:
     meter, wire, _ = bench
-    assert wire.sent == ["*IDN?", "SYST:ERR?"]
+    assert wire.sent == ["*IDN?", "SYST:ERR?", *RIGHT]
     wire.sent.clear()
     meter.configure(0.1)
     assert wire.sent == ["CONF:VOLT:DC 0.1", "SYST:ERR?", "VOLT:DC:NPLC 10", "SYST:ERR?"]

@@ -42,7 +42,7 @@ def test_dialogue_of_output_2(clock: Any) -> None:
     assert (supply.maximum_voltage, supply.maximum_current) == (25.75, 2.06)
     clock.time = 7.0
     supply.configure(1.2, 0.5)
-    assert [text for text in traffic[3:] if text != "SYST:ERR?"] == [
+    assert [text for text in traffic[8:] if text != "SYST:ERR?"] == [
         "CURR:PROT:DEL 0.05,(@2)",
         "CURR:PROT:DEL:STAR CCTR,(@2)",
         "CURR:PROT:STAT ON,(@2)",
@@ -69,7 +69,16 @@ def test_dialogue_of_output_2(clock: Any) -> None:
     manager.close()
 
 
+#: An output as it should have been left.
+RIGHT = {
+    "OUTP:PAIR?": "OFF",
+    "OUTP:TRAC?": "0",
+    "VOLT:MODE? (@1)": "FIX",
+    "CURR:MODE? (@1)": "FIX",
+    "VOLT:SENS? (@1)": "INT",
+}
 NOTHING_SET = {
+    **RIGHT,
     "VOLT? (@1)": "0",
     "OUTP? (@1)": "0",
     "STAT:QUES:INST:ISUM1:COND?": "0",
@@ -443,3 +452,39 @@ def test_the_three_models_have_three_outputs() -> None:
         "E36313A": [1, 2, 3],
     }
     assert OUTPUTS["E36313A"][1].maximum_current == pytest.approx(10.3)
+
+
+def test_a_list_is_ended_and_given_back_with_the_front_panel(
+    manager: Any, connect: Any, settings_class: Any, clock: Any
+) -> None:
+    device = settings_class(IDENTITY, NOTHING_SET | {"VOLT:MODE? (@1)": "LIST"})
+    wire = connect(ADDRESS, device)
+    supply = KeysightE36300.open(ADDRESS, E36300Options(), Surroundings(clock, lambda: manager), "supply")
+    assert device.values["VOLT:MODE? (@1)"] == "FIX"
+    assert [(one.query, one.found) for one in supply.found_state if one.changed] == [("VOLT:MODE? (@1)", "LIST")]
+    supply.close()
+    assert device.values["VOLT:MODE? (@1)"] == "LIST"
+    assert wire.sent[-1] == "SYST:LOC"
+
+
+@pytest.mark.parametrize(
+    ("query", "found", "key"), [("OUTP:PAIR?", "SER", "Pair Off"), ("OUTP:TRAC?", "1", "Tracking Off")]
+)
+def test_paired_and_tracking_outputs_are_refused_with_the_key_to_press(
+    manager: Any, connect: Any, settings_class: Any, clock: Any, query: str, found: str, key: str
+) -> None:
+    connect(ADDRESS, settings_class(IDENTITY, NOTHING_SET | {query: found}))
+    with pytest.raises(ReportedError, match=rf"left with {found}.*Output Settings.*{key}"):
+        KeysightE36300.open(ADDRESS, E36300Options(), Surroundings(clock, lambda: manager), "supply")
+    guard = Surroundings(clock, lambda: manager, guarding=True)
+    KeysightE36300.open(ADDRESS, E36300Options(), guard, "supply").close()
+
+
+def test_a_model_without_pairing_goes_without(manager: Any, connect: Any, settings_class: Any, clock: Any) -> None:
+    connect(
+        ADDRESS,
+        settings_class(IDENTITY, {key: value for key, value in NOTHING_SET.items() if key[:4] != "OUTP" or "@" in key}),
+    )
+    supply = KeysightE36300.open(ADDRESS, E36300Options(), Surroundings(clock, lambda: manager), "supply")
+    assert [one.query for one in supply.found_state] == ["VOLT:MODE? (@1)", "CURR:MODE? (@1)", "VOLT:SENS? (@1)"]
+    supply.close()

@@ -9,6 +9,7 @@ import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.bases.found_state import matches
 from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
@@ -24,6 +25,19 @@ from drivers.keysight.e4980a import KeysightE4980A
 from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
 
 ADDRESS = "TCPIP0::lcr-meter::inst0::INSTR"
+#: An E4980A as it should have been left.
+RIGHT = {
+    "DISP:PAGE?": "MEAS",
+    "TRIG:SOUR?": "BUS",
+    "INIT:CONT?": "1",
+    "FUNC:DEV1:MODE?": "OFF",
+    "FUNC:DEV2:MODE?": "OFF",
+    "AMPL:ALC?": "0",
+    "CORR:OPEN:STAT?": "0",
+    "CORR:LOAD:STAT?": "0",
+    "CORR:LENG?": "+1.00000E+00",
+    "BIAS:STAT?": "0",
+}
 DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_e4980al.yaml"
 
 
@@ -46,7 +60,7 @@ def test_dialogue(clock: Any) -> None:
 def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
     device = settings_class(
         "Agilent Technologies,E4980A,MY46000000,A.06.02",
-        {"FETC?": "+1.00000E-03,+2.00000E+00,+0"},
+        {"FETC?": "+1.00000E-03,+2.00000E+00,+0", **RIGHT},
     )
     wire = connect(ADDRESS, device)
     calibration = ImpedanceCalibration(120.0, Accuracy(gain=1e-3, source="certificate"), None)
@@ -69,7 +83,62 @@ def test_one_reading_is_one_trigger_and_one_fetch(bench: Any) -> None:
     meter.configure(1000.0)
     wire.sent.clear()
     meter.measure()
-    assert wire.sent == ["TRIG:IMM;*OPC?", "FETC?"]
+    assert wire.sent == ["TRIG:IMM;*OPC?", "SYST:ERR?", "FETC?"]
+
+
+def test_an_ignored_trigger_gives_no_reading(bench: Any) -> None:
+    meter, wire, device = bench
+    meter.configure(1000.0)
+    assert [sent for sent in wire.sent if sent.startswith(("TRIG", "INIT"))][-2:] == ["TRIG:SOUR BUS", "INIT:CONT ON"]
+    device.errors.append('-211,"Trigger ignored"')
+    wire.sent.clear()
+    with pytest.raises(ReportedError, match=r"TRIG:IMM.*-211 Trigger ignored"):
+        meter.measure()
+    assert "FETC?" not in wire.sent
+
+
+HOSTILE = {
+    "TRIG:SOUR?": ("HOLD", "BUS"),
+    "INIT:CONT?": ("0", "1"),
+    "FUNC:DEV1:MODE?": ("PERC", "OFF"),
+    "AMPL:ALC?": ("1", "0"),
+    "CORR:OPEN:STAT?": ("1", "0"),
+    "CORR:LOAD:STAT?": ("1", "0"),
+    "BIAS:STAT?": ("1", "0"),
+}
+
+
+def test_what_the_last_user_left_is_set_and_given_back(
+    manager: Any, connect: Any, settings_class: Any, clock: Any
+) -> None:
+    left = {**RIGHT, **{query: found for query, (found, _) in HOSTILE.items()}}
+    device = settings_class("Agilent Technologies,E4980A,MY46000000,A.06.02", left)
+    wire = connect(ADDRESS, device)
+    meter = KeysightE4980A.open(ADDRESS, E4980AOptions(), Surroundings(clock, lambda: manager), "lcr_meter")
+    assert all(
+        matches(device.values[query], (right, "0" if right == "OFF" else right))
+        for query, (_, right) in HOSTILE.items()
+    )
+    told = {setting.query: (setting.found, setting.changed) for setting in meter.found_state}
+    assert told["TRIG:SOUR?"] == ("HOLD", True)
+    assert told["FUNC:DEV2:MODE?"] == ("OFF", False)
+    meter.configure(1000.0)
+    meter.close()
+    assert {query: device.values[query] for query in HOSTILE} == {query: found for query, (found, _) in HOSTILE.items()}
+    assert "BIAS:STAT 1" in wire.sent
+
+
+def test_a_bridge_on_its_list_page_is_refused_with_the_key_to_press(
+    manager: Any, connect: Any, settings_class: Any, clock: Any
+) -> None:
+    device = settings_class("Agilent Technologies,E4980A,MY46000000,A.06.02", {**RIGHT, "DISP:PAGE?": "LIST"})
+    connect(ADDRESS, device)
+    with pytest.raises(
+        ReportedError, match=r"DISP:PAGE\?.*left with LIST.*Press \[Display Format\], then MEAS DISPLAY"
+    ):
+        KeysightE4980A.open(ADDRESS, E4980AOptions(), Surroundings(clock, lambda: manager), "lcr_meter")
+    guard = Surroundings(clock, lambda: manager, guarding=True)
+    KeysightE4980A.open(ADDRESS, E4980AOptions(), guard, "lcr_meter").close()
 
 
 def test_a_trigger_is_never_repeated(bench: Any) -> None:
@@ -153,7 +222,7 @@ def test_a_correction_that_stays_off_is_an_error(bench: Any) -> None:
 def test_frequency_option_of_the_al(
     manager: Any, connect: Any, settings_class: Any, clock: Any, options: str, highest: float
 ) -> None:
-    connect(ADDRESS, settings_class("Keysight Technologies,E4980AL,MY1,B.07.01", {"*OPT?": options}))
+    connect(ADDRESS, settings_class("Keysight Technologies,E4980AL,MY1,B.07.01", {"*OPT?": options, **RIGHT}))
     meter = KeysightE4980A.open(ADDRESS, E4980AOptions(), Surroundings(clock, lambda: manager), "lcr_meter")
     assert meter.maximum_frequency == highest
     meter.close()

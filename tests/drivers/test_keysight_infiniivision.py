@@ -17,6 +17,7 @@ from drivers.interfaces import (
     MeasurementError,
     OverloadError,
     ProbeKind,
+    ReportedError,
     SetpointError,
     Slope,
     Trigger,
@@ -26,6 +27,18 @@ from drivers.keysight.options import InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import Preamble, parse_preamble, to_time, to_values
 
 ADDRESS = "TCPIP0::oscilloscope::inst0::INSTR"
+IDENTITY = "KEYSIGHT TECHNOLOGIES,DSOX3024T,MY1,07.50"
+#: A DSOX3024T with probes on 1, 2 and 4 as it should have been left.
+RIGHT = {
+    **{f":CHAN{n}:{what}?": value for n in (1, 2, 4) for what, value in (("INV", "0"), ("BWL", "0"), ("IMP", "ONEM"))},
+    **{f":CHAN{n}:PROB:SKEW?": "+0.0E+00" for n in (1, 2, 4)},
+    ":CHAN3:DISP?": "0",
+    ":ACQ:MODE?": "RTIM",
+    ":TRIG:EDGE:COUP?": "DC",
+    ":TRIG:HFR?": "0",
+    ":TRIG:NREJ?": "0",
+    ":TRIG:HOLD?": "+6.0E-08",
+}
 DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_dsox3024t.yaml"
 OPTIONS = InfiniiVisionOptions(
     probes={
@@ -55,7 +68,8 @@ def test_dialogue(clock: Any) -> None:
     assert "not compared with the data sheet" in frequency.accuracy.source
     amplitude = scope.measure_amplitude(4)
     assert (amplitude.value, amplitude.unit) == (3.0, "A")
-    assert amplitude.accuracy.gain == pytest.approx(0.03)
+    # 2 % of 8 A on a trace of 6 A, and the probe's 1 %.
+    assert amplitude.accuracy.gain == pytest.approx(0.02 * 8 / 6 + 0.01)
     assert amplitude.accuracy.resolution == pytest.approx(8 / 256)
     scope.make_safe()
     scope.close()
@@ -89,7 +103,7 @@ PREAMBLE = "1,0,{points},1,1.0E-06,-2.0E-04,0,1.220703E-04,1.5,32768"
 @pytest.fixture
 def bench(manager: Any, connect: Any, settings_class: Any, clock: Any) -> Any:
     codes = np.arange(0x1000, 0x1000 + 1000 * 32, 32)
-    device = Scope(settings_class("KEYSIGHT TECHNOLOGIES,DSOX3024T,MY1,07.50"), codes, PREAMBLE.format(points=1000))
+    device = Scope(settings_class(IDENTITY, RIGHT), codes, PREAMBLE.format(points=1000))
     wire = connect(ADDRESS, device)
     scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, Surroundings(clock, lambda: manager), "oscilloscope")
     scope.configure_channel(2, ChannelSettings(8.0, 1.5))
@@ -107,9 +121,24 @@ def test_a_record_in_volts_and_seconds(bench: Any) -> None:
     np.testing.assert_allclose(waveform.time, np.arange(1000) * 1e-6 - 2e-4, rtol=0, atol=1e-15)
     assert waveform.resolution == pytest.approx(256 * 1.220703e-4)
     assert not waveform.clipped
-    assert waveform.accuracy.gain == 0.02
+    # 2 % of full scale, by what part of the screen the trace spans.
+    assert waveform.accuracy.gain == pytest.approx(
+        0.02 * 8 / max(np.ptp(waveform.values), np.abs(waveform.values).max())
+    )
     assert waveform.accuracy.offset == pytest.approx(0.1 * 8 / 8 + 2e-3 * 10 + 0.01 * 1.5)
     assert ":WAV:POIN 1000" in wire.sent  # the least offered that holds 800
+
+
+@pytest.mark.parametrize(("part", "gain"), [(1.0, 0.02), (1 / 2, 0.04), (1 / 3, 0.06), (0.0, 0.02 * 256)])
+def test_a_trace_over_part_of_the_screen_has_more_of_the_full_scales_error(
+    bench: Any, part: float, gain: float
+) -> None:
+    scope, _, device = bench
+    # 65536 codes are the 8 V of the screen.
+    half = part * 4.0 / 1.220703e-4
+    device.preamble = device.preamble.replace("1.5", "0")
+    device.codes = np.where(np.arange(1000) % 2, 32768 + half, 32768 - half).clip(0x0200, 0xFEFF).astype(np.uint16)
+    assert scope.fetch([2], timeout=1.0)[2].accuracy.gain == pytest.approx(gain, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -243,3 +272,29 @@ def test_conversion_of_more_than_one_block() -> None:
     codes = np.arange(100_000, dtype="<u4").astype("<u2")
     preamble = Preamble(codes.size, 1.0, 0.0, 0.0, 0.5, 1.0, 32768.0)
     np.testing.assert_array_equal(to_values(codes, preamble), (codes - 32768.0) * 0.5 + 1.0)
+
+
+def test_what_the_last_user_left_is_set_and_given_back(
+    manager: Any, connect: Any, settings_class: Any, clock: Any
+) -> None:
+    hostile = {":CHAN2:INV?": "1", ":CHAN1:BWL?": "1", ":CHAN3:DISP?": "1", ":ACQ:MODE?": "SEGM", ":TRIG:HFR?": "1"}
+    device = settings_class(IDENTITY, RIGHT | hostile)
+    connect(ADDRESS, device)
+    scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, Surroundings(clock, lambda: manager), "oscilloscope")
+    assert {query: device.values[query] for query in hostile} == {query: RIGHT[query] for query in hostile}
+    assert {one.query for one in scope.found_state if one.changed} == set(hostile)
+    scope.close()
+    assert {query: device.values[query] for query in hostile} == hostile
+
+
+def test_a_voltage_probe_on_50_ohms_is_refused_and_a_current_probe_is_told(
+    manager: Any, connect: Any, settings_class: Any, clock: Any
+) -> None:
+    surroundings = Surroundings(clock, lambda: manager)
+    connect(ADDRESS, settings_class(IDENTITY, RIGHT | {":CHAN2:IMP?": "FIFT"}))
+    with pytest.raises(ReportedError, match=r":CHAN2:IMP\?.*left with FIFT.*Press the channel's key, then Imped"):
+        KeysightInfiniiVision.open(ADDRESS, OPTIONS, surroundings, "oscilloscope")
+    connect(ADDRESS, settings_class(IDENTITY, RIGHT | {":CHAN4:IMP?": "FIFT"}))
+    scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, surroundings, "oscilloscope")
+    assert [one.found for one in scope.found_state if one.query == ":CHAN4:IMP?"] == ["FIFT"]
+    scope.close()

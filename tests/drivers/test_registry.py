@@ -50,7 +50,9 @@ def test_declarations_import_no_transport() -> None:
 
 
 def test_opening_over_visa(manager: Any, connect: Any, settings_class: Any, clock: Any) -> None:
-    connect("TCPIP0::supply::inst0::INSTR", settings_class("Keysight Technologies,E36312A,MY1,1.0"))
+    left = {"OUTP:PAIR?": "OFF", "OUTP:TRAC?": "0", "VOLT:SENS? (@1)": "INT"}
+    left |= {"VOLT:MODE? (@1)": "FIX", "CURR:MODE? (@1)": "FIX"}
+    connect("TCPIP0::supply::inst0::INSTR", settings_class("Keysight Technologies,E36312A,MY1,1.0", left))
     surroundings = Surroundings(clock, visa=lambda: manager)
     supply = find("keysight-e36300", Role.SUPPLY).open(
         "TCPIP0::supply::inst0::INSTR", E36300Options(), surroundings, name="left supply"

@@ -85,7 +85,7 @@ def _malformed(reply: str, *, fixed: bool) -> Iterator[str]:
 def _replaced(trial: Trial, text: str, reply: str) -> Iterator[tuple[Stand, Any]]:
     with trial.opened() as (made, instrument):
         data = reply.encode("latin-1") if text == _FRAME else reply.rstrip("\n").encode("latin-1") + b"\n"
-        made.faults.add(Fault.on(FaultKind.REPLACE, f"^{re.escape(text)}$", reply=data))
+        made.faults.add(Fault.on(FaultKind.REPLACE, rf"^{re.escape(text)}\r?$", reply=data))
         yield made, instrument
 
 
@@ -110,7 +110,7 @@ def _read_back(trial: Trial, text: str, other: str) -> Iterator[tuple[Stand, Any
     def strikes(_: int, message: str) -> bool:
         nonlocal written
         written = written or message.startswith(f"{header} ")
-        return written and message == text
+        return written and message.rstrip("\r") == text
 
     with trial.opened() as (made, instrument):
         made.faults.add(Fault(FaultKind.REPLACE, strikes, reply=other.encode() + b"\n", times=None))

@@ -25,10 +25,11 @@ def open_session(
     *,
     timeout: float = 10.0,
     baud_rate: int | None = None,
+    line_end: str = "\n",
 ) -> ScpiSession:
     """Open a VISA address with the surroundings' resource manager; raises CommunicationError where nothing is there.
 
-    A serial line gets `baud_rate` (bit/s) where that is given.
+    A serial line gets `baud_rate` (bit/s) where that is given; each message sent ends with `line_end`.
     """
     manager = surroundings.manager()
     try:
@@ -39,7 +40,7 @@ def open_session(
             text("cannot be opened at {address} ({error})", address=address, error=error),
             remedy=text("Check address, power and cable"),
         ) from error
-    resource.write_termination = "\n"
+    resource.write_termination = line_end
     # A socket and a serial line have no end-of-message signal; elsewhere END ends a reply.
     socket, serial = address.upper().endswith("::SOCKET"), address.upper()[:4] == "ASRL"
     if serial and baud_rate is not None:

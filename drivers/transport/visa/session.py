@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Protocol, TypeVar
 
-from pyvisa.constants import StatusCode
+from pyvisa.constants import RENLineOperation, StatusCode
 from pyvisa.errors import VisaIOError
 
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
@@ -231,6 +231,19 @@ class ScpiSession:
                 text("'{found}' answers instead of '{identity_line}'", found=found, identity_line=self._identity_line),
                 command=IDENTITY_QUERY,
             )
+
+    def go_to_local(self, command: str = "") -> None:
+        """Give the front panel back: by a `command` where the instrument has one, and by the transport's own message (GTL)."""
+        try:
+            if command:
+                self.send(command)
+            control = getattr(self._resource, "control_ren", None)
+            if control is not None:
+                control(RENLineOperation.address_gtl)
+        except (CommunicationError, NotImplementedError, AttributeError, *RESOURCE_ERRORS) as error:
+            # Not every transport has remote and local; without them the front panel was never locked.
+            if self._traffic is not None:
+                self._traffic("error", f"local: {_finding(error)}")
 
     def close(self) -> None:
         """Close the resource; what it says about that is of no use any more."""

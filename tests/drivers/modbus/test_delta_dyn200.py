@@ -22,14 +22,12 @@ def test_bytes_of_one_measurement(dynamometer: DeltaDyn200, units: Units, server
     server.requests.clear()
     clock.time = 4.0
     reading = dynamometer.measure()
-    # One block of six registers, then the direction; transaction numbers are the client's.
-    assert [request[6:] for request in server.requests] == [
-        "00 00 00 06 02 03 00 00 00 06",
-        "00 00 00 06 02 03 00 12 00 02",
-    ]
+    # One block of six registers, and nothing else: the sensor tells no direction.
+    assert [request[6:] for request in server.requests] == ["00 00 00 06 02 03 00 00 00 06"]
     assert reading.torque == -1.2345
     assert reading.speed == pytest.approx(1500.25 * RPM)
-    assert reading.power == -193.9
+    assert reading.power == pytest.approx(-193.95, rel=1e-3)
+    assert reading.speed_accuracy.source.endswith("direction not known")
     assert reading.time == 4.0
     assert reading.torque_accuracy.offset == pytest.approx(0.005)
     assert "typical of its class" in reading.torque_accuracy.source
@@ -37,9 +35,25 @@ def test_bytes_of_one_measurement(dynamometer: DeltaDyn200, units: Units, server
     assert reading.speed_accuracy.resolution == pytest.approx(0.01 * RPM)
 
 
-def test_reverse_is_negative(dynamometer: DeltaDyn200, units: Units) -> None:
-    units.set_speed(600.0, reverse=True)
-    assert dynamometer.measure().speed == pytest.approx(-600 * RPM)
+def test_the_sign_of_the_speed_is_that_of_the_command_until_the_shaft_is_let_go(
+    dynamometer: DeltaDyn200, units: Units
+) -> None:
+    units.set_32(0x12, 0)
+    with dynamometer.driving_speed(-62.83):
+        assert dynamometer.measure().speed == pytest.approx(-62.83, rel=1e-3)
+    units.set_speed(300.0)
+    coasting = dynamometer.measure()
+    assert coasting.speed == pytest.approx(-300 * RPM)
+    assert "not known" not in coasting.speed_accuracy.source
+
+
+def test_a_shaft_at_rest_turns_the_way_it_is_pushed(dynamometer: DeltaDyn200, units: Units) -> None:
+    with dynamometer.driving_torque(-1.0):
+        units.set_speed(60.0)
+        assert dynamometer.measure().speed == pytest.approx(-60 * RPM)
+    # A brake on a shaft that turns already does not reverse it.
+    with dynamometer.driving_torque(1.0):
+        assert dynamometer.measure().speed == pytest.approx(-60 * RPM)
 
 
 def test_bytes_of_a_driving_block(dynamometer: DeltaDyn200, units: Units, server: TcpServer) -> None:
@@ -89,15 +103,6 @@ def test_a_speed_that_does_not_settle_ends_disabled(dynamometer: DeltaDyn200, un
         pass
     assert units.command == 0x01
     assert clock.now() == pytest.approx(2.0, abs=0.1)
-
-
-def test_zeroing_writes_zero_to_the_torque(dynamometer: DeltaDyn200, units: Units, server: TcpServer) -> None:
-    server.requests.clear()
-    dynamometer.zero_torque()
-    assert server.requests[-1][18:] == "02 10 00 00 00 02 04 00 00 00 00"
-    units.set_speed(100.0)
-    with pytest.raises(MeasurementError, match="the shaft turns"):
-        dynamometer.zero_torque()
 
 
 @pytest.mark.parametrize(
@@ -162,7 +167,6 @@ def test_options_replace_accuracy_and_direction(server: TcpServer, units: Units,
     )
     dynamometer = DeltaDyn200.open(server.address, options, Surroundings(clock), "dynamometer")
     with dynamometer.driving_speed(-20.0):
-        units.set_32(0x12, 0)
         reading = dynamometer.measure()
     assert reading.speed == pytest.approx(-20.0, rel=1e-2)
     assert reading.torque_accuracy is reading.speed_accuracy is accuracy

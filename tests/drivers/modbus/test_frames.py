@@ -100,7 +100,7 @@ def test_whatever_a_transducer_holds_is_a_number_or_an_instrument_error(blocks: 
 
     with contextlib.suppress(InstrumentError):
         reading = Dyn200(ModbusLine(OddLine(answer), "dynamometer"), 2).read()
-        assert all(math.isfinite(value) for value in (reading.torque, reading.speed, reading.power))
+        assert all(math.isfinite(value) for value in (reading.torque, reading.speed, reading.power_counts))
 
 
 def test_a_transducer_in_rtu_frames() -> None:
@@ -113,7 +113,7 @@ def test_a_transducer_in_rtu_frames() -> None:
     reading = Dyn200(ModbusLine(OddLine(answer), "dynamometer"), 2).read()
     assert reading.torque == -1.234
     assert reading.speed == pytest.approx(1000.0 * RPM)
-    assert reading.power == 12.3
+    assert reading.power_counts == 123
 
 
 @given(st.text(string.printable, max_size=30), st.sampled_from(["", "tcp://", "rtu:///dev/", "rtu:///dev/x?baudrate="]))
@@ -121,3 +121,39 @@ def test_whatever_stands_as_an_address(text: str, start: str) -> None:
     # Made, not connected: only what a station file may say is refused, and as ValueError.
     with contextlib.suppress(ValueError):
         client_for(start + text, 1.0).close()
+
+
+class Watch:
+    """A clock that a request of 2 ms moves too."""
+
+    def __init__(self) -> None:
+        self.time = 5.0
+        self.slept: list[float] = []
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.slept.append(seconds)
+        self.time += seconds
+
+
+def test_frames_of_a_serial_line_are_more_than_10_ms_apart_whoever_answered() -> None:
+    watch = Watch()
+
+    def answer(request: bytes) -> bytes:
+        watch.time += 0.002
+        data = bytes(2 * int.from_bytes(request[4:6], "big"))
+        return with_check_sum(bytes([request[0], 3, len(data)]) + data)
+
+    line = ModbusLine(OddLine(answer), "dynamometer", clock=watch)
+    line.read(2, 0, 6, "torque")
+    assert watch.slept == []
+    line.read(2, 0, 6, "torque")
+    assert watch.slept == [pytest.approx(0.011)]
+    watch.time += 0.004
+    line.read(2, 0, 6, "torque")
+    assert watch.slept[1:] == [pytest.approx(0.007)]
+    watch.time += 1.0
+    line.read(2, 0, 6, "torque")
+    assert len(watch.slept) == 2

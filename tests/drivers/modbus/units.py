@@ -20,6 +20,12 @@ class Units:
         self.registers: dict[tuple[int, int], int] = {
             **{(1, address): 0 for address in (0x2000, 0x2001, 0x2002, 0x2100, 0x2102, 0x2103, 0x2104)},
             **{(1, address): 0 for address in (0x000A, 0x0016, 0x0B22)},
+            # 00-00, 00-20, 00-21, 11-33, 11-36
+            (1, 0x0000): 5,
+            (1, 0x0014): 1,
+            (1, 0x0015): 2,
+            (1, 0x0B21): 1,
+            (1, 0x0B24): 1,
             **{(2, address): 0 for address in range(0x24)},
             (2, 0x09): 4,
             (2, 0x21): 2,
@@ -27,6 +33,10 @@ class Units:
         self.writes: list[tuple[int, int, list[int]]] = []
         self.refuse: dict[tuple[int, int], int] = {}  # (unit, address) → exception
         self.keeps: dict[tuple[int, int], int] = {}  # registers that acknowledge a write and stay what they are
+        self.coils: list[tuple[int, int, int]] = []
+        self.zeroes = True
+        self.speed_decimals = 2
+        self.reverse = False
         self.stuck = False
         self.slip = 1.0
 
@@ -36,6 +46,11 @@ class Units:
             return None
         if code := self.refuse.get((unit, address)):
             return bytes([function | 0x80, code])
+        if function == 5:
+            self.coils.append((unit, address, third))
+            if self.zeroes:
+                self.set_32(0x00, 0)
+            return pdu[:5]
         if function == 3:
             wanted = [(unit, address + offset) for offset in range(third)]
             if any(key not in self.registers for key in wanted):
@@ -60,8 +75,8 @@ class Units:
             self.set_speed(counts * 0.01 * 60 / 2 * self.slip, reverse)
 
     def set_speed(self, rpm: float, reverse: bool = False) -> None:
-        self.set_32(0x02, round(rpm * 100))
-        self.set_32(0x12, int(reverse))
+        self.set_32(0x02, round(rpm * 10**self.speed_decimals))
+        self.reverse = reverse
 
     def set_32(self, address: int, value: int) -> None:
         self.registers[2, address], self.registers[2, address + 1] = value >> 16 & 0xFFFF, value & 0xFFFF

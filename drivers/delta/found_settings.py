@@ -1,0 +1,115 @@
+"""What drive and transducer of a dynamometer may have been left with: parameters that decide what a command or a reading means.
+
+Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12), one maker and so one source;
+that 2001H acts with 00-20 = 1 only is said there twice (00-20 and 09-10).
+"""
+
+from collections.abc import Mapping
+
+from drivers.bases.found_state import FoundState, Setting
+from drivers.delta.dyn200 import INVERTED
+from drivers.delta.options import DeltaDyn200Options
+from drivers.interfaces.found_state import FoundSetting
+from drivers.interfaces.text import text
+from drivers.transport.modbus.line import ModbusLine, signed_32
+
+#: That a register may be written.
+_WRITE = "{value}"
+
+#: What torque control needs besides.
+TORQUE: Mapping[int, Setting] = {
+    0x0B21: Setting("11-33 source of the torque command", ("1",), text("11-34 has no effect on the torque"), _WRITE),
+    0x0B24: Setting(
+        "11-36 what limits the speed", ("1", "2"), text("the frequency command does not limit the speed"), _WRITE
+    ),
+}
+
+
+def drive_rows(options: DeltaDyn200Options) -> Mapping[int, Setting]:
+    """Return what every use of the drive needs, by address (group and number are the bytes)."""
+    code = () if options.drive_code is None else (str(options.drive_code),)
+    return {
+        0x0000: Setting(
+            "00-00 identity code",
+            code,
+            text("another drive may answer"),
+            remedy=text("Correct address, drive_unit or drive_code"),
+        ),
+        0x0014: Setting(
+            "00-20 source of the frequency command",
+            ("1",),
+            text("2001H has no effect, the drive follows its keypad"),
+            _WRITE,
+        ),
+        0x0015: Setting(
+            "00-21 source of the operation command",
+            ("2",),
+            text("2000H has no effect, the drive follows its keypad"),
+            _WRITE,
+            optional=True,
+        ),
+    }
+
+
+def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, Setting]:
+    """Return what is asked of the transducer, by address; two registers each."""
+    wanted = "1" if options.torque_inverted else "0"
+    return {
+        INVERTED: Setting(
+            "12H torque direction (1: inverted)",
+            (wanted,),
+            text("every torque has the other sign"),
+            remedy=text(
+                "At the sensor set parameter 12 to {wanted} (K1 held, K1 to its page), or say torque_inverted in the station file "
+                "if its mounting wants it so",
+                wanted=wanted,
+            ),
+        ),
+        0x06: Setting("06H filter of the torque", (), text("a larger one lags behind a torque that changes")),
+    }
+
+
+class DynamometerSettings:
+    """What drive and transducer on one line were left with."""
+
+    def __init__(self, line: ModbusLine, options: DeltaDyn200Options) -> None:
+        self._line = line
+        self._options = options
+        self._addresses: dict[str, int] = {}
+        self._drive = FoundState(line.name, self._ask_drive, self._set_drive)
+        self._transducer = FoundState(line.name, self._ask_transducer)
+
+    @property
+    def found(self) -> tuple[FoundSetting, ...]:
+        """What they were found set to."""
+        return (*self._drive.settings, *self._transducer.settings)
+
+    def take_over(self) -> None:
+        """Ask everything, and set what may be set.
+
+        Raises ReportedError where something is wrong that may not be set, or that does not stay as it was set.
+        """
+        sensor = transducer_rows(self._options)
+        drive = {**drive_rows(self._options), **TORQUE}
+        self._addresses = {row.query: address for address, row in (*sensor.items(), *drive.items())}
+        self._transducer.take_over(sensor.values())
+        self._drive.take_over(drive.values())
+
+    def verify_torque(self) -> None:
+        """Make sure that torque control still does as it is told; raises ReportedError where it does not."""
+        self._addresses |= {row.query: address for address, row in TORQUE.items()}
+        self._drive.verify(TORQUE.values())
+
+    def give_back(self) -> None:
+        """Set the drive back as it was found; may be called twice."""
+        self._drive.give_back()
+
+    def _ask_drive(self, row: Setting) -> str:
+        return str(self._line.read(self._options.drive_unit, self._addresses[row.query], 1, row.query)[0])
+
+    def _set_drive(self, row: Setting, value: str) -> None:
+        self._line.write(self._options.drive_unit, self._addresses[row.query], int(value), row.query)
+
+    def _ask_transducer(self, row: Setting) -> str:
+        registers = self._line.read(self._options.transducer_unit, self._addresses[row.query], 2, row.query)
+        return str(signed_32(*registers))

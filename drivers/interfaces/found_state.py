@@ -1,0 +1,24 @@
+"""What an instrument was set to by whoever used it last, as far as it would change a figure."""
+
+from dataclasses import dataclass
+
+from drivers.interfaces.text import Text
+
+
+@dataclass(frozen=True)
+class FoundSetting:
+    """One setting as it was `found`, by its `query`; `wanted` is empty for one that is only told.
+
+    `effect` says what another value does to a figure. One that was `changed` is put back when the instrument is let go of.
+    """
+
+    query: str
+    found: str
+    wanted: str
+    effect: Text
+    changed: bool = False
+
+    @property
+    def as_wanted(self) -> bool:
+        """Whether it was right as it was found."""
+        return self.found == self.wanted or not self.wanted

@@ -1,0 +1,80 @@
+"""A C2000 as its last user left it: parameters that decide what a command does, set, given back, and verified again."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from drivers.catalogue import Surroundings
+from drivers.delta.dynamometer import DeltaDyn200
+from drivers.interfaces import ReportedError
+from tests.drivers.modbus.units import OPTIONS, TcpServer, Units
+
+KEYPAD = {(1, 0x0014): 0, (1, 0x0015): 0, (1, 0x0B21): 0, (1, 0x0B24): 0}
+OURS = [(1, 0x0014, [1]), (1, 0x0015, [2]), (1, 0x0B21, [1]), (1, 0x0B24, [1])]
+
+
+def opened(server: TcpServer, clock: Any, **options: Any) -> DeltaDyn200:
+    return DeltaDyn200.open(server.address, replace(OPTIONS, **options), Surroundings(clock), "dynamometer")
+
+
+def test_a_drive_in_keypad_mode_is_taken_over_and_given_back(server: TcpServer, units: Units, clock: Any) -> None:
+    units.registers |= KEYPAD
+    dynamometer = opened(server, clock)
+    assert units.writes == OURS
+    told = {setting.query[:5]: setting for setting in dynamometer.found_state}
+    assert (told["00-20"].found, told["00-20"].wanted, told["00-20"].changed) == ("0", "1", True)
+    assert (told["00-00"].found, told["00-00"].wanted) == ("5", "")
+    dynamometer.close()
+    assert units.writes[4:] == [(unit, address, [0]) for unit, address, _ in reversed(OURS)]
+    dynamometer.close()
+    assert len(units.writes) == 8
+
+
+def test_settings_that_are_right_are_not_written(server: TcpServer, units: Units, clock: Any) -> None:
+    units.registers[1, 0x0B24] = 2
+    opened(server, clock).close()
+    assert units.writes == []
+
+
+def test_a_locked_parameter_is_refused_and_the_others_given_back(server: TcpServer, units: Units, clock: Any) -> None:
+    units.registers |= KEYPAD
+    units.keeps[1, 0x0B24] = 0
+    with pytest.raises(
+        ReportedError, match=r"11-36.*left with 0 where 1 or 2 is needed: the frequency command does not"
+    ):
+        opened(server, clock)
+    assert all(units.registers[key] == value for key, value in KEYPAD.items())
+
+
+def test_torque_control_is_verified_before_it_is_trusted(server: TcpServer, units: Units, clock: Any) -> None:
+    dynamometer = opened(server, clock)
+    units.registers[1, 0x0B21] = 2
+    with pytest.raises(ReportedError, match=r"11-33.*left with 2 where 1 is needed"), dynamometer.driving_torque(1.0):
+        pass
+    assert units.command != 0x12
+    dynamometer.close()
+
+
+def test_a_drive_without_00_21_goes_without_and_one_without_00_20_is_refused(
+    server: TcpServer, units: Units, clock: Any
+) -> None:
+    units.refuse[1, 0x0015] = 2
+    opened(server, clock).close()
+    units.refuse[1, 0x0014] = 2
+    with pytest.raises(ReportedError, match="00-20"):
+        opened(server, clock)
+
+
+def test_another_drive_is_refused_by_its_code(server: TcpServer, units: Units, clock: Any) -> None:
+    with pytest.raises(ReportedError, match=r"00-00 identity code.*left with 5 where 9 is needed.*drive_code"):
+        opened(server, clock, drive_code=9)
+    opened(server, clock, drive_code=5).close()
+
+
+def test_a_second_process_that_guards_asks_and_sets_nothing(server: TcpServer, units: Units, clock: Any) -> None:
+    units.registers |= KEYPAD
+    guard = DeltaDyn200.open(server.address, OPTIONS, Surroundings(clock, guarding=True), "dynamometer")
+    assert server.requests == []
+    guard.close()
+    assert units.writes == []
