@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from drivers.interfaces.text import Text, Translate, english, word
+from drivers.interfaces.text import Text, Translate, english, text, word
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.parameters import PARAMETERS
 
@@ -132,18 +132,48 @@ class Withheld:
     @property
     def label(self) -> Text:
         """What readers call the parameter; one that nothing defines keeps its name."""
-        definition = self.definition or PARAMETERS.get(self.name)
+        definition = self._defined
         return definition.label if definition else word(self.name)
+
+    @property
+    def unit(self) -> str:
+        """The unit of results in which it would be given; empty where nothing defines it."""
+        return self._defined.unit if self._defined else ""
+
+    @property
+    def reader_unit(self) -> str:
+        """The unit in which readers would expect it."""
+        return (self._defined.reader_unit if self._defined else "") or self.unit
+
+    @property
+    def own_definition(self) -> ParameterDefinition | None:
+        """What a procedure defines beside the table: a record must hold it to be read without the procedure."""
+        return None if self.name in PARAMETERS else self.definition
+
+    @property
+    def _defined(self) -> ParameterDefinition | None:
+        return self.definition or PARAMETERS.get(self.name)
+
+    @property
+    def sentence(self) -> Text:
+        """What is said where the figure would stand: which, by which procedure, the cause, what was seen and what to do."""
+        return text(
+            "{name} ({procedure}), {cause}: {why}",
+            name=self.label,
+            procedure=self.procedure,
+            cause=self.cause,
+            why=self.message,
+        )
 
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:
         """Return it as it stands under `withheld` in `result.json`."""
-        own = None if self.name in PARAMETERS else self.definition
+        own = self.own_definition
         return {
             "procedure": self.procedure,
             "section": self.section,
             "cause": self.cause,
             "message": self.message.render(translate),
-            **({} if own is None else {"definition": own.for_readers()}),
+            **({} if own is None else {"unit": own.unit, "definition": own.for_readers()}),
         }
 
 
