@@ -25,6 +25,7 @@ def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
     from rich.table import Table
 
     from bench.journal.stored_result import restore_parameter, restore_withheld
+    from procedures.core.result import said_of
     from reports.tables.figures import decimals_for, figure, percent, scale_of
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
@@ -60,7 +61,7 @@ def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
     console = console_on(sys.stdout)
     console.print(table)
     for title, lines in (
-        ("Not given", [reason.sentence.render() for reason in withheld.values()]),
+        ("Not given", [sentence.render() for sentence in said_of(withheld.values())]),
         ("Assumed", made["assumptions"]),
         ("Warnings", [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in warnings]),
     ):

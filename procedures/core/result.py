@@ -1,6 +1,6 @@
 """What a procedure gives: parameters with uncertainty and evidence, warnings, findings."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -154,17 +154,6 @@ class Withheld:
     def _defined(self) -> ParameterDefinition | None:
         return self.definition or PARAMETERS.get(self.name)
 
-    @property
-    def sentence(self) -> Text:
-        """What is said where the figure would stand: which, by which procedure, the cause, what was seen and what to do."""
-        return text(
-            "{name} ({procedure}), {cause}: {why}",
-            name=self.label,
-            procedure=self.procedure,
-            cause=self.cause,
-            why=self.message,
-        )
-
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:
         """Return it as it stands under `withheld` in `result.json`."""
         own = self.own_definition
@@ -175,6 +164,26 @@ class Withheld:
             "message": self.message.render(translate),
             **({} if own is None else {"unit": own.unit, "definition": own.for_readers()}),
         }
+
+
+def said_of(withheld: Iterable[Withheld]) -> list[Text]:
+    """Return what is said where figures would stand: which, by which procedure, the cause, what was seen and what to do.
+
+    Figures that are withheld for the same reason have one sentence.
+    """
+    alike: dict[tuple[str, str, str], list[Withheld]] = {}
+    for reason in withheld:
+        alike.setdefault((reason.procedure, reason.cause, str(reason.message)), []).append(reason)
+    return [
+        text(
+            "{names} ({procedure}), {cause}: {why}",
+            names=[reason.label for reason in reasons],
+            procedure=reasons[0].procedure,
+            cause=reasons[0].cause,
+            why=reasons[0].message,
+        )
+        for reasons in alike.values()
+    ]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import ParameterSet
-from procedures.core.result import Parameter, Withheld
+from procedures.core.result import Parameter, Withheld, said_of
 from reports.document.model import Cell, Column, Notices, Table, TableRow
 from reports.labels import phrase
 from reports.tables.budget import budget_rows, combined, freedom
@@ -77,12 +77,8 @@ def _not_given(reason: Withheld, truth: float | None, *, with_truth: bool) -> Ta
 
 
 def withheld_notices(reasons: Iterable[Withheld]) -> Notices:
-    """Return what is not given, each with its cause and what to do."""
-    return Notices(tuple((reason.cause, _said(reason)) for reason in reasons), grave=True)
-
-
-def _said(reason: Withheld) -> Text:
-    return text("{name} is withheld: {why}", name=reason.label, why=reason.message)
+    """Return what is not given, by which procedure, with the cause and what to do."""
+    return Notices(tuple(("withheld", sentence) for sentence in said_of(reasons)), grave=True)
 
 
 def result_table(parameters: tuple[Parameter, ...]) -> Table:

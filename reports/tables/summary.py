@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.parameter_set import ParameterSet
-from procedures.core.result import Notice, Parameter, Withheld
+from procedures.core.result import Notice, Parameter, Withheld, said_of
 from reports.tables.parameter_figures import shown, shown_withheld
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Transl
 
 
 def why_withheld(parameters: ParameterSet) -> list[Text]:
-    """Return for each parameter that is not given a sentence: its name, the procedure, the cause, and what to do."""
-    return [reason.sentence for reasons in parameters.withheld.values() for reason in reasons]
+    """Return why parameters are not given: their names, the procedure, the cause, and what to do."""
+    return said_of(reason for reasons in parameters.withheld.values() for reason in reasons)
 
 
 def other_warnings(parameters: ParameterSet, warnings: Sequence[tuple[str, Notice]]) -> list[tuple[str, Notice]]:

@@ -10,7 +10,7 @@ from bench.panel.pages.parts import named
 from bench.panel.panel import Panel
 from bench.panel.plots import axes as empty_axes
 from bench.panel.plots import line, thinned
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, lines, text
 from procedures.core.misfit_text import told_again
 from procedures.core.result import ProcedureResult
 from reports.document.record import ProcedureRecord
@@ -36,7 +36,7 @@ def _one(result: ProcedureResult, title: str, reader: Reader) -> None:
     for row in result.findings["misfit"]:
         said = told_again(row, reader.translate)
         ui.label(f"{said['cause']}: {said['message']}").classes("text-base py-1")
-    named_causes = reader.say(text("{causes}", causes=causes(result.findings)))
+    named_causes = reader.say(lines(causes(result.findings), between=", "))
     record = ProcedureRecord(result.procedure, Text(title), result.section, {}, (), result)
     for plot in plots(record):
         for axes in (axes for row in plot.rows for axes in row if is_residual(axes)):
