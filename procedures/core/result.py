@@ -154,6 +154,17 @@ class Withheld:
     def _defined(self) -> ParameterDefinition | None:
         return self.definition or PARAMETERS.get(self.name)
 
+    @property
+    def sentence(self) -> Text:
+        """What is said to who needs the figure: which, by which procedure, the cause, what was seen and what to do."""
+        return text(
+            "{name} was withheld by {procedure} ({cause}): {why}",
+            name=self.name,
+            procedure=self.procedure,
+            cause=self.cause,
+            why=self.message,
+        )
+
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:
         """Return it as it stands under `withheld` in `result.json`."""
         own = self.own_definition

@@ -6,6 +6,7 @@ from reports.document.model import Block, Column, Document, Facts, Notices, Para
 from reports.document.parameters import parameter_table, withheld_notices
 from reports.document.procedure import procedure_section
 from reports.document.record import RunRecord
+from reports.tables.summary import other_warnings
 
 _STATUS: dict[str, Text] = {
     "completed": text("completed"),
@@ -52,7 +53,8 @@ def _summary(run: RunRecord) -> ReportSection:
         blocks.append(Paragraph(text("No parameter was measured.")))
     if run.parameters.withheld:
         blocks.append(withheld_notices(reason for reasons in run.parameters.withheld.values() for reason in reasons))
-    own = [(notice.identifier, procedure, notice.message) for procedure, notice in run.warnings if procedure]
+    warnings = other_warnings(run.parameters, run.warnings)
+    own = [(notice.identifier, procedure, notice.message) for procedure, notice in warnings if procedure]
     if own:
         blocks.append(
             Table(

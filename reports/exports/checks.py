@@ -1,12 +1,12 @@
 """When a figure must not go into a controller: it is missing, it makes no sense, or too little is known of it."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from drivers.interfaces.text import Text, text
 from procedures.core.parameter_definition import ParameterDefinition
-from procedures.core.result import Parameter, Withheld
+from procedures.core.result import Parameter
 from reports.exports.quantities import Fixed, FromPlate, Source
 from reports.exports.subject import Subject
 from reports.tables.figures import percent
@@ -56,21 +56,9 @@ def objections(source: Source, subject: Subject, limits: UncertaintyBounds) -> I
             yield from ((name, reason) for reason in _measured(parameter, limits.of(definition)))
 
 
-def not_given(name: str, reasons: Sequence[Withheld]) -> Text:
-    """Return why a figure that was withheld is not to be had, and what would help."""
-    first = reasons[0]
-    return text(
-        "{name} was withheld by {procedure} ({cause}): {why}",
-        name=name,
-        procedure=first.procedure,
-        cause=first.cause,
-        why=first.message,
-    )
-
-
 def _missing(name: str, subject: Subject) -> Text:
     if name in subject.withheld:
-        return not_given(name, subject.withheld[name])
+        return subject.withheld[name][0].sentence
     procedures = list(subject.given_by.get(name, ()))
     if not procedures:
         return text("{name} is needed and the run has none", name=name)

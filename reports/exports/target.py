@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivers.interfaces.text import Text, text
-from reports.exports.checks import ExportRefusedError, UncertaintyBounds, not_given, objections
+from reports.exports.checks import ExportRefusedError, UncertaintyBounds, objections
 from reports.exports.quantities import ExportFigure, ExportQuantity, Source, figure
 from reports.exports.subject import Subject
 
@@ -127,7 +127,7 @@ def sheet_for(
         lines.append(_line(field, subject))
     if not target.fields:
         # Whatever the run has is asked for: what it withheld is told, and where that is all there is nothing to write.
-        told = {(name, ""): not_given(name, why) for name, why in subject.withheld.items()}
+        told = {(name, ""): why[0].sentence for name, why in subject.withheld.items()}
         if not subject.parameters:
             reasons = told or {("", ""): text("no parameter was measured")}
         left_out |= told

@@ -33,9 +33,9 @@ def misfits_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
 
 def _one(result: ProcedureResult, title: str, reader: Reader) -> None:
     ui.label(title).classes("text-base font-semibold mt-2")
-    for row in result.findings["misfit"]:
-        said = told_again(row, reader.translate)
-        ui.label(f"{said['cause']}: {said['message']}").classes("text-base py-1")
+    rows = [told_again(row, reader.translate) for row in result.findings["misfit"]]
+    for sentence in dict.fromkeys(f"{row['cause']}: {row['message']}" for row in rows):
+        ui.label(sentence).classes("text-base py-1")
     named_causes = reader.say(lines(causes(result.findings), between=", "))
     record = ProcedureRecord(result.procedure, Text(title), result.section, {}, (), result)
     for plot in plots(record):

@@ -1,7 +1,5 @@
 """A figure that is withheld, from the command line to the last export: told everywhere, taken for a value nowhere."""
 
-import csv
-import io
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -9,79 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from jsonschema import Draft202012Validator
 
 from bench.analysis.outcome import AnalysisOutcome
-from bench.eol.store.database import open_database
-from bench.eol.store.records import Records
-from bench.eol.verdict import Verdict
 from bench.journal.finished_run import read_run
+from bench.journal.schema import journal_schema
 from bench.journal.verification import Integrity
 from bench.journal.verify import verify
 from bench.panel.archive import Archive
 from bench.report.evidence import record_of
-from bench.testing import PlanUnderTest
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from reports.plots.of_procedures import plots
+from tests.bench.withheld.withholding import NEEDING, SAID
 from tests.command_line import Call
 from tests.studies import simulated as sim
-
-PROCEDURE = """
-from typing import ClassVar
-import numpy as np
-from procedures.core.bench import Role
-from procedures.core.curves import curve
-from procedures.core.parameter_definition import ParameterDefinition
-from procedures.core.procedure import Procedure, Settings
-from procedures.core.steps import step
-from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
-from drivers.interfaces.text import text
-
-OWN = ParameterDefinition("frame_capacitance", "C_f", "F", text("Capacitance to the frame"), reader_unit="s/Ω")
-
-
-class Named(Procedure[Settings]):
-    name: ClassVar[str] = "{name}"
-    title: ClassVar[str] = "A fit"
-    section: ClassVar[str] = "9.8"
-    roles: ClassVar[frozenset[Role]] = frozenset()
-    gives: ClassVar[tuple[str | ParameterDefinition, ...]] = ("stator_resistance", "inertia", OWN)
-
-    def measure(self) -> None:
-        self.compare()
-
-    @step("9.8/1", "Fit it")
-    def compare(self) -> None:
-        time = np.linspace(0.0, 1.0, 50)
-        self.findings["fit"] = dict(unit="A", **curve(time=time, fitted=np.exp(-time), residual=0.1 * np.sin(time)))
-        quantity = self.bench.uncertainties.statistical("comparison", 1.01, 0.01)
-        for name, answer in {answers}.items():
-            found = Misfit((Finding(Cause.UNEXPLAINED, Answer(answer), (name,), 12.0),)) if answer else Misfit()
-            self.report(name, quantity, section="9.8", estimator="comparison", misfit=found)
-"""
-WITHHELD = {"stator_resistance": "withheld", "frame_capacitance": "withheld", "inertia": "widened"}
-GIVEN = {"stator_resistance": "", "frame_capacitance": "modelled"}
-SAID = "none of the causes known here"
-
-
-@pytest.fixture
-def station(tmp_path: Path) -> str:
-    """A station without instruments, with a procedure that withholds two figures and one that gives them."""
-    for name, answers in (("withholding", WITHHELD), ("giving", GIVEN)):
-        (tmp_path / f"{name}.py").write_text(
-            PROCEDURE.replace("{name}", name).replace("{answers}", repr(answers)), encoding="utf-8"
-        )
-    path = tmp_path / "station.toml"
-    path.write_text('[station]\nname = "nothing"\n[plugins]\nfiles = ["withholding.py", "giving.py"]\n')
-    return str(path)
-
-
-@pytest.fixture
-def measured(call: Call, station: str) -> Callable[..., tuple[int, str, str]]:
-    def run(*procedures: str, json: bool = False, language: str = "en") -> tuple[int, str, str]:
-        more = ("--json",) if json else ()
-        return call("run", *procedures, "--station", station, "--motor", "lg-400w", "--language", language, *more)
-
-    return run
 
 
 def test_a_run_says_what_it_does_not_give_and_ends_with_status_1(
@@ -144,6 +83,9 @@ def test_it_is_read_back_and_proved(measured: Callable[..., tuple[int, str, str]
         "F",
     )
     assert verify(run.folder).verdict is Integrity.UNTOUCHED
+    validator = Draft202012Validator(journal_schema())
+    for line in run.folder.journal.read_text(encoding="utf-8").splitlines():
+        validator.validate(json.loads(line))
     content = json.loads(run.folder.result.read_text(encoding="utf-8"))
     content["withheld"]["stator_resistance"]["cause"] = "hum"
     run.folder.result.write_text(json.dumps(content), encoding="utf-8")
@@ -219,87 +161,12 @@ def test_an_analysis_tells_it_and_ends_with_status_1(
     assert out.count("no figure is given") == 1
 
 
-def plan(folder: Path, *procedures: str, on_failure: str = "retry", limits: str = "") -> str:
-    taken = "".join(f'[[procedure]]\nname = "{name}"\n' for name in procedures)
-    (folder / "plan.toml").write_text(
-        f'[plan]\nname = "batch"\nmotor = "lg-400w"\non_failure = "{on_failure}"\nretries = 1\n'
-        f'[plugins]\nfiles = ["withholding.py", "giving.py"]\n{taken}'
-        + (limits or '[[limit]]\nparameter = "stator_resistance"\nlow = 0.5\nhigh = 1.5\n'),
-        encoding="utf-8",
+def test_who_needs_it_is_told_why_it_is_not_there(station: str, measured: Callable[..., tuple[int, str, str]]) -> None:
+    folder = Path(station).parent
+    (folder / "giving.py").write_text(NEEDING, encoding="utf-8")
+    status, _, err = measured("withholding", "needing")
+    assert status == 1
+    assert (
+        "needing: run it first; stator_resistance was withheld by withholding (unexplained): the record differs"
+        in " ".join(err.split())
     )
-    return "plan.toml"
-
-
-def batch(call: Call, file: str) -> tuple[int, dict[str, Any]]:
-    words = ("--station", "virtual", "--motors", "1", "--operator", "virtual", "--language", "en", "--json")
-    status, out, _ = call("eol", "run", file, *words)
-    return status, json.loads(out)
-
-
-@pytest.mark.usefixtures("station")
-def test_a_plan_does_not_judge_it_and_never_passes_the_motor(call: Call, tmp_path: Path) -> None:
-    status, counts = batch(call, plan(tmp_path, "withholding"))
-    assert (status, counts["pass"], counts["error"]) == (1, 0, 1)
-    assert "not_judged" not in counts
-    engine = open_database("records.sqlite", existing=True)
-    (record,) = Records(engine).read()
-    engine.dispose()
-    assert (record.verdict, record.first_pass) == (Verdict.ERROR, False)
-    figure = {one.parameter: one for one in record.measured}["stator_resistance"]
-    assert (figure.verdict, figure.unit, figure.low, figure.value != figure.value) == (
-        Verdict.NOT_JUDGED,
-        "Ω",
-        0.5,
-        True,
-    )
-    # Tried again, as the plan has it, before it was left.
-    assert [(check.attempt, check.verdict) for check in record.checks] == [(1, Verdict.ERROR), (2, Verdict.ERROR)]
-    assert "stator_resistance is not judged, unexplained: the record differs" in record.cause
-    # What has no limits decides nothing, and is told by the run only.
-    assert {one.parameter for one in record.measured} == {"stator_resistance", "inertia"}
-    out = call("eol", "export", "--format", "csv")[1]
-    row = next(row for row in csv.DictReader(io.StringIO(out)) if row["parameter"] == "stator_resistance")
-    assert (row["value"], row["verdict"], row["motor_verdict"]) == ("", "not_judged", "error")
-    out = call("eol", "export", "--format", "junit")[1]
-    assert 'errors="1"' in out
-    assert 'type="not_judged"' in out
-    assert SAID in out
-    assert '"verdict":"not_judged"' in call("eol", "export", "--format", "jsonl")[1]
-    assert "| ERROR |" in call("eol", "labels", "--batch", "batch")[1]
-    out = json.loads(call("eol", "stats", "--json")[1])
-    assert out["verdicts"] == {"pass": 0, "fail": 0, "error": 1, "aborted": 0}
-    assert "500.0 … 1500.0" not in call("eol", "stats", "--language", "en")[1]
-
-
-@pytest.mark.usefixtures("station", "call")
-def test_a_plan_passes_a_motor_whose_figure_another_procedure_gives(tmp_path: Path) -> None:
-    file = plan(tmp_path, "withholding", "giving", on_failure="go_on")
-    judged = PlanUnderTest(Path(file), tmp_path / "runs").measure()
-    assert [attempt.verdict for attempt in judged.attempts] == [Verdict.ERROR, Verdict.PASS]
-    assert (judged.verdict, judged.figures["stator_resistance"].verdict) == (Verdict.PASS, Verdict.PASS)
-
-
-@pytest.mark.usefixtures("station", "call")
-def test_a_motor_that_fails_has_failed_whatever_is_withheld(tmp_path: Path) -> None:
-    limits = "".join(f'[[limit]]\nparameter = "{name}"\nhigh = 0.5\n' for name in ("stator_resistance", "inertia"))
-    file = plan(tmp_path, "withholding", limits=limits)
-    judged = PlanUnderTest(Path(file), tmp_path / "runs").measure()
-    assert judged.verdict is Verdict.FAIL
-    assert judged.figures["stator_resistance"].verdict is Verdict.NOT_JUDGED
-
-
-@pytest.mark.usefixtures("station", "call")
-def test_a_plan_that_has_no_limits_on_it_passes(tmp_path: Path) -> None:
-    file = plan(tmp_path, "withholding", limits='[[limit]]\nparameter = "inertia"\nlow = 0.5\n')
-    judged = PlanUnderTest(Path(file), tmp_path / "runs").measure()
-    assert (judged.verdict, judged.figures.keys()) == (Verdict.PASS, {"inertia"})
-    assert judged.run.withheld.keys() == {"stator_resistance", "frame_capacitance"}
-
-
-@pytest.mark.usefixtures("station")
-def test_a_plan_is_checked_before_a_line_runs_by_it(call: Call, tmp_path: Path) -> None:
-    status, out, _ = call("eol", "check", plan(tmp_path, "withholding"), "--station", "virtual", "--json")
-    content = json.loads(out)
-    assert (status, content["good"]) == (1, False)
-    (limit,) = content["limits"]
-    assert limit["fault"] == "not judged: the figure was withheld"
