@@ -8,6 +8,10 @@ from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 
 #: By cause: what was seen and what to do. A sentence may name the figures that come with every finding of its cause.
 _SEEN = {
+    Cause.REPEATS_DIFFER: text(
+        "{count:.0f} readings of one quantity, {terminals}, contradict each other: {least:.4g} … {most:.4g} {unit}; look at contacts, "
+        "range and unit, and take them again"
+    ),
     Cause.UNEXPLAINED: text(
         "the record differs from the model by more than noise, and by none of the causes known here: look at its residual before you trust "
         "the figure"

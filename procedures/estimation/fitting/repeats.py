@@ -35,3 +35,29 @@ def mean_of_estimates(values: Sequence[float], uncertainties: Sequence[float]) -
     freedom = float(estimates.size - 1)
     birge = math.sqrt(float(np.sum(weights * (estimates - mean) ** 2)) / freedom)
     return (mean, internal, math.inf) if birge <= 1.0 else (mean, internal * birge, freedom)
+
+
+#: A reading is odd beyond so many times the others' spread.
+_SPREADS = 8.0
+
+
+def odd_reading(values: Sequence[float], share: float, limit: float = 0.0) -> int | None:
+    """Return which of several readings of one quantity contradicts the others most, the later of two; None where none does.
+
+    It is off the others' median by more than `share` of that, twice the instrument's `limit` of error in the readings' unit, and
+    eight times their own spread.
+    """
+    readings = np.asarray(values, dtype=float)
+    worst, found = 1.0, None
+    for number in range(readings.size - 1, -1, -1):
+        others = np.delete(readings, number)
+        if not others.size:
+            break
+        middle = float(np.median(others))
+        spread = float(np.median(np.abs(others - middle)))
+        bound = max(share * abs(middle), 2.0 * limit, _SPREADS * spread)
+        off = abs(float(readings[number]) - middle)
+        beyond = off / bound if bound > 0.0 else (math.inf if off else 0.0)
+        if beyond > worst:
+            worst, found = beyond, number
+    return found
