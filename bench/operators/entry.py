@@ -13,7 +13,7 @@ from procedures.core.events import (
 )
 
 
-class Entry:
+class TypedEntry:
     """Where a person is among repeated readings, by the journal's events; `recorder` keeps what is typed, once there is one."""
 
     def __init__(self) -> None:

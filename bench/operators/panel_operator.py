@@ -8,7 +8,7 @@ from time import monotonic
 from typing import Any
 
 from bench.journal.stored_result import store_text
-from bench.operators.entry import Entry, within
+from bench.operators.entry import TypedEntry, within
 from bench.operators.operator_channel import OperatorLine
 from bench.operators.terminal import named
 from bench.operators.typed import BACK, typed_number
@@ -40,7 +40,7 @@ class DistantOperator:
         self._given: list[Any] = []
         self._watched = monotonic()
         self._closed = threading.Event()
-        self.entry = Entry()
+        self.entry = TypedEntry()
         self.line = OperatorLine(self._hear)
         self._watch = threading.Thread(target=self._watch_chair, name="empty chair", daemon=True)
         self._watch.start()

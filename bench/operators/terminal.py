@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from bench.operators.entry import Entry, within
+from bench.operators.entry import TypedEntry, within
 from bench.operators.typed import BACK, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
@@ -44,7 +44,7 @@ class TerminalOperator:
         self._colours = colours
         self._ask = ask or self._typed
         self._interrupts = interrupts or Interrupts()
-        self.entry = Entry()
+        self.entry = TypedEntry()
 
     def perform(self, action: Action) -> object:
         """Say what to do and wait until it is done; return the reading typed, or the angles in rad."""
