@@ -9,7 +9,7 @@ from bench.operators.entry import TypedEntry, within
 from bench.operators.typed import BACK, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
-from drivers.interfaces.text import Text, Translate, lines, text, text_of
+from drivers.interfaces.text import Text, Translate, text, text_of
 from procedures.core.actions import Action, DoubtReading, EnterReading, MarkRestPositions, Mend
 from reports.labels import role_name
 
@@ -148,8 +148,10 @@ class TerminalPrompt:
 
 def named(instrument: str, quantity: Text, context: Text | None) -> Text:
     """Return what an instrument set by hand asks for, with the instrument's role."""
-    what = quantity if context is None else lines((quantity, context), " ")
-    return text("{instrument}, {quantity}", instrument=role_name(instrument), quantity=what)
+    role = role_name(instrument)
+    if context is None:
+        return text("{instrument}, {quantity}", instrument=role, quantity=quantity)
+    return text("{instrument}, {quantity} {context}", instrument=role, quantity=quantity, context=context)
 
 
 def _plain(words: str) -> str:

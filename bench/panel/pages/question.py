@@ -116,7 +116,7 @@ class QuestionCard:
             if question["kind"] == "doubt":
                 for offered, again in ((text("Enter it again"), True), (text("It is right: keep it"), False)):
                     choice = ui.button(say(offered), on_click=partial(self._answer, question, again), color=None)
-                    choice.classes("mb-go text-2xl px-10 py-4" if again else "text-xl px-6 py-4")
+                    choice.classes("mb-go text-2xl px-10 py-4" if again else "text-xl px-8 py-4")
                 return
             if question.get("correctable"):
                 back = text("Correct the entry before")
@@ -144,6 +144,9 @@ class QuestionCard:
             return [say(text("Read and enter: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "confirm":
             return [f"{say(role_name(question['instrument']))}: {say(restore_text(question['task']))}"]
+        if question["kind"] == "doubt":
+            # The journal has its words in English only.
+            return [say(restore_text(line)) for line in question["lines"]]
         action = self._run.view.action
         if action is not None and type(action).__name__ == question["action"]:
             return [say(line) for line in action.lines(nameplate_of(self._run.view.run.start).wire_colours)]

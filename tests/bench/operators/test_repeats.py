@@ -10,11 +10,12 @@ from typing import Any
 
 import pytest
 
+from bench.journal.stored_result import restore_text
 from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupts
 from bench.testing import Ran, run_procedures, virtual_motor
 from drivers.interfaces import ImpedanceReading, RetypeError, Wanted
-from drivers.interfaces.text import text
+from drivers.interfaces.text import lines, text
 from drivers.keysight.e4980a import KeysightE4980A
 from procedures.core.actions import DoubtReading
 from procedures.core.events import ReadingTyped, RepeatStarted
@@ -179,6 +180,19 @@ def test_at_a_panel_the_same_is_asked_in_words_to_be_translated(operator: Distan
         panel.answer(question, True)
     thread.join()
     assert given == [True]
+
+
+def test_a_question_reaches_a_panel_whole(operator: DistantOperator, tmp_path: Path) -> None:
+    operator.entry.hear(RepeatStarted(terminals="B–C", number=2, count=3))
+    prompt = DistantPrompt(operator, "lcr_meter")
+    context = lines((text("at {frequency:g} Hz", frequency=20.0), text("({value:g} Ω is outside)", value=3.0)), " ")
+    thread, _ = asked(lambda: prompt.ask(text("resistance Rs"), "Ω", 0.0, 10.0, context))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        said = restore_text(question["quantity"]).render()
+        assert said == "LCR meter, resistance Rs at 20 Hz (3 Ω is outside), B–C, reading 2 of 3"
+        panel.answer(question, "1")
+    thread.join()
 
 
 def test_at_a_panel_units_are_typed_and_the_entry_before_corrected(operator: DistantOperator, tmp_path: Path) -> None:
