@@ -12,10 +12,12 @@ from procedures.core.actions import DoubtReading, LinePair
 from procedures.core.events import RepeatsTaken, RepeatStarted
 from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
-from procedures.estimation.fitting.repeats import odd_reading
+from procedures.estimation.fitting.repeats import odd_reading, stands_out
 
 #: A reading that is typed is asked about beyond this share of its siblings, one of an instrument read again beyond that.
 TYPED_SHARE, READ_SHARE = 0.03, 0.1
+#: Readings among which one that is odd can be told.
+_ENOUGH = 4
 #: How often a person is asked about the readings between two terminals.
 _QUESTIONS = 5
 _POWERS = {
@@ -136,18 +138,23 @@ class _Repeats:
         """Read again where an instrument's reading contradicts its siblings; return what is left out."""
         if self._odd(READ_SHARE) is None:
             return []
-        self.take([len(self.readings)], len(self.readings) + 1)
+        count = len(self.readings)
+        # Of two it takes two more to tell which is the odd one.
+        wanted = max(count + 1, _ENOUGH)
+        for place in range(count, wanted):
+            self.take([place], wanted)
         odd = self._odd(READ_SHARE)
-        if odd is None or odd == len(self.readings) - 1:
+        if odd is None or odd >= count:
             # The new one contradicts too, or the two camps are as large: nothing bears out either.
+            self._tell_kept()
+            return []
+        rest = [value for place, value in enumerate(self.values) if place != odd]
+        if not stands_out(self.values, odd) or odd_reading(rest, READ_SHARE) is not None:
+            # Readings that scatter are all of one kind: without the farthest their mean would seem better than it is.
             self._tell_kept()
             return []
         said = self._contradiction(odd)
         left = self.readings.pop(odd)
-        if self._odd(READ_SHARE) is not None:
-            self.readings.insert(odd, left)
-            self._tell_kept()
-            return []
         self._procedure.notice(
             Cause.REPEATS_DIFFER.value,
             text("{contradiction}; read once more it bears them out, and this one is left out", contradiction=said),

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import stdtrit
 
 
 def mean_of_readings(values: Sequence[float]) -> tuple[float, float, float]:
@@ -37,6 +38,8 @@ def mean_of_estimates(values: Sequence[float], uncertainties: Sequence[float]) -
     return (mean, internal, math.inf) if birge <= 1.0 else (mean, internal * birge, freedom)
 
 
+#: One-sided, for 999 of 1000 on both sides.
+_SURELY = 0.9995
 #: A reading is odd beyond so many times the others' spread.
 _SPREADS = 8.0
 
@@ -61,3 +64,15 @@ def odd_reading(values: Sequence[float], share: float, limit: float = 0.0) -> in
         if beyond > worst:
             worst, found = beyond, number
     return found
+
+
+def stands_out(values: Sequence[float], number: int) -> bool:
+    """Tell whether a reading is none of its siblings' kind, so that it may be left out of their mean.
+
+    It is beyond what one more normal reading like the others would be in 999 of 1000 cases (Student). Three others at least.
+    """
+    others = np.delete(np.asarray(values, dtype=float), number)
+    if others.size < 3:
+        return False
+    reach = float(stdtrit(others.size - 1, _SURELY)) * math.sqrt(1.0 + 1.0 / others.size)
+    return abs(float(values[number]) - float(others.mean())) > reach * float(others.std(ddof=1))

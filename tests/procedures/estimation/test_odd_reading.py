@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.fitting.repeats import odd_reading
+from procedures.estimation.fitting.repeats import odd_reading, stands_out
 
 
 @pytest.mark.parametrize(
@@ -35,3 +35,16 @@ def test_what_the_instrument_cannot_tell_apart_is_no_contradiction() -> None:
 def test_noise_of_one_per_cent_hardly_ever_contradicts_by_a_tenth(count: int) -> None:
     readings = np.random.default_rng(count).normal(1.0, 0.01, (2000, count))
     assert sum(odd_reading(list(row), 0.1) is not None for row in readings) == 0
+
+
+def test_a_slip_stands_out_and_the_farthest_of_scattered_ones_does_not() -> None:
+    assert stands_out([5.20, 0.52, 5.21, 5.19], 1)
+    assert not stands_out([5.20, 0.52, 5.21], 1)
+    assert not stands_out([5.2, 3.1, 5.9, 4.4], 1)
+
+
+def test_what_is_left_out_of_scattered_readings_keeps_the_interval_s_promise() -> None:
+    """Twenty per cent of noise: the farthest reading is left out of hardly any mean."""
+    readings = np.random.default_rng(7).normal(1.0, 0.2, (3000, 4))
+    out = [(odd := odd_reading(list(row), 0.1)) is not None and stands_out(list(row), odd) for row in readings]
+    assert sum(out) < 0.006 * len(out)
