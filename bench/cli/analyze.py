@@ -24,8 +24,10 @@ def back_emf(
     accuracy_file: Path | None = None,
     budget: bool = False,
     json: bool = False,
-) -> None:
+) -> int:
     """Fundamental, harmonics, drift and flux linkage of captured back-EMF voltages (§3.4).
+
+    Exit status 0 where every figure is given, 1 where one is withheld.
 
     Parameters
     ----------
@@ -73,7 +75,7 @@ def back_emf(
         accuracy=read_statements(accuracy, accuracy_file),
         temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
     )
-    print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, json=json, budget=budget)
 
 
 def step_response(
@@ -91,8 +93,10 @@ def step_response(
     accuracy_file: Path | None = None,
     budget: bool = False,
     json: bool = False,
-) -> None:
+) -> int:
     """Resistance and inductance from a recorded voltage step and its current (§3.3.1).
+
+    Exit status 0 where every figure is given, 1 where one is withheld.
 
     Parameters
     ----------
@@ -140,7 +144,7 @@ def step_response(
         accuracy=read_statements(accuracy, accuracy_file),
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
     )
-    print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, json=json, budget=budget)
 
 
 def coast_down(
@@ -154,8 +158,10 @@ def coast_down(
     accuracy_file: Path | None = None,
     budget: bool = False,
     json: bool = False,
-) -> None:
+) -> int:
     """Friction from a coast-down, and inertia where a driven ramp is there too (§3.5).
+
+    Exit status 0 where every figure is given, 1 where one is withheld.
 
     Parameters
     ----------
@@ -192,7 +198,7 @@ def coast_down(
         speed_in_rpm=speed_in_rpm,
         accuracy=read_statements(accuracy, accuracy_file),
     )
-    print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, json=json, budget=budget)
 
 
 def rotor_sweep(
@@ -207,8 +213,10 @@ def rotor_sweep(
     accuracy_file: Path | None = None,
     budget: bool = False,
     json: bool = False,
-) -> None:
+) -> int:
     """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
+
+    Exit status 0 where every figure is given, 1 where one is withheld.
 
     Parameters
     ----------
@@ -245,7 +253,7 @@ def rotor_sweep(
         scale=_factors(scale),
         accuracy=read_statements(accuracy, accuracy_file),
     )
-    print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, json=json, budget=budget)
 
 
 def _some(files: Sequence[Path]) -> Sequence[Path]:

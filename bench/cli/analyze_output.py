@@ -8,15 +8,24 @@ from bench.cli.output import print_json
 from bench.run.console import console_on
 
 
-def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None:
-    """Print what an analysis found; `budget` adds a table for every parameter, which JSON holds anyway."""
+def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> int:
+    """Print what an analysis found and return the exit status: 1 where a figure is withheld.
+
+    `budget` adds a table for every parameter, which JSON holds anyway.
+    """
     if json:
         print_json(made)
-        return
+    else:
+        _print_table(made, budget=budget)
+    return 1 if made["withheld"] else 0
+
+
+def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
     from rich import box
     from rich.table import Table
 
-    from bench.journal.stored_result import restore_parameter
+    from bench.journal.stored_result import restore_parameter, restore_withheld
+    from procedures.core.result import said_of
     from reports.tables.figures import decimals_for, figure, percent, scale_of
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
@@ -44,11 +53,17 @@ def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None
             " … ".join(figure(bound / scale.factor, decimals) for bound in each.coverage_interval) if spread else "–",
             each.section,
         )
+    withheld = {name: restore_withheld({"name": name, **entry}) for name, entry in made["withheld"].items()}
+    for reason in withheld.values():
+        table.add_row(reason.label.render(), "not given", "", "–", "–", "–", reason.section)
+    told = {(entry["cause"], entry["message"]) for entry in made["withheld"].values()}
+    warnings = [w for w in made["warnings"] if (w["id"], w["text"]) not in told]
     console = console_on(sys.stdout)
     console.print(table)
     for title, lines in (
+        ("Not given", [sentence.render() for sentence in said_of(withheld.values())]),
         ("Assumed", made["assumptions"]),
-        ("Warnings", [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in made["warnings"]]),
+        ("Warnings", [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in warnings]),
     ):
         if lines:
             console.print(title, style="bold")

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from bench.cli.options import Seed
-from bench.cli.output import print_end, print_json, print_page, print_summary
+from bench.cli.output import print_end, print_json, print_page, print_summary, say_withheld
 from bench.cli.run import given_faults_of
 from bench.i18n.language import language_of, translator
 from bench.motor.motor_file import load_motor
@@ -64,7 +64,7 @@ def demo(
     if done.view.status != "completed":
         print_end(done.view, done.folder, translate)
         return 1
-    return 0
+    return say_withheld(done.view, translate)
 
 
 def _shown(request: RunRequest) -> Finished:

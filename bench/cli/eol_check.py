@@ -1,5 +1,6 @@
 """`motorbench eol check`: a plan tried before a motor comes."""
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -77,10 +78,10 @@ def _print(console: "Console", done: DryRun) -> None:
     for limit in done.limits:
         limits.add_row(
             limit.parameter,
-            f"{limit.value:.5g} {limit.unit}",
-            f"{limit.expanded:.2g}",
+            "–" if math.isnan(limit.value) else f"{limit.value:.5g} {limit.unit}",
+            "–" if math.isnan(limit.expanded) else f"{limit.expanded:.2g}",
             f"{limit.low:.5g} … {limit.high:.5g}",
-            f"{limit.ratio:.3g}",
+            "–" if math.isnan(limit.ratio) else f"{limit.ratio:.3g}",
             limit.fault or "✓",
         )
     console.print(limits)

@@ -154,7 +154,7 @@ class _Printer(BatchListener):
 def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
     return {
         "motors": counts.motors,
-        **{verdict.value: counts.verdicts[verdict.value] for verdict in Verdict},
+        **{verdict.value: counts.verdicts[verdict.value] for verdict in Verdict.of_motors()},
         "first_pass": counts.first_pass,
         "refused": counts.refused,
         "bench_time": counts.bench_time,

@@ -77,6 +77,16 @@ def print_end(view: RunView, folder: RunFolder, translate: Translate) -> None:
     print(f"motorbench: {words.render(translate)}", file=sys.stderr)
 
 
+def say_withheld(view: RunView, translate: Translate) -> int:
+    """Return the exit status of a run that completed: 1, said on standard error, where a figure of it is withheld."""
+    withheld = view.parameters().withheld
+    if not withheld:
+        return 0
+    names = [reasons[0].label for reasons in withheld.values()]
+    print(f"motorbench: {text('not given: {names}', names=names).render(translate)}", file=sys.stderr)
+    return 1
+
+
 STATUS_WORDS = {
     "failed": text("failed"),
     "aborted": text("was aborted"),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from bench.cli.options import Seed
-from bench.cli.output import print_end, print_json, print_summary, say_broken
+from bench.cli.output import print_end, print_json, print_summary, say_broken, say_withheld
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
@@ -47,6 +47,8 @@ def run(
     rehearse: bool = False,
 ) -> int:
     """Run procedures one after the other and print what they found.
+
+    Exit status 0 for a run that completed and gave what it measured, 1 where it did not complete or a figure is withheld.
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ def run(
     if done.view.status != "completed":
         print_end(done.view, done.folder, translate)
         return 1
-    return 0
+    return say_withheld(done.view, translate)
 
 
 def _rehearse(request: RunRequest, catalogues: Catalogues, *, json: bool) -> int:

@@ -36,8 +36,9 @@ RULE_WORDS: Mapping[int, Text] = {
 
 
 def scale_for(each: "ParameterStatistics") -> Scale:
-    """Return the scale in which a parameter's figures are written."""
-    return scale_of(each.distribution.mean, each.distribution.unit)
+    """Return the scale in which a parameter's figures are written; its limits' where no motor has a figure."""
+    about = (each.distribution.mean, each.distribution.limits.high, each.distribution.limits.low)
+    return scale_of(next((value for value in about if math.isfinite(value)), 1.0), each.distribution.unit)
 
 
 def bounds(low: float, high: float, scale: Scale, digits: int) -> str:

@@ -19,8 +19,8 @@ _STORED: Mapping[type, Callable[[Any], Any]] = {
     Notice: store_notice,
     UnknownAction: attrgetter("details"),
 }
-#: Depth beyond which a value is told instead of taken apart (a structure that contains itself).
-_DEPTH = 12
+#: Depth beyond which a value is told instead of taken apart (a structure that contains itself). A sentence within a sentence takes three.
+_DEPTH = 18
 
 
 def dumps(value: Mapping[str, Any]) -> str:

@@ -22,7 +22,7 @@ from bench.journal.events.instruments import (
     WaveformsTaken,
 )
 from bench.journal.waveforms import StoredRecord
-from drivers.interfaces import Instrument, Role, Waveform
+from drivers.interfaces import Instrument, RetypeError, Role, Waveform
 from drivers.interfaces.declarations import Declaration, Effect, Lasting, UndeclaredError, declarations
 from procedures.core.bench import Recorder
 
@@ -84,6 +84,9 @@ class Recording:
             try:
                 # Looked up anew: an instrument that was closed is another one when it has been opened again.
                 given = getattr(self._instrument, method)(*arguments, **named)
+            except RetypeError:
+                # Nothing has failed: the entry before is asked for again.
+                raise
             except BaseException as error:
                 self._failed(method, arguments, named, error)
                 raise

@@ -1,9 +1,10 @@
 """The result of a run as its journal tells it, tied to the journal's end."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from bench.i18n.errors import InputError
-from bench.journal.events.run import RunFinished
+from bench.journal.events.run import TELLS_WITHHELD, RunFinished
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView, view_of
@@ -15,7 +16,21 @@ def result_of(journal: JournalFile, translate: Translate = english) -> dict[str,
 
     Raises InputError for events that are not as a run writes them.
     """
-    return {**view_of(journal.events).as_dict(translate), "journal": end_of(journal)}
+    view = view_of(journal.events)
+    made = view.as_dict(translate)
+    if view.start is not None and view.start.schema < TELLS_WITHHELD:
+        made = _without_withheld(made)
+    return {**made, "journal": end_of(journal)}
+
+
+def _without_withheld(made: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a result as versions wrote it that withheld nothing."""
+    kept = {key: value for key, value in made.items() if key not in ("withheld", "misfit")}
+    kept["procedures"] = {
+        name: {key: value for key, value in procedure.items() if key != "withheld"}
+        for name, procedure in made["procedures"].items()
+    }
+    return kept
 
 
 def end_of(journal: JournalFile) -> dict[str, Any]:

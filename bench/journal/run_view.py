@@ -1,6 +1,6 @@
 """What a journal comes to: the run's state, results and warnings, whole or cut off anywhere."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,8 +20,9 @@ from bench.journal.events.run import (
 )
 from drivers.interfaces.text import Translate, english, text
 from procedures.core.events import Event, StepFailed, StepFinished, StepStarted
+from procedures.core.misfit_text import told_again
 from procedures.core.parameter_set import ParameterSet, merge
-from procedures.core.result import Notice, ProcedureResult
+from procedures.core.result import Notice, ProcedureResult, Withheld
 
 
 @dataclass
@@ -121,6 +122,8 @@ class RunView:
         made |= {
             "status": self.status,
             "parameters": parameters,
+            "withheld": {name: _withheld(reasons, translate) for name, reasons in merged.withheld.items()},
+            "misfit": self._misfit(translate),
             "warnings": [
                 {**notice.as_dict(translate), "procedure": procedure or None} for procedure, notice in self.warnings()
             ],
@@ -133,6 +136,14 @@ class RunView:
         if self.cause:
             made["cause"] = self.cause
         return made
+
+    def _misfit(self, translate: Translate) -> list[dict[str, Any]]:
+        """Return what the procedures' records show beyond their models, each row with its procedure."""
+        return [
+            {**told_again(row, translate), "procedure": name}
+            for name, result in self.finished.items()
+            for row in result.findings.get("misfit", ())
+        ]
 
     def _step(self, event: StepStarted | StepFinished | StepFailed) -> None:
         if self._here is None:
@@ -188,11 +199,17 @@ def _not_readable(recorded: RecordedEvent, why: str) -> InputError:
     )
 
 
+def _withheld(reasons: Sequence[Withheld], translate: Translate) -> dict[str, Any]:
+    first, *others = reasons
+    return {**first.as_dict(translate), "others": [other.as_dict(translate) for other in others]}
+
+
 def _procedure(view: ProcedureView, translate: Translate) -> dict[str, Any]:
     result = view.result
     made: dict[str, Any] = {
         "status": "completed" if result else ("failed" if view.cause else "interrupted"),
         "parameters": {p.name: p.as_dict() for p in result.parameters} if result else {},
+        "withheld": {w.name: w.as_dict(translate) for w in result.withheld} if result else {},
         "findings": dict(result.findings) if result else {},
         "warnings": [notice.as_dict(translate) for notice in result.warnings] if result else [],
         "steps": view.steps,

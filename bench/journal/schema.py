@@ -12,7 +12,7 @@ from bench.journal.events.run import SCHEMA
 from drivers.interfaces.text import Text
 from procedures.core.events import UnknownAction
 from procedures.core.parameter_definition import ParameterDefinition
-from procedures.core.result import Notice, Parameter
+from procedures.core.result import Notice, Parameter, Withheld
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 #: JSON has no form for these; they stand as texts.
@@ -32,6 +32,16 @@ _STORED: Mapping[type, JsonSchemaValue] = {
         "required": ["symbol", "label", "reader_unit"],
     },
     UnknownAction: {"type": "object"},
+    Withheld: {
+        "type": "object",
+        "description": "A parameter that is not given: which, by which procedure, the likely cause, and why as a template with values.",
+        "properties": {
+            **{key: {"type": "string"} for key in ("name", "procedure", "section", "cause", "unit")},
+            "message": _SENTENCE,
+            "definition": {"type": "object"},
+        },
+        "required": ["name", "procedure", "section", "cause", "message"],
+    },
     Notice: {
         "type": "object",
         "description": "A warning: its id, and its sentence as a template with values.",

@@ -11,6 +11,7 @@ from procedures.core.actions import (
     ConnectProbes,
     ConnectVoltmeter,
     CurrentProbe,
+    DoubtReading,
     EnterReading,
     Mend,
     Node,
@@ -46,6 +47,8 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
         return EnterReading(**{**details, "quantity": Text(details["quantity"])})
     if kind is Mend:
         return Mend(Text(details["finding"]), tuple(Text(line) for line in details["wanted"]))
+    if kind is DoubtReading:
+        return DoubtReading(Text(details["finding"]))
     return kind(**{field.name: details[field.name] for field in fields(kind)})
 
 

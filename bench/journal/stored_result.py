@@ -8,7 +8,7 @@ from typing import Any
 
 from drivers.interfaces.text import Text, word
 from procedures.core.parameter_definition import ParameterDefinition
-from procedures.core.result import Contribution, Notice, Parameter, ProcedureResult
+from procedures.core.result import Contribution, Notice, Parameter, ProcedureResult, Withheld
 from procedures.known_parameters import definition_of
 
 #: How a value may be formatted: with a short width, so that no file can ask for a line of any length.
@@ -16,24 +16,44 @@ _FORM = re.compile(r"[<>^]?[-+ ]?0?\d{0,2}(\.\d{1,2})?[a-zA-Z%]?")
 
 
 def store(result: ProcedureResult) -> dict[str, Any]:
-    """Return the whole result in JSON's types."""
+    """Return the whole result in JSON's types; `withheld` is there where something is, as older versions had it never."""
+    withheld = [_store_withheld(reason) for reason in result.withheld]
     return {
         "procedure": result.procedure,
         "section": result.section,
         "parameters": [{"name": p.name, **p.as_dict()} for p in result.parameters],
         "warnings": [store_notice(notice) for notice in result.warnings],
         "findings": dict(result.findings),
+        **({"withheld": withheld} if withheld else {}),
     }
 
 
 def restore(data: Mapping[str, Any]) -> ProcedureResult:
-    """Return the result that `store` took apart."""
+    """Return the result that `store` took apart; one of a version that withheld nothing says nothing of it."""
     return ProcedureResult(
         procedure=data["procedure"],
         section=data["section"],
         parameters=tuple(restore_parameter(entry) for entry in data["parameters"]),
         warnings=tuple(restore_notice(entry) for entry in data["warnings"]),
         findings=data["findings"],
+        withheld=tuple(restore_withheld(entry) for entry in data.get("withheld", ())),
+    )
+
+
+def _store_withheld(reason: Withheld) -> dict[str, Any]:
+    return {"name": reason.name, **reason.as_dict(), "message": store_text(reason.message)}
+
+
+def restore_withheld(data: Mapping[str, Any]) -> Withheld:
+    """Return why a parameter is withheld, as a stored result or (in words only) `--json` has it."""
+    message = data["message"]
+    return Withheld(
+        name=data["name"],
+        procedure=data["procedure"],
+        section=data["section"],
+        cause=data["cause"],
+        message=Text("{said}", {"said": message}) if isinstance(message, str) else restore_text(message),
+        definition=stored_definition(data, data["name"]),
     )
 
 

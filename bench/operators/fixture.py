@@ -17,6 +17,7 @@ from procedures.core.actions import (
     CoupleDynamometer,
     CurrentProbe,
     DisconnectVoltmeter,
+    DoubtReading,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -121,6 +122,9 @@ class FixtureOperator:
                 return self._read(action)
             case Mend():
                 # What is wrong although every relay followed is for a person to find.
+                return False
+            case DoubtReading():
+                # Nobody can tell; what was read stays, and the result says that it contradicts the rest.
                 return False
             case _:
                 assert_never(action)

@@ -8,11 +8,14 @@ from time import monotonic
 from typing import Any
 
 from bench.journal.stored_result import store_text
+from bench.operators.entry import TypedEntry, within
 from bench.operators.operator_channel import OperatorLine
 from bench.operators.terminal import named
+from bench.operators.typed import BACK, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
+from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, text, text_of
-from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
+from procedures.core.actions import Action, DoubtReading, EnterReading, MarkRestPositions, Mend
 from procedures.core.bench import Operator
 
 #: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
@@ -37,6 +40,7 @@ class DistantOperator:
         self._given: list[Any] = []
         self._watched = monotonic()
         self._closed = threading.Event()
+        self.entry = TypedEntry()
         self.line = OperatorLine(self._hear)
         self._watch = threading.Thread(target=self._watch_chair, name="empty chair", daemon=True)
         self._watch.start()
@@ -48,6 +52,8 @@ class DistantOperator:
             return self.number(
                 action.quantity, action.unit, action.minimum, action.maximum, action=action, proposed=seen
             )
+        if isinstance(action, DoubtReading) and self._hands is None:
+            return self._ask({"kind": "doubt", "lines": [store_text(action.finding)]}, _choice)
         said: dict[str, Any] = {"kind": "action", "action": type(action).__name__, "details": action}
         said["lines"] = [store_text(line) for line in action.lines({})]
         if isinstance(action, MarkRestPositions) and self._hands is None:
@@ -76,25 +82,33 @@ class DistantOperator:
             "minimum": minimum,
             "maximum": maximum,
             "proposed": proposed,
+            "correctable": self.entry.has_before,
         }
         if action is not None:
             asked |= {"action": type(action).__name__, "details": action}
 
-        def within(value: object) -> float:
-            number = _number(value)
-            if not minimum <= number <= maximum:
-                raise ValueError(
-                    text(
-                        "{number:g} {unit} is outside {minimum:g} … {maximum:g} {unit}",
-                        number=number,
-                        unit=unit,
-                        minimum=minimum,
-                        maximum=maximum,
-                    )
-                )
+        # What a page gives is kept as it was typed; only the thread that asks writes into the journal.
+        tried: list[tuple[str, Text | None]] = []
+
+        def checked(given: object) -> float | None:
+            if given == BACK and self.entry.has_before:
+                tried.append((BACK, None))
+                return None
+            try:
+                number = within(_number(given, unit), unit, minimum, maximum)
+            except ValueError as fault:
+                tried.append((str(given), text_of(fault)))
+                raise
+            tried.append((str(given), None))
             return number
 
-        return float(self._ask(asked, within))
+        value = self._ask(asked, checked)
+        for typed, refused in tried[:-1]:
+            self.entry.typed(quantity, unit, typed, None, refused)
+        self.entry.typed(quantity, unit, tried[-1][0], value)
+        if value is None:
+            raise RetypeError
+        return float(value)
 
     def confirm(self, heading: str, task: Text) -> None:
         """Have something done to an instrument that is set by hand."""
@@ -162,7 +176,10 @@ class DistantPrompt:
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the number given, within its range."""
-        return self._operator.number(named(self._instrument, quantity, context), unit, minimum, maximum)
+        operator = self._operator
+        return operator.number(
+            operator.entry.placed(named(self._instrument, quantity, context)), unit, minimum, maximum
+        )
 
     def confirm(self, task: Text) -> None:
         """Return once the person says that it is done."""
@@ -174,7 +191,15 @@ def _nothing(value: object) -> None:
         raise ValueError(text("this only needs to be confirmed"))
 
 
-def _number(value: object) -> float:
+def _choice(value: object) -> bool:
+    if value is True or value is False:
+        return value
+    raise ValueError(text("this is answered by yes or no"))
+
+
+def _number(value: object, unit: str = "°") -> float:
+    if isinstance(value, str):
+        return typed_number(value, unit)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(text("{value} is not a number", value=repr(value)))
     return float(value)

@@ -5,9 +5,13 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from bench.operators.entry import TypedEntry, within
+from bench.operators.typed import BACK, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
-from drivers.interfaces.text import Text, Translate, lines, text
-from procedures.core.actions import Action, EnterReading, MarkRestPositions, Mend
+from drivers.interfaces import RetypeError
+from drivers.interfaces.text import Text, Translate, text, text_of
+from procedures.core.actions import Action, DoubtReading, EnterReading, MarkRestPositions, Mend
+from reports.labels import role_name
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -15,6 +19,8 @@ if TYPE_CHECKING:
 
 #: What a person types who does not want to go on.
 _NO = ("n", "no", "否")
+#: And one who confirms.
+_YES = ("y", "yes", "是")
 
 
 class TerminalOperator:
@@ -38,11 +44,17 @@ class TerminalOperator:
         self._colours = colours
         self._ask = ask or self._typed
         self._interrupts = interrupts or Interrupts()
+        self.entry = TypedEntry()
 
     def perform(self, action: Action) -> object:
         """Say what to do and wait until it is done; return the reading typed, or the angles in rad."""
         if isinstance(action, EnterReading):
             return self.number(action.quantity, action.unit, action.minimum, action.maximum)
+        if isinstance(action, DoubtReading):
+            self._say(action.finding)
+            return (
+                self._line(text("Press Enter to enter it again, or type y to confirm it as it is")).lower() not in _YES
+            )
         lines = [line.render(self._translate) for line in action.lines(self._colours)]
         self._console.print(f"\n[bold]▶ {_plain(lines[0])}[/bold]")
         for line in lines[1:]:
@@ -61,22 +73,20 @@ class TerminalOperator:
             question = text(
                 "Enter {quantity} ({minimum:g} … {maximum:g})", quantity=quantity, minimum=minimum, maximum=maximum
             )
+        if self.entry.has_before:
+            question = text("{question}; < corrects the entry before", question=question)
         while True:
             typed = self._line(question)
-            value = _number(typed, unit)
-            if value is None:
-                self._say(text("'{typed}' is not a number; type it like 12.3, in {unit}", typed=typed, unit=unit))
-            elif not minimum <= value <= maximum:
-                self._say(
-                    text(
-                        "{value:g} {unit} is outside {minimum:g} … {maximum:g} {unit}; read again",
-                        value=value,
-                        unit=unit,
-                        minimum=minimum,
-                        maximum=maximum,
-                    )
-                )
+            if typed == BACK and self.entry.has_before:
+                self.entry.typed(quantity, unit, typed, None)
+                raise RetypeError
+            try:
+                value = within(typed_number(typed, unit), unit, minimum, maximum)
+            except ValueError as fault:
+                self.entry.typed(quantity, unit, typed, None, text_of(fault))
+                self._say(text_of(fault))
             else:
+                self.entry.typed(quantity, unit, typed, value)
                 return value
 
     def confirm(self, heading: Text, task: Text) -> None:
@@ -88,10 +98,12 @@ class TerminalOperator:
     def _angles(self, question: Text) -> list[float]:
         while True:
             typed = self._line(question)
-            values = [_number(word, "°") for word in typed.replace(";", " ").split()]
-            known = [value for value in values if value is not None]
-            if known and len(known) == len(values):
-                return [math.radians(value) for value in known]
+            try:
+                values = [typed_number(word, "°") for word in typed.replace(";", " ").split()]
+            except ValueError:
+                values = []
+            if values:
+                return [math.radians(value) for value in values]
             self._say(text("'{typed}' is not a list of angles; type them like 10 100.5 190 280", typed=typed))
 
     def _line(self, question: Text) -> str:
@@ -124,28 +136,24 @@ class TerminalPrompt:
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the number typed, within its range."""
-        return self._operator.number(named(self._instrument, quantity, context), unit, minimum, maximum)
+        operator = self._operator
+        return operator.number(
+            operator.entry.placed(named(self._instrument, quantity, context)), unit, minimum, maximum
+        )
 
     def confirm(self, task: Text) -> None:
         """Return once the person says that it is done."""
-        self._operator.confirm(Text(self._instrument), task)
+        self._operator.confirm(role_name(self._instrument), task)
 
 
 def named(instrument: str, quantity: Text, context: Text | None) -> Text:
     """Return what an instrument set by hand asks for, with the instrument's role."""
-    what = quantity if context is None else lines((quantity, context), " ")
-    return text("{instrument}, {quantity}", instrument=Text(instrument), quantity=what)
+    role = role_name(instrument)
+    if context is None:
+        return text("{instrument}, {quantity}", instrument=role, quantity=quantity)
+    return text("{instrument}, {quantity} {context}", instrument=role, quantity=quantity, context=context)
 
 
 def _plain(words: str) -> str:
     """Return words that rich prints as they are."""
     return words.replace("[", "\\[")
-
-
-def _number(typed: str, unit: str) -> float | None:
-    word = typed.strip().removesuffix(unit).strip().replace(",", ".")
-    try:
-        value = float(word)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None

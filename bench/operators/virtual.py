@@ -15,6 +15,7 @@ from procedures.core.actions import (
     ConnectVoltmeter,
     CoupleDynamometer,
     DisconnectVoltmeter,
+    DoubtReading,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -186,6 +187,9 @@ class VirtualOperator:
                 return self._read(action)
             case Mend():
                 # These hands did as they were told; what is wrong all the same is for a person to find.
+                return False
+            case DoubtReading():
+                # Nobody can tell; what was read stays, and the result says that it contradicts the rest.
                 return False
             case _:
                 assert_never(action)

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +24,16 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class WithheldFigure:
+    """A parameter that is not given: what readers call it, and the likely cause by its short name."""
+
+    label: Text
+    cause: str
+
+
+@dataclass(frozen=True)
 class Archived:
-    """A run as a list shows it; `date` is its folder's stamp (UTC), `figures` its parameters by name."""
+    """A run as a list shows it; `date` is its folder's stamp (UTC), `figures` its parameters by name, `withheld` those not given."""
 
     name: str
     date: str
@@ -34,11 +42,21 @@ class Archived:
     person: str
     status: str
     figures: Mapping[str, Figure]
+    withheld: Mapping[str, WithheldFigure] = field(default_factory=dict)
 
     def matches(self, words: str) -> bool:
         """Tell whether every word is found in name, motor, serial number, person, status or a parameter's name."""
         searched = " ".join(
-            (self.name, self.date, self.motor, self.serial_number, self.person, self.status, *self.figures)
+            (
+                self.name,
+                self.date,
+                self.motor,
+                self.serial_number,
+                self.person,
+                self.status,
+                *self.figures,
+                *self.withheld,
+            )
         )
         return all(word in searched.lower() for word in words.lower().split())
 
@@ -93,6 +111,7 @@ def _archived(folder: Path, source: Path) -> Archived:
         str(result.get("person") or ""),
         str(result.get("status", "")),
         dict(_figures(result.get("parameters") or {})),
+        dict(_withheld(result.get("withheld") or {})),
     )
 
 
@@ -104,5 +123,14 @@ def _figures(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
             label = word(name) if definition is None else definition.label
             reader_unit = (definition.reader_unit if definition else "") or unit
             yield name, Figure(float(value), float(uncertainty), unit, label, reader_unit)
+        except (KeyError, TypeError, ValueError):
+            continue
+
+
+def _withheld(entries: Mapping[str, Any]) -> Iterator[tuple[str, WithheldFigure]]:
+    for name, entry in entries.items():
+        try:
+            definition = stored_definition(entry, name)
+            yield name, WithheldFigure(word(name) if definition is None else definition.label, str(entry["cause"]))
         except (KeyError, TypeError, ValueError):
             continue

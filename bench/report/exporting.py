@@ -26,4 +26,5 @@ def subject_of(run: FinishedRun) -> Subject:
         warnings=doubtful(run.view.warnings()),
         pole_pairs_doubt=pole_pairs_doubt(found, run.view.finished),
         given_by=givers(catalogues_of_run(run.start.software).procedures),
+        withheld=found.withheld,
     )

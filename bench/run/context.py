@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
 from bench.run.request import RunRequest
-from bench.run.run_operator import FixtureHands, PanelHands, RunOperator, VirtualHands
+from bench.run.run_operator import FixtureHands, PanelHands, RunOperator, TerminalHands, VirtualHands
 from bench.run.simulation import InProcessSimulation, ServedSimulation, Simulation
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Ownership, Unowned
@@ -132,7 +132,9 @@ def with_fixture(context: RunContext, thermometer: Callable[[], float | None]) -
     fixture = FixtureOperator(context.clock, thermometer)
     return replace(
         context,
-        operator=FixtureHands(hands=fixture, prompts=context.operator.prompts, roles=roles, fixture=fixture),
+        operator=FixtureHands(
+            hands=fixture, prompts=context.operator.prompts, roles=roles, fixture=fixture, beside=context.operator
+        ),
     )
 
 
@@ -165,7 +167,7 @@ def _by_hand(station: Station, request: RunRequest, console: "Console", interrup
     person = TerminalOperator(
         console, translator(request.language), request.motor.nameplate.wire_colours, interrupts=interrupts
     )
-    operator = RunOperator(hands=person, prompts=lambda role: TerminalPrompt(person, role.value))
+    operator = TerminalHands(hands=person, prompts=lambda role: TerminalPrompt(person, role.value), person=person)
     return RunContext(station, SystemClock(), operator, StationVisa(station.visa_library))
 
 

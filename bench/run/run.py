@@ -148,6 +148,7 @@ def carry_out(
         journal.listen(calls.hear)
         guard.record_in(journal)
         journal.listen(guard.hear)
+        context.operator.record_in(journal)
         journal.listen(context.operator.hear)
         context.simulation.listen_to_faults(recording(journal))
         journal.listen(StepReporter(context.simulation.step_started).hear)

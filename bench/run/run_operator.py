@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 from bench.safety.station_instruments import Prompts
 from drivers.interfaces import Instrument
-from procedures.core.bench import Operator, Role
+from procedures.core.bench import Operator, Recorder, Role
 from procedures.core.events import Event
 
 if TYPE_CHECKING:
     from bench.operators.fixture import FixtureOperator
     from bench.operators.panel_operator import DistantOperator
+    from bench.operators.terminal import TerminalOperator
     from bench.operators.virtual import VirtualOperator
 
 
@@ -41,6 +42,9 @@ class RunOperator:
     def hear(self, event: Event) -> None:
         """Take an event of the journal."""
 
+    def record_in(self, recorder: Recorder) -> None:
+        """Give the run's journal to who keeps what is typed."""
+
 
 def _no_prompt(_: Role) -> None:
     """Ask nobody: the virtual bench has no manual instruments."""
@@ -64,6 +68,21 @@ class VirtualHands(RunOperator):
 
 
 @dataclass(frozen=True, kw_only=True)
+class TerminalHands(RunOperator):
+    """A person at a terminal."""
+
+    person: "TerminalOperator"
+
+    def hear(self, event: Event) -> None:
+        """Take an event of the journal: which reading is about to be typed."""
+        self.person.entry.hear(event)
+
+    def record_in(self, recorder: Recorder) -> None:
+        """Keep what is typed in the run's journal."""
+        self.person.entry.recorder = recorder
+
+
+@dataclass(frozen=True, kw_only=True)
 class PanelHands(RunOperator):
     """A person at a panel; on a virtual bench the hands `behind` do what the person confirms."""
 
@@ -79,12 +98,21 @@ class PanelHands(RunOperator):
         """Say in the run's folder how the person is reached."""
         self.person.line.announce(folder)
 
+    def hear(self, event: Event) -> None:
+        """Take an event of the journal: which reading is about to be typed."""
+        self.person.entry.hear(event)
+
+    def record_in(self, recorder: Recorder) -> None:
+        """Keep what is typed in the run's journal."""
+        self.person.entry.recorder = recorder
+
 
 @dataclass(frozen=True, kw_only=True)
 class FixtureHands(RunOperator):
-    """The station's own fixture, which works with its instruments in `roles`."""
+    """The station's own fixture, which works with its instruments in `roles`; `beside` is who reads what is read by hand."""
 
     fixture: "FixtureOperator"
+    beside: RunOperator
 
     @property
     def hand_time(self) -> float:
@@ -98,3 +126,8 @@ class FixtureHands(RunOperator):
     def hear(self, event: Event) -> None:
         """Take an event of the journal: what is energised, and when the shutdown opens the relays."""
         self.fixture.hear(event)
+        self.beside.hear(event)
+
+    def record_in(self, recorder: Recorder) -> None:
+        """Keep what is typed in the run's journal."""
+        self.beside.record_in(recorder)

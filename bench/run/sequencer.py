@@ -187,7 +187,9 @@ class Runner:
     def _procedure(self, bench: Bench, planned: Planned) -> Attempt:
         """Make one attempt."""
         self.interrupts.check()
-        procedure = planned.procedure(bench, self.nameplate, planned.settings, self.view.parameters().parameters)
+        found = self.view.parameters()
+        procedure = planned.procedure(bench, self.nameplate, planned.settings, found.parameters)
+        procedure.withheld_before = found.withheld
         values = procedure.step_values()
         steps = {step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()}
         self.journal.record(

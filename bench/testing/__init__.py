@@ -3,7 +3,7 @@
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -28,7 +28,8 @@ from bench.station.library_logs import quieten_libraries
 from bench.virtual.fault_file import given_faults
 from bench.virtual.fault_hooks import inject
 from bench.virtual.true_values import true_values
-from procedures.core.result import Parameter
+from procedures.core.parameter_set import ParameterSet
+from procedures.core.result import Parameter, Withheld
 from procedures.known_parameters import known_parameters
 from sim_instruments.bench import VirtualBench
 
@@ -41,7 +42,7 @@ class Ran:
     """A run on the virtual bench: how it ended, what it found, what is true, and where its record lies.
 
     `status` is `completed`, `failed` or `aborted`, `warnings` are the identifiers of what the run warned of, `left` tells what was
-    really so on the bench after the shutdown.
+    really so on the bench after the shutdown, `withheld` why there is no figure of a parameter that procedures withheld.
     """
 
     status: str
@@ -51,6 +52,7 @@ class Ran:
     truth: Mapping[str, float]
     left: Mapping[str, Any]
     folder: RunFolder
+    withheld: Mapping[str, tuple[Withheld, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,8 @@ class PlanUnderTest:
         judge = MotorJudge(self.plan.checks, self.limits, self.plan.guard, self.plan.minimum_ratio)
         options = RunOptions(after=judge.after)
         ran = run_planned(self._planned, motor, self._runs, seed=seed, faults=faults, options=options)
-        figures = {name: judge.measured(parameter) for name, parameter in ran.parameters.items()}
+        found = ParameterSet(dict(ran.parameters), {}, (), dict(ran.withheld))
+        figures = {figure.parameter: figure for figure in judge.figures(found)}
         verdict = judge.verdict(figures.values(), aborted=ran.status == "aborted", planned=len(self._planned))
         return Judged(verdict, judge.first_pass(verdict), figures, judge.attempts, ran)
 
@@ -211,6 +214,7 @@ def run_planned(
         done.view.truth,
         done.left,
         done.folder,
+        done.view.parameters().withheld,
     )
 
 

@@ -13,6 +13,7 @@ from drivers.interfaces.errors import (
     MeasurementError,
     OverloadError,
     ReportedError,
+    RetypeError,
     SetpointError,
 )
 from drivers.interfaces.identity import Accuracy, Identity, Instrument, Reading, Traffic
@@ -68,6 +69,7 @@ __all__ = [
     "Reading",
     "Regulated",
     "ReportedError",
+    "RetypeError",
     "Role",
     "RotorActuator",
     "SetpointError",

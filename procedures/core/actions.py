@@ -336,6 +336,17 @@ class Mend:
         return [text("Correct the wiring: {finding}", finding=self.finding), *self.wanted]
 
 
+@dataclass(frozen=True)
+class DoubtReading:
+    """A reading contradicts its siblings: gives whether it is to be taken again; else it is confirmed, and kept as it is."""
+
+    finding: Text
+
+    def lines(self, colours: Mapping[str, str]) -> list[Text]:
+        """Say what was found."""
+        return [self.finding]
+
+
 Action = (
     Connect
     | ConnectProbes
@@ -353,6 +364,7 @@ Action = (
     | UncoupleDynamometer
     | EnterReading
     | Mend
+    | DoubtReading
 )
 
 #: Two terminals that a line quantity is read between, the first being high or plus.

@@ -19,7 +19,7 @@ from drivers.interfaces import (
 )
 from drivers.interfaces import Role as Role
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import Action, Mend
+from procedures.core.actions import Action, DoubtReading, Mend
 from procedures.core.events import ActionDone, ActionStarted, Event, Given, StepFailed, StepFinished, StepStarted
 from procedures.core.steps import Step
 from procedures.verification.bench_state import BenchState
@@ -31,7 +31,8 @@ class Operator(Protocol):
     def perform(self, action: Action) -> object:
         """Do it and return what it gives.
 
-        A float for `EnterReading`, angles in rad for `MarkRestPositions`, whether it was done for `Mend`, else None.
+        A float for `EnterReading`, angles in rad for `MarkRestPositions`, whether it was done for `Mend`, whether to read
+        again for `DoubtReading`, else None.
         """
 
 
@@ -141,6 +142,10 @@ class Bench:
     def mended(self, mend: Mend) -> bool:
         """Have something put right; tell whether it was."""
         return self._perform(mend) is True
+
+    def doubted(self, doubt: DoubtReading) -> bool:
+        """Ask about a reading that contradicts its siblings; tell whether it is to be taken again."""
+        return self._perform(doubt) is True
 
     @contextmanager
     def step(self, step: Step, values: dict[str, object]) -> Iterator[None]:

@@ -87,6 +87,41 @@ class ActionDone(Event, kind="action_done"):
 
 
 @dataclass(frozen=True, kw_only=True)
+class RepeatStarted(Event, kind="repeat"):
+    """A reading of several under one condition is about to be taken: between which terminals, its number from 1, of how many.
+
+    `again` where it is taken once more, out of order.
+    """
+
+    terminals: str
+    number: int
+    count: int
+    again: bool = optional(default=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepeatsTaken(Event, kind="repeats_taken"):
+    """Readings under one condition are complete: those taken (in `unit`), and those left out for contradicting their siblings."""
+
+    terminals: str
+    quantity: str
+    unit: str
+    taken: Sequence[float]
+    left_out: Sequence[float] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingTyped(Event, kind="reading_typed"):
+    """A person typed a number: what was asked, what was typed, and the value taken in `unit`; None where it was refused, and why."""
+
+    quantity: str
+    unit: str
+    typed: str
+    value: float | None
+    refused: str = optional("")
+
+
+@dataclass(frozen=True, kw_only=True)
 class WarningGiven(Event, kind="warning"):
     """A procedure warns: an erratum's id or the finding's name, and the sentence in English."""
 

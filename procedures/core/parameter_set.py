@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from drivers.interfaces.text import text
-from procedures.core.result import Notice, Parameter, ProcedureResult
+from procedures.core.result import Notice, Parameter, ProcedureResult, Withheld
 
 #: Two figures disagree beyond this multiple of their combined standard uncertainty (about 99 %).
 DISAGREEMENT = 2.6
@@ -13,19 +13,29 @@ DISAGREEMENT = 2.6
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """The reported figure of each parameter by name, and under the same name the `alternatives` of other procedures."""
+    """The reported figure of each parameter by name, and under the same name the `alternatives` of other procedures.
+
+    `withheld` says by name why there is no figure of a parameter that procedures withheld and none gave: each in its own words.
+    """
 
     parameters: dict[str, Parameter]
     alternatives: dict[str, tuple[Parameter, ...]]
     notices: tuple[Notice, ...]
+    withheld: dict[str, tuple[Withheld, ...]] = field(default_factory=dict)
 
 
 def merge(results: Iterable[ProcedureResult]) -> ParameterSet:
-    """Take of each parameter the figure with the smallest uncertainty; warn where two disagree beyond theirs."""
+    """Take of each parameter the figure with the smallest uncertainty; warn where two disagree beyond theirs.
+
+    A figure that one procedure withholds is that of another where one gives it.
+    """
     found: dict[str, list[Parameter]] = {}
+    withheld: dict[str, list[Withheld]] = {}
     for result in results:
         for parameter in result.parameters:
             found.setdefault(parameter.name, []).append(parameter)
+        for reason in result.withheld:
+            withheld.setdefault(reason.name, []).append(reason)
     best: dict[str, Parameter] = {}
     others: dict[str, tuple[Parameter, ...]] = {}
     notices: list[Notice] = []
@@ -34,7 +44,8 @@ def merge(results: Iterable[ProcedureResult]) -> ParameterSet:
         best[name] = ordered[0]
         others[name] = tuple(ordered[1:])
         notices.extend(notice for other in ordered[1:] if (notice := _disagreement(ordered[0], other)) is not None)
-    return ParameterSet(best, others, tuple(notices))
+    lacking = {name: tuple(reasons) for name, reasons in withheld.items() if name not in found}
+    return ParameterSet(best, others, tuple(notices), lacking)
 
 
 def _disagreement(first: Parameter, second: Parameter) -> Notice | None:

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args
 
 from GTC.lib import UncertainReal
@@ -43,6 +44,8 @@ class Procedure(ABC, Generic[C]):
     gives: ClassVar[tuple[str | ParameterDefinition, ...]] = ()
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
+    #: What earlier procedures of the run withheld and none gave, by name.
+    withheld_before: Mapping[str, Sequence[Withheld]] = MappingProxyType({})
 
     def __init_subclass__(cls) -> None:
         """Look up what the procedure gives. Raises TypeError for a parameter that nothing defines, or that is defined otherwise."""
@@ -203,6 +206,11 @@ class Procedure(ABC, Generic[C]):
         """Return an earlier result's value, or None where it was not measured."""
         parameter = self.known.get(name)
         return parameter.value if parameter else None
+
+    def why_unknown(self, name: str, needed: Text) -> Text:
+        """Return what is said where an earlier result is needed: `needed`, and why it is not there where it was withheld."""
+        reasons = self.withheld_before.get(name, ())
+        return text("{needed}; {withheld}", needed=needed, withheld=reasons[0].sentence) if reasons else needed
 
     def aligning_current(self, share: float) -> float:
         """Return the current (A) that aligns the rotor: a share of the rated one, as far as motor and supply allow."""

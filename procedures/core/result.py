@@ -1,10 +1,10 @@
 """What a procedure gives: parameters with uncertainty and evidence, warnings, findings."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from drivers.interfaces.text import Text, Translate, english, word
+from drivers.interfaces.text import Text, Translate, english, text, word
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.parameters import PARAMETERS
 
@@ -132,19 +132,69 @@ class Withheld:
     @property
     def label(self) -> Text:
         """What readers call the parameter; one that nothing defines keeps its name."""
-        definition = self.definition or PARAMETERS.get(self.name)
+        definition = self._defined
         return definition.label if definition else word(self.name)
+
+    @property
+    def unit(self) -> str:
+        """The unit of results in which it would be given; empty where nothing defines it."""
+        return self._defined.unit if self._defined else ""
+
+    @property
+    def reader_unit(self) -> str:
+        """The unit in which readers would expect it."""
+        return (self._defined.reader_unit if self._defined else "") or self.unit
+
+    @property
+    def own_definition(self) -> ParameterDefinition | None:
+        """What a procedure defines beside the table: a record must hold it to be read without the procedure."""
+        return None if self.name in PARAMETERS else self.definition
+
+    @property
+    def _defined(self) -> ParameterDefinition | None:
+        return self.definition or PARAMETERS.get(self.name)
+
+    @property
+    def sentence(self) -> Text:
+        """What is said to who needs the figure: which, by which procedure, the cause, what was seen and what to do."""
+        return text(
+            "{name} was withheld by {procedure} ({cause}): {why}",
+            name=self.name,
+            procedure=self.procedure,
+            cause=self.cause,
+            why=self.message,
+        )
 
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:
         """Return it as it stands under `withheld` in `result.json`."""
-        own = None if self.name in PARAMETERS else self.definition
+        own = self.own_definition
         return {
             "procedure": self.procedure,
             "section": self.section,
             "cause": self.cause,
             "message": self.message.render(translate),
-            **({} if own is None else {"definition": own.for_readers()}),
+            **({} if own is None else {"unit": own.unit, "definition": own.for_readers()}),
         }
+
+
+def said_of(withheld: Iterable[Withheld]) -> list[Text]:
+    """Return what is said where figures would stand: which, by which procedure, the cause, what was seen and what to do.
+
+    Figures that are withheld for the same reason have one sentence.
+    """
+    alike: dict[tuple[str, str, str], list[Withheld]] = {}
+    for reason in withheld:
+        alike.setdefault((reason.procedure, reason.cause, str(reason.message)), []).append(reason)
+    return [
+        text(
+            "{names} ({procedure}), {cause}: {why}",
+            names=[reason.label for reason in reasons],
+            procedure=reasons[0].procedure,
+            cause=reasons[0].cause,
+            why=reasons[0].message,
+        )
+        for reasons in alike.values()
+    ]
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding import resistance
 from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
+from procedures.techniques.repeated_readings import RepeatedQuantity, between, bridge_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 
@@ -96,9 +97,11 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             at = (settings.resistance_frequency, settings.level, settings.aperture)
             bridge.configure(*at)
             self.wiring.bridge.connect(meter_across(*pair), *at)
-            by_resistance.append([bridge.measure(Wanted.RESISTANCE) for _ in range(count)])
+            line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, ("resistance_unbalance",))
+            by_resistance.append(bridge_readings(self, line, count))
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
-            by_inductance.append([bridge.measure(Wanted.INDUCTANCE) for _ in range(count)])
+            line = RepeatedQuantity(between(pair), Wanted.INDUCTANCE, ("inductance_unbalance",))
+            by_inductance.append(bridge_readings(self, line, count))
         return (
             LineQuantity(
                 [[r.resistance for r in read] for read in by_resistance],

@@ -33,6 +33,7 @@ from procedures.estimation.winding.misalignment import Held, excess
 from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
 from procedures.techniques.alignment import aligning
 from procedures.techniques.dq_axes import connection_of, require
+from procedures.techniques.repeated_readings import RepeatedQuantity, between, bridge_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -160,7 +161,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         connection = meter_series_parallel()
         require(connection_of(connection), ReadingConnection.SERIES_PARALLEL)
         self.wiring.bridge.connect(connection, *at)
-        statistics, taken = self._repeated(f"L_{axis}")
+        statistics, taken = self._repeated(f"L_{axis}", axis, "A–(B+C)")
         self.findings[f"reading_{axis}"] = float(statistics.x)
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
         if bridge.read_by_hand or not self.settings.check_alignment:
@@ -168,7 +169,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         lines = []
         for high, low in ((Terminal.A, Terminal.B), (Terminal.C, Terminal.A)):
             self.wiring.bridge.connect(meter_across(high, low), *at)
-            lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}")[0])
+            lines.append(self._repeated(f"L_{high.value}{low.value} on {axis}", axis, between((high, low)))[0])
         # The bridge's own errors are the same in both, and fall out of the difference.
         ab, ca = lines
         self.wiring.supply.aligned(
@@ -181,8 +182,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     def _angular(self) -> float:
         return 2.0 * math.pi * self.settings.frequency
 
-    def _repeated(self, what: str) -> tuple[UncertainReal, ImpedanceReading]:
-        readings = [self.bench.lcr_meter.measure(Wanted.INDUCTANCE) for _ in range(self.settings.repeats)]
+    def _repeated(self, what: str, axis: str, terminals: str) -> tuple[UncertainReal, ImpedanceReading]:
+        quantity_read = RepeatedQuantity(terminals, Wanted.INDUCTANCE, (f"{axis}_axis_inductance",))
+        readings = bridge_readings(self, quantity_read, self.settings.repeats)
         mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
         quantity = self.bench.uncertainties.statistical(f"repeats of {what}", mean, uncertainty, freedom)
         return quantity, readings[-1]

@@ -22,6 +22,7 @@ from procedures.estimation.winding import resistance, unbalance
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE, PhaseResistance
 from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_resistance
+from procedures.techniques.repeated_readings import RepeatedQuantity, between, bridge_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.techniques.temperature_correction import winding_temperature
 from procedures.techniques.temperature_settings import (
@@ -167,12 +168,13 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     @step("3.2.2/3", "Measure the three line resistances: AB, BC, CA", by_hand=True)
     def measure_lines(self) -> LineReadings:
         """Return the three line-to-line readings (Ω)."""
-        bridge, settings, pairs = self.bench.lcr_meter, self.settings, LINE_PAIRS
+        settings, pairs = self.settings, LINE_PAIRS
         readings: dict[LinePair, list[ImpedanceReading]] = {}
         while pairs:
             for pair in pairs:
                 self.wiring.bridge.connect(meter_across(*pair), settings.frequency, settings.level, settings.aperture)
-                readings[pair] = [bridge.measure(Wanted.RESISTANCE) for _ in range(settings.repeats)]
+                line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, self.gives)
+                readings[pair] = bridge_readings(self, line, settings.repeats)
             means = {pair: mean_of_readings([r.resistance for r in read]) for pair, read in readings.items()}
             pairs = self.wiring.bridge.lines_to_repeat({pair: mean for pair, (mean, _, _) in means.items()})
         accuracies = {pair: read[-1].resistance_accuracy for pair, read in readings.items()}

@@ -196,11 +196,10 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         else:
             constant = self.known_value("torque_constant")
             if constant is None:
-                raise ProcedureError(
-                    text(
-                        "no torque constant is known, so no load can be chosen; run torque-constant first, or set loads=[…]"
-                    )
+                needed = text(
+                    "no torque constant is known, so no load can be chosen; run torque-constant first, or set loads=[…]"
                 )
+                raise ProcedureError(self.why_unknown("torque_constant", needed))
             wanted = sorted(share * constant * self.nameplate.rated_current for share in self.settings.load_shares)
         if wanted[-1] > bound or wanted[0] <= 0.0:
             raise ProcedureError(

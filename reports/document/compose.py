@@ -3,9 +3,10 @@
 from drivers.interfaces.text import Text, text
 from reports.document.identity import motor_section, record_section, signature_section, station_section
 from reports.document.model import Block, Column, Document, Facts, Notices, Paragraph, ReportSection, Table, TableRow
-from reports.document.parameters import parameter_table
+from reports.document.parameters import parameter_table, withheld_notices
 from reports.document.procedure import procedure_section
 from reports.document.record import RunRecord
+from reports.tables.summary import other_warnings
 
 _STATUS: dict[str, Text] = {
     "completed": text("completed"),
@@ -46,11 +47,14 @@ def _summary(run: RunRecord) -> ReportSection:
     together = [(notice.identifier, notice.message) for procedure, notice in run.warnings if not procedure]
     if together:
         blocks.append(Notices(together, grave=True))
-    if run.parameters.parameters:
+    if run.parameters.parameters or run.parameters.withheld:
         blocks.append(parameter_table(run.parameters, run.truth))
     else:
         blocks.append(Paragraph(text("No parameter was measured.")))
-    own = [(notice.identifier, procedure, notice.message) for procedure, notice in run.warnings if procedure]
+    if run.parameters.withheld:
+        blocks.append(withheld_notices(reason for reasons in run.parameters.withheld.values() for reason in reasons))
+    warnings = other_warnings(run.parameters, run.warnings)
+    own = [(notice.identifier, procedure, notice.message) for procedure, notice in warnings if procedure]
     if own:
         blocks.append(
             Table(

@@ -1,19 +1,22 @@
 """The parameters as tables: all of them at a glance, and each one's budget."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import ParameterSet
-from procedures.core.result import Parameter
-from reports.document.model import Cell, Column, Table, TableRow
+from procedures.core.result import Parameter, Withheld, said_of
+from reports.document.model import Cell, Column, Notices, Table, TableRow
 from reports.labels import phrase
 from reports.tables.budget import budget_rows, combined, freedom
 from reports.tables.figures import decimals_for, figure, scale_of
-from reports.tables.parameter_figures import shown
+from reports.tables.parameter_figures import shown, shown_withheld
 
 
 def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
-    """Return every reported figure, beneath it those of other procedures; the truth of a virtual motor beside them."""
+    """Return every reported figure, beneath it those of other procedures; the truth of a virtual motor beside them.
+
+    What was withheld stands at the end, with the cause in place of figures.
+    """
     columns = [
         Column(text("Parameter"), wide=True),
         Column(text("Value"), right=True),
@@ -35,6 +38,9 @@ def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
                 else text("· by another way")
             )
             rows.append(_row(other, by, None, with_truth=bool(truth), faint=True))
+    rows += [
+        _not_given(reasons[0], truth.get(name), with_truth=bool(truth)) for name, reasons in found.withheld.items()
+    ]
     return Table(
         columns,
         rows,
@@ -60,6 +66,19 @@ def _row(parameter: Parameter, name: Text, truth: float | None, *, with_truth: b
     if with_truth:
         cells.append(figures.truth)
     return TableRow([*cells, parameter.section], faint=faint)
+
+
+def _not_given(reason: Withheld, truth: float | None, *, with_truth: bool) -> TableRow:
+    figures = shown_withheld(truth, reason.reader_unit)
+    cells: list[Cell] = [reason.label, text("withheld"), figures.unit, "–", "–", reason.cause, "–"]
+    if with_truth:
+        cells.append(figures.truth)
+    return TableRow([*cells, reason.section])
+
+
+def withheld_notices(reasons: Iterable[Withheld]) -> Notices:
+    """Return what is not given, by which procedure, with the cause and what to do."""
+    return Notices(tuple(("withheld", sentence) for sentence in said_of(reasons)), grave=True)
 
 
 def result_table(parameters: tuple[Parameter, ...]) -> Table:

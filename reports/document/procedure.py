@@ -16,7 +16,7 @@ from reports.document.model import (
     Table,
     TableRow,
 )
-from reports.document.parameters import budget_table, result_table
+from reports.document.parameters import budget_table, result_table, withheld_notices
 from reports.document.readings import readings_table
 from reports.document.record import ProcedureRecord, ProcedureStepRecord
 from reports.document.wiring import wiring_table
@@ -46,8 +46,13 @@ def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[
         yield Notices((("", text("The procedure failed: {cause}", cause=procedure.cause)),), grave=True)
     elif result is None:
         yield Notices((("", text("The procedure was not finished.")),), grave=True)
-    if result is not None and result.warnings:
-        yield Notices(tuple((notice.identifier, notice.message) for notice in result.warnings))
+    if result is not None and result.withheld:
+        yield withheld_notices(result.withheld)
+    said = [(reason.cause, reason.message) for reason in result.withheld] if result is not None else []
+    warnings = [(n.identifier, n.message) for n in (result.warnings if result is not None else ())]
+    warnings = [warning for warning in warnings if warning not in said]
+    if warnings:
+        yield Notices(tuple(warnings))
     yield _steps(procedure.steps)
     if procedure.settings:
         yield Facts(((text("Settings"), _settings(procedure)),))

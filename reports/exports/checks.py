@@ -57,6 +57,8 @@ def objections(source: Source, subject: Subject, limits: UncertaintyBounds) -> I
 
 
 def _missing(name: str, subject: Subject) -> Text:
+    if name in subject.withheld:
+        return subject.withheld[name][0].sentence
     procedures = list(subject.given_by.get(name, ()))
     if not procedures:
         return text("{name} is needed and the run has none", name=name)

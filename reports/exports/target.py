@@ -125,8 +125,12 @@ def sheet_for(
             kept.update({(name, str(reason)): reason for name, reason in against})
             continue
         lines.append(_line(field, subject))
-    if not target.fields and not subject.parameters:
-        raise ExportRefusedError(target.name, (text("no parameter was measured"),))
+    if not target.fields:
+        # Whatever the run has is asked for: what it withheld is told, and where that is all there is nothing to write.
+        told = {(name, ""): why[0].sentence for name, why in subject.withheld.items()}
+        if not subject.parameters:
+            reasons = told or {("", ""): text("no parameter was measured")}
+        left_out |= told
     if reasons:
         raise ExportRefusedError(target.name, tuple(reasons.values()))
     return Sheet(subject, tuple(lines), tuple(left_out.values()))

@@ -8,20 +8,23 @@ import numpy as np
 from drivers.interfaces.text import Text, text
 from reports.document.record import ProcedureRecord, Trace
 from reports.plots.envelope import envelope
+from reports.plots.misfit import CURRENT, FITTED, RESIDUAL, SPEED, TIME, fits, told
 from reports.plots.model import Axes, FloatArray, Manner, Plot, PlotCurve
 
 _RPM = np.pi / 30.0
-_TIME, _CURRENT, _VOLTAGE, _SPEED = text("Time"), text("Current"), text("Voltage"), text("Speed")
-_READ, _RECORDED, _FITTED, _RESIDUAL = text("readings"), text("recorded"), text("fit"), text("residual")
+_VOLTAGE, _READ, _RECORDED = text("Voltage"), text("readings"), text("recorded")
 _PHASES = (Manner.FIT, Manner.SECOND, Manner.THIRD)
 
 
 def plots(procedure: ProcedureRecord) -> Iterator[Plot]:
-    """Give the procedure's plots; none where its findings have not what they need (an older run, a reading by eye)."""
+    """Give the procedure's plots; none where its findings have not what they need (an older run, a reading by eye).
+
+    Where a record shows something beyond its model, the plot of the residual names the cause.
+    """
     findings = procedure.result.findings if procedure.result is not None else {}
     make = _MAKERS.get(procedure.name)
-    if make is not None:
-        yield from make(procedure, findings)
+    drawn = make(procedure, findings) if make is not None else fits(procedure.name, findings)
+    yield from (told(plot, findings) for plot in drawn)
 
 
 def _array(values: object) -> FloatArray:
@@ -69,7 +72,7 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
                 "V",
                 (
                     PlotCurve(_READ, current, voltage, Manner.READING),
-                    PlotCurve(_FITTED, current[order], (voltage - residual)[order], Manner.FIT),
+                    PlotCurve(FITTED, current[order], (voltage - residual)[order], Manner.FIT),
                 ),
             )
         )
@@ -77,9 +80,9 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
             Axes(
                 current_label,
                 "A",
-                _RESIDUAL,
+                RESIDUAL,
                 "V",
-                (PlotCurve(_RESIDUAL, current, residual, Manner.READING),),
+                (PlotCurve(RESIDUAL, current, residual, Manner.READING),),
             )
         )
     yield Plot(
@@ -95,7 +98,7 @@ def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
     time, inductance = _array(sweep.get("time", ())), _array(sweep.get("inductance", ()))
     if time.size < 2:
         return
-    over_time = Axes(_TIME, "s", _LINE, "H", (PlotCurve(_READ, time - time[0], inductance, Manner.READING),))
+    over_time = Axes(TIME, "s", _LINE, "H", (PlotCurve(_READ, time - time[0], inductance, Manner.READING),))
     angle, fitted = _array(sweep.get("angle", ())), _array(sweep.get("fitted", ()))
     if angle.size != time.size or fitted.size != time.size:
         yield Plot(procedure.name, text("Inductance between two lines while the shaft is turned"), ((over_time,),))
@@ -109,12 +112,10 @@ def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
         "H",
         (
             PlotCurve(_READ, turn, inductance, Manner.READING),
-            PlotCurve(_FITTED, turn[order], fitted[order], Manner.FIT),
+            PlotCurve(FITTED, turn[order], fitted[order], Manner.FIT),
         ),
     )
-    left = Axes(
-        _TIME, "s", _RESIDUAL, "H", (PlotCurve(_RESIDUAL, time - time[0], inductance - fitted, Manner.READING),)
-    )
+    left = Axes(TIME, "s", RESIDUAL, "H", (PlotCurve(RESIDUAL, time - time[0], inductance - fitted, Manner.READING),))
     yield Plot(
         procedure.name,
         text(
@@ -140,8 +141,8 @@ def _step(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[P
         if voltage is not None:
             rows[0].append(Axes(label, "s", _VOLTAGE, "V", (PlotCurve(_RECORDED, *voltage, Manner.RECORD),)))
         recorded = PlotCurve(_RECORDED, *(current or (time, fitted + residual)), Manner.RECORD)
-        rows[1].append(Axes(label, "s", _CURRENT, "A", (recorded, PlotCurve(_FITTED, time, fitted, Manner.FIT))))
-        rows[2].append(Axes(label, "s", _RESIDUAL, "A", (PlotCurve(_RESIDUAL, time, residual, Manner.RESIDUAL),)))
+        rows[1].append(Axes(label, "s", CURRENT, "A", (recorded, PlotCurve(FITTED, time, fitted, Manner.FIT))))
+        rows[2].append(Axes(label, "s", RESIDUAL, "A", (PlotCurve(RESIDUAL, time, residual, Manner.RESIDUAL),)))
     drawn = [(row, height) for row, height in zip(rows, (0.62, 1.0, 0.62), strict=True) if row]
     if drawn:
         yield Plot(
@@ -170,7 +171,7 @@ def _saturation(name: str, curves: Mapping[str, Sequence[Mapping[str, float]]]) 
         )
         for (axis, points), manner in zip(curves.items(), _PHASES, strict=False)
     ]
-    axes = Axes(_CURRENT, "A", text("Apparent inductance"), "H", drawn)
+    axes = Axes(CURRENT, "A", text("Apparent inductance"), "H", drawn)
     return Plot(f"{name}-saturation", text("Inductance over current, both polarities"), ((axes,),))
 
 
@@ -195,7 +196,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
                 "Back-EMF at {speed:.0f} rpm: recorded (grey), the fitted harmonics, and what they leave",
                 speed=point["speed_rpm"],
             ),
-            ((Axes(_TIME, "s", _VOLTAGE, "V", (*recorded, *fitted)),), (Axes(_TIME, "s", _RESIDUAL, "V", left),)),
+            ((Axes(TIME, "s", _VOLTAGE, "V", (*recorded, *fitted)),), (Axes(TIME, "s", RESIDUAL, "V", left),)),
             (1.0, 0.6),
         )
     all_points = findings.get("points", ())
@@ -209,7 +210,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
             (
                 (
                     Axes(
-                        _SPEED,
+                        SPEED,
                         "rpm",
                         text("Amplitude"),
                         "V",
@@ -218,7 +219,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
                         True,
                     ),
                     Axes(
-                        _SPEED,
+                        SPEED,
                         "rpm",
                         text("EMF over speed"),
                         "V·s/rad",
@@ -248,11 +249,11 @@ def _ramps(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
                 Axes(
                     title,
                     "s",
-                    _SPEED,
+                    SPEED,
                     "rpm",
                     (
                         PlotCurve(_READ, time, speed / _RPM, Manner.BROAD),
-                        PlotCurve(_FITTED, fit_time, fitted / _RPM, Manner.SECOND),
+                        PlotCurve(FITTED, fit_time, fitted / _RPM, Manner.SECOND),
                     ),
                 )
             )
@@ -262,9 +263,9 @@ def _ramps(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
                 Axes(
                     title,
                     "s",
-                    _RESIDUAL,
+                    RESIDUAL,
                     "rpm",
-                    (PlotCurve(_RESIDUAL, common, (speed[at] - fitted[of]) / _RPM, Manner.RESIDUAL),),
+                    (PlotCurve(RESIDUAL, common, (speed[at] - fitted[of]) / _RPM, Manner.RESIDUAL),),
                 )
             )
         if len(upper) == 2:
@@ -282,16 +283,16 @@ def _torque(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator
         (
             (
                 Axes(
-                    _CURRENT,
+                    CURRENT,
                     "A",
                     text("Torque"),
                     "N·m",
                     (
                         PlotCurve(_READ, current, torque, Manner.READING),
-                        PlotCurve(_FITTED, current[order], (torque - residual)[order], Manner.FIT),
+                        PlotCurve(FITTED, current[order], (torque - residual)[order], Manner.FIT),
                     ),
                 ),
-                Axes(_CURRENT, "A", _RESIDUAL, "N·m", (PlotCurve(_RESIDUAL, current, residual, Manner.READING),)),
+                Axes(CURRENT, "A", RESIDUAL, "N·m", (PlotCurve(RESIDUAL, current, residual, Manner.READING),)),
             ),
         ),
     )
@@ -319,7 +320,7 @@ def _equivalent(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
     yield Plot(
         procedure.name,
         text("Equivalent resistance and its parts over speed"),
-        ((Axes(_SPEED, "rpm", text("Resistance"), "Ω", parts, y_from_zero=True),),),
+        ((Axes(SPEED, "rpm", text("Resistance"), "Ω", parts, y_from_zero=True),),),
     )
 
 

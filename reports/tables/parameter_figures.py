@@ -34,3 +34,12 @@ def shown(parameter: Parameter, truth: float | None = None) -> Shown:
         truth=figure(None if truth is None else truth / scale.factor, decimals),
         interval=f"{low} … {high}" if spread else "–",
     )
+
+
+def shown_withheld(truth: float | None = None, reader_unit: str = "") -> Shown:
+    """Return the figures of a parameter that is not given: dashes, and the truth of a virtual motor where it is known."""
+    if truth is None:
+        return Shown("–", "", "–", "–", "–", "–", "–")
+    scale = scale_of(truth, reader_unit)
+    value = truth / scale.factor
+    return Shown("–", scale.unit, "–", "–", "–", figure(value, decimals_for(0.0, value)), "–")

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from drivers.interfaces.text import Translate, text
+from drivers.interfaces.text import Text, Translate, text
 from procedures.core.parameter_set import ParameterSet
-from procedures.core.result import Notice, Parameter
-from reports.tables.parameter_figures import shown
+from procedures.core.result import Notice, Parameter, Withheld, said_of
+from reports.tables.parameter_figures import shown, shown_withheld
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -30,7 +30,7 @@ class SummaryRow:
 
 
 def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Translate) -> list[SummaryRow]:
-    """Return the lines: every reported figure, and beneath it those of other procedures."""
+    """Return the lines: every reported figure, and beneath it those of other procedures; then what is not given."""
     found = []
     for name, parameter in parameters.parameters.items():
         found.append(_row(parameter, parameter.label.render(translate), truth.get(name), translate))
@@ -44,7 +44,23 @@ def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Transl
             )
             for other in parameters.alternatives.get(name, ())
         )
+    found += [_not_given(r[0], truth.get(name), translate) for name, r in parameters.withheld.items()]
     return found
+
+
+def why_withheld(parameters: ParameterSet) -> list[Text]:
+    """Return why parameters are not given: their names, the procedure, the cause, and what to do."""
+    return said_of(reason for reasons in parameters.withheld.values() for reason in reasons)
+
+
+def other_warnings(parameters: ParameterSet, warnings: Sequence[tuple[str, Notice]]) -> list[tuple[str, Notice]]:
+    """Return the warnings that `why_withheld` does not say already."""
+    said = {(r.procedure, r.cause, str(r.message)) for reasons in parameters.withheld.values() for r in reasons}
+    return [
+        (procedure, notice)
+        for procedure, notice in warnings
+        if (procedure, notice.identifier, str(notice.message)) not in said
+    ]
 
 
 def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
@@ -89,23 +105,21 @@ def summary(
     from rich.text import Text as Words
 
     parts: list[Table | Words | Padding] = []
-    if parameters.parameters:
+    if parameters.parameters or parameters.withheld:
         parts.append(table(rows(parameters, truth, translate), translate, with_truth=bool(truth)))
         legend = text("u: standard uncertainty. Note's formula: its result on the same readings.")
         parts.append(Words(legend.render(translate), style="dim"))
     else:
         parts.append(Words(text("No parameter was measured.").render(translate)))
-    if warnings:
-        parts.append(Words("\n" + text("Warnings").render(translate), style="bold"))
-        for procedure, notice in warnings:
-            origin = f" ({procedure})" if procedure else ""
-            parts.append(
-                Padding(
-                    Words(f"{notice.identifier}{origin}: {notice.message.render(translate)}"),
-                    (0, 0, 0, 2),
-                    expand=False,
-                )
-            )
+    others = [
+        f"{notice.identifier}{f' ({procedure})' if procedure else ''}: {notice.message.render(translate)}"
+        for procedure, notice in other_warnings(parameters, warnings)
+    ]
+    why = [sentence.render(translate) for sentence in why_withheld(parameters)]
+    for title, sentences in ((text("Not given"), why), (text("Warnings"), others)):
+        if sentences:
+            parts.append(Words("\n" + title.render(translate), style="bold"))
+            parts += [Padding(Words(sentence), (0, 0, 0, 2), expand=False) for sentence in sentences]
     return Group(*parts)
 
 
@@ -124,4 +138,18 @@ def _row(
         truth=figures.truth,
         section=parameter.section,
         other=other,
+    )
+
+
+def _not_given(reason: Withheld, truth: float | None, translate: Translate) -> SummaryRow:
+    figures = shown_withheld(truth, reason.reader_unit)
+    return SummaryRow(
+        name=reason.label.render(translate),
+        value=text("not given").render(translate),
+        unit=figures.unit,
+        uncertainty=figures.uncertainty,
+        relative=figures.relative,
+        note=figures.note,
+        truth=figures.truth,
+        section=reason.section,
     )

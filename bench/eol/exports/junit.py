@@ -43,6 +43,10 @@ def _suite(record: MotorRecord) -> bytes:
 
 
 def _figure(record: MotorRecord, figure: MeasuredFigure) -> TestCase:
+    if figure.verdict is Verdict.NOT_JUDGED:
+        told = (check.cause for check in reversed(record.checks) if figure.parameter in check.cause)
+        why = next(told, f"{figure.parameter} is not judged: no figure is given")
+        return _case(record, figure.parameter, figure.verdict, why, why)
     finding = (
         f"{figure.value:g} {figure.unit} ± {figure.expanded:.3g} (95 %); limits "
         f"{_limit(figure.low)} … {_limit(figure.high)} {figure.unit}"

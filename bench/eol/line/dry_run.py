@@ -20,6 +20,7 @@ from bench.eol.line.worker_process import ForkServer
 from bench.eol.plan import Plan
 from bench.eol.plan_file import SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
+from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from bench.rehearsal.assumed import assumed_motor
 from bench.rehearsal.counterparts import counterparts_of
@@ -182,7 +183,11 @@ def _limits(plan: Plan, limits: dict[str, ParameterLimits], records: Sequence[Mo
     findings = []
     for parameter, bounds in sorted(limits.items()):
         figures = [figure for record in records for figure in record.measured if figure.parameter == parameter]
-        if figures:
+        if any(figure.verdict is Verdict.NOT_JUDGED for figure in figures):
+            nan = math.nan
+            fault = "not judged: the figure was withheld"
+            findings.append(LimitFinding(parameter, figures[0].unit, nan, nan, bounds.low, bounds.high, nan, fault))
+        elif figures:
             findings.append(_finding(plan, bounds, max(figures, key=lambda figure: figure.expanded)))
         else:
             nan = math.nan

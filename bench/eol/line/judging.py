@@ -8,7 +8,8 @@ from bench.eol.plan import PlannedCheck
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict, together
 from bench.run.retry_policy import Attempt, Next
-from procedures.core.result import Parameter
+from procedures.core.parameter_set import ParameterSet
+from procedures.core.result import Parameter, Withheld
 from procedures.verification.verifier import WiringError
 
 _NO_LIMITS = ParameterLimits()
@@ -29,6 +30,8 @@ class MotorJudge:
         self._guard = guard
         self._minimum_ratio = minimum_ratio
         self._attempts: list[CheckRecord] = []
+        #: By procedure: parameters for the want of which alone its last attempt was an error.
+        self._withheld: dict[str, frozenset[str]] = {}
 
     @property
     def attempts(self) -> tuple[CheckRecord, ...]:
@@ -38,6 +41,7 @@ class MotorJudge:
     def after(self, attempt: Attempt) -> Next:
         """Judge an attempt, keep it, and say what the plan has follow."""
         check = self._checks[attempt.planned.name]
+        self._withheld.pop(check.name, None)
         verdict, cause = self._verdict(attempt)
         number = 1 + sum(kept.procedure == check.name for kept in self._attempts)
         self._attempts.append(CheckRecord(check.name, number, verdict, attempt.ended - attempt.started, cause))
@@ -66,9 +70,36 @@ class MotorJudge:
             "" if own is None else own.label.render(),
         )
 
+    def figures(self, found: ParameterSet) -> tuple[MeasuredFigure, ...]:
+        """Return all figures of a run; one that has limits and is withheld is among them without a value, not judged."""
+        measured = [self.measured(parameter) for parameter in found.parameters.values()]
+        lacking = [self._not_judged(reasons[0]) for name, reasons in found.withheld.items() if name in self._limits]
+        return (*measured, *lacking)
+
+    def _not_judged(self, reason: Withheld) -> MeasuredFigure:
+        limits, nothing = self._limits[reason.name], math.nan
+        label = "" if reason.own_definition is None else reason.label.render()
+        return MeasuredFigure(
+            reason.name,
+            nothing,
+            reason.unit,
+            nothing,
+            nothing,
+            limits.low,
+            limits.high,
+            Verdict.NOT_JUDGED,
+            label,
+        )
+
     def verdict(self, figures: Collection[MeasuredFigure], *, aborted: bool, planned: int) -> Verdict:
-        """Return the verdict on the motor: of each check the last attempt's, and of each parameter the best figure's."""
+        """Return the verdict on the motor: of each check the last attempt's, and of each parameter the best figure's.
+
+        A check that only withheld what another one gave counts as passed.
+        """
         last = {attempt.procedure: attempt.verdict for attempt in self._attempts}
+        given = {figure.parameter for figure in figures if figure.verdict is not Verdict.NOT_JUDGED}
+        excused = {procedure for procedure, lacking in self._withheld.items() if lacking <= given}
+        last |= dict.fromkeys(excused & last.keys(), Verdict.PASS)
         verdicts = [*last.values(), *(figure.verdict for figure in figures if figure.parameter in self._limits)]
         if aborted:
             verdicts.append(Verdict.ABORTED)
@@ -89,9 +120,17 @@ class MotorJudge:
         missing = (set(attempt.planned.procedure.parameters) & set(self._limits)) - {
             figure.parameter for figure in figures
         }
+        reasons = {reason.name: reason for reason in reversed(attempt.result.withheld) if reason.name in missing}
+        if reasons and not bad and missing == reasons.keys():
+            self._withheld[attempt.planned.name] = frozenset(missing)
         verdict = together([*(figure.verdict for figure in bad), *(Verdict.ERROR for _ in missing), Verdict.PASS])
         causes = [described(figure) for figure in bad]
-        causes += [f"{name} was not found" for name in sorted(missing)]
+        causes += [
+            f"{name} is not judged, {reasons[name].cause}: {reasons[name].message}"
+            if name in reasons
+            else f"{name} was not found"
+            for name in sorted(missing)
+        ]
         return verdict, "; ".join(causes)
 
 
@@ -99,6 +138,8 @@ def described(figure: MeasuredFigure) -> str:
     """Return a figure with what speaks against it, in one line."""
     value = f"{figure.parameter} = {figure.value:.5g} ± {figure.expanded:.2g} {figure.unit}".rstrip()
     limits = f"{figure.low:.5g} … {figure.high:.5g}"
+    if figure.verdict is Verdict.NOT_JUDGED:
+        return f"{figure.parameter} is not judged: no figure is given"
     if figure.verdict is Verdict.ERROR:
         return f"{value} cannot be held against {limits}: too uncertain"
     return f"{value}, limits {limits}"

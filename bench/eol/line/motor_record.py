@@ -80,7 +80,7 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
     figures: tuple[MeasuredFigure, ...] = ()
     bench_time, cause, aborted = 0.0, test.cause, False
     if finished is not None:
-        figures = tuple(judge.measured(each) for each in finished.view.parameters().parameters.values())
+        figures = judge.figures(finished.view.parameters())
         bench_time, aborted = finished.view.bench_time, finished.view.status == "aborted"
         cause = cause or finished.view.cause
     verdict = judge.verdict(figures, aborted=aborted, planned=len(task.checks))

@@ -41,7 +41,9 @@ class _Counts:
     """What became of the motors since the batch was begun or resumed."""
 
     since: str
-    verdicts: dict[str, int] = field(default_factory=lambda: dict.fromkeys((verdict.value for verdict in Verdict), 0))
+    verdicts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys((verdict.value for verdict in Verdict.of_motors()), 0)
+    )
     first_pass: int = 0
     refused: int = 0
 

@@ -97,7 +97,9 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
     stretches = _merged([(first, last) for first, last, _ in ranges])
     total = sum(row[4] for row in chosen)
     everything = not batches and len(models) == 1
-    verdicts = {verdict: sum(row[4] for row in chosen if row.verdict == verdict.value) for verdict in Verdict}
+    verdicts = {
+        verdict: sum(row[4] for row in chosen if row.verdict == verdict.value) for verdict in Verdict.of_motors()
+    }
     first_pass = sum(row[4] for row in chosen if row.first_pass and row.verdict == Verdict.PASS.value)
     if golden:
         names = [name for *_, name in ranges]

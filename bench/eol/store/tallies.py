@@ -219,7 +219,11 @@ def _failures(rows: Sequence[Sequence[object]]) -> list[Failures]:
     for name, verdict, count in rows:
         counts.setdefault(str(name), {})[str(verdict)] = int(str(count))
     failures = [
-        Failures(name, verdicts.get(Verdict.FAIL.value, 0), verdicts.get(Verdict.ERROR.value, 0))
+        Failures(
+            name,
+            verdicts.get(Verdict.FAIL.value, 0),
+            verdicts.get(Verdict.ERROR.value, 0) + verdicts.get(Verdict.NOT_JUDGED.value, 0),
+        )
         for name, verdicts in counts.items()
     ]
     return sorted(failures, key=lambda each: (-each.failed, -each.errors, each.name))

@@ -12,7 +12,9 @@ from procedures.core.events import Event, optional
 from procedures.core.result import Notice, ProcedureResult
 
 #: Version of the journal's schema: it counts up when what stands for an existing kind changes.
-SCHEMA = 1
+SCHEMA = 2
+#: From this version on a result says what was withheld.
+TELLS_WITHHELD = 2
 
 StoredNotice = Annotated[Notice, BeforeValidator(restore_notice)]
 StoredResult = Annotated[ProcedureResult, BeforeValidator(restore)]

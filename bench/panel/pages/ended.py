@@ -15,13 +15,14 @@ from bench.panel.live_run import LiveRun
 from bench.panel.pages.budgets import budgets_part
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.history import STATUS
+from bench.panel.pages.misfits import misfits_part
 from bench.panel.pages.parts import named, table
 from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.plugins.files import catalogues_of_run
 from drivers.interfaces.text import text
-from reports.tables.summary import rows
+from reports.tables.summary import other_warnings, rows, why_withheld
 
 
 def ended_part(panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:
@@ -49,6 +50,7 @@ class _Ended:
         with named(ui.element("section").classes("mb-card mb-4"), say(text("Parameters"))):
             self._parameters()
         self._warnings()
+        misfits_part(self._panel, self._run, self._reader)
         budgets_part(self._run, self._reader)
         WaveformsPart(self._panel, self._run, self._reader).build()
         self._signatures = named(ui.element("section").classes("mb-card mb-4"), say(text("Signatures")))
@@ -89,9 +91,15 @@ class _Ended:
         table([*map(say, head), "§"], lines, numeric=numeric)
         legend = text("u: standard uncertainty. Note's formula: its result on the same readings.")
         ui.label(say(legend)).classes("text-sm mt-2")
+        why = why_withheld(view.parameters())
+        if why:
+            ui.label(say(text("Not given"))).classes("text-lg font-semibold mt-3")
+        for sentence in why:
+            ui.label(f"✗ {say(sentence)}").classes("text-base py-1").style("color:#7a130d")
 
     def _warnings(self) -> None:
-        say, warnings = self._reader.say, self._run.view.run.warnings()
+        say, view = self._reader.say, self._run.view.run
+        warnings = other_warnings(view.parameters(), view.warnings())
         if not warnings:
             return
         with named(ui.element("section").classes("mb-card mb-4"), say(text("Warnings"))):

@@ -63,7 +63,10 @@ class _History:
     async def _read(self) -> None:
         self._runs = await background.io_bound(self._panel.archive.list) or []
         # Of two that say it differently, the newest run counts.
-        self._labels = {name: figure.label for run in reversed(self._runs) for name, figure in run.figures.items()}
+        self._labels = {}
+        for run in reversed(self._runs):
+            self._labels |= {name: lacking.label for name, lacking in run.withheld.items()}
+            self._labels |= {name: figure.label for name, figure in run.figures.items()}
         self._parameter.set_options({name: self._reader.say(label) for name, label in sorted(self._labels.items())})
         self._show()
 
@@ -71,7 +74,7 @@ class _History:
         say = self._reader.say
         runs = [run for run in self._runs if run.matches(str(self._words.value or ""))]
         if self._parameter.value:
-            runs = [run for run in runs if self._parameter.value in run.figures]
+            runs = [run for run in runs if self._parameter.value in {*run.figures, *run.withheld}]
         self._count.set_text(say(text("{found} of {all} runs", found=len(runs), all=len(self._runs))))
         self._table.clear()
         with self._table, ui.element("table").classes("mb-table"):
@@ -99,13 +102,21 @@ class _History:
                 named(box.props("dense"), self._reader.say(text("Choose {name}", name=run.name)))
             with ui.element("td"):
                 ui.link(run.name, f"/runs/{quote(run.name, safe='')}")
-            status = self._reader.say(STATUS.get(run.status, Text("{status}", {"status": run.status})))
+            ended = STATUS.get(run.status, Text("{status}", {"status": run.status}))
+            if run.withheld:
+                ended = text("{status}, {count} withheld", status=ended, count=len(run.withheld))
+            status = self._reader.say(ended)
             for words in (run.motor, run.serial_number, run.person, status):
                 with ui.element("td"):
                     ui.label(words)
             if self._parameter.value:
                 with ui.element("td").classes("num"):
-                    ui.label(_shown(run.figures[self._parameter.value]))
+                    ui.label(self._figure(run, self._parameter.value))
+
+    def _figure(self, run: Archived, name: str) -> str:
+        if name in run.figures:
+            return _shown(run.figures[name])
+        return self._reader.say(text("withheld: {cause}", cause=run.withheld[name].cause))
 
     def _choose(self, name: str, *, on: bool) -> None:
         self._chosen = [chosen for chosen in self._chosen if chosen != name] + ([name] if on else [])

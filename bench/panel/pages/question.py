@@ -1,11 +1,13 @@
 """What is to be done now: the step in the document's words, the drawing, and one big button."""
 
+from functools import partial
 from typing import Any
 
 from nicegui import ui
 
 from bench.drawings.connections import draw_connections
 from bench.journal.stored_result import restore_text
+from bench.operators.typed import BACK
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.frame import Reader
@@ -111,6 +113,14 @@ class QuestionCard:
         with ui.row().classes("items-end gap-4 mt-3"):
             if question["kind"] in ("number", "angles"):
                 self._input = self._number(question)
+            if question["kind"] == "doubt":
+                for offered, again in ((text("Enter it again"), True), (text("It is right: keep it"), False)):
+                    choice = ui.button(say(offered), on_click=partial(self._answer, question, again), color=None)
+                    choice.classes("mb-go text-2xl px-10 py-4" if again else "text-xl px-8 py-4")
+                return
+            if question.get("correctable"):
+                back = text("Correct the entry before")
+                ui.button(say(back), on_click=partial(self._answer, question, BACK)).props("outline")
             done = ui.button(say(text("Done")), on_click=lambda: self._answer(question), color=None)
             done.classes("mb-go text-2xl px-10 py-4").props(
                 "autofocus" if question["kind"] in ("action", "confirm") else ""
@@ -134,31 +144,23 @@ class QuestionCard:
             return [say(text("Read and enter: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "confirm":
             return [f"{say(role_name(question['instrument']))}: {say(restore_text(question['task']))}"]
+        if question["kind"] == "doubt":
+            # The journal has its words in English only.
+            return [say(restore_text(line)) for line in question["lines"]]
         action = self._run.view.action
         if action is not None and type(action).__name__ == question["action"]:
             return [say(line) for line in action.lines(nameplate_of(self._run.view.run.start).wire_colours)]
         return [say(restore_text(line)) for line in question["lines"]]
 
-    async def _answer(self, question: Any) -> None:
+    async def _answer(self, question: Any, value: object = None) -> None:
         if not self._panel.control.take_if_free(self._session.token, self._session.person):
             return
-        value: object = None
-        if question["kind"] in ("number", "angles") and self._input is not None:
+        if value is None and question["kind"] in ("number", "angles") and self._input is not None:
             typed = str(self._input.value or "")
-            value = _numbers(typed) if question["kind"] == "angles" else _number(typed)
+            # The run itself takes decimal commas and units apart, and keeps what was typed.
+            value = typed.replace(";", " ").split() if question["kind"] == "angles" else typed
         fault = await self._run.line.answer(question["id"], value)
         open_now = self._run.line.question
         # A second click, or another browser's, comes too late and does no harm.
         if fault and open_now is not None and open_now["id"] == question["id"]:
             ui.notify(self._reader.say(fault), type="negative", position="top", timeout=8000)
-
-
-def _number(typed: str) -> object:
-    try:
-        return float(typed.strip().replace(",", "."))
-    except ValueError:
-        return typed
-
-
-def _numbers(typed: str) -> object:
-    return [_number(word) for word in typed.replace(";", " ").split()]

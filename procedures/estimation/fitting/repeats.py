@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import stdtrit
 
 
 def mean_of_readings(values: Sequence[float]) -> tuple[float, float, float]:
@@ -35,3 +36,43 @@ def mean_of_estimates(values: Sequence[float], uncertainties: Sequence[float]) -
     freedom = float(estimates.size - 1)
     birge = math.sqrt(float(np.sum(weights * (estimates - mean) ** 2)) / freedom)
     return (mean, internal, math.inf) if birge <= 1.0 else (mean, internal * birge, freedom)
+
+
+#: One-sided, for 999 of 1000 on both sides.
+_SURELY = 0.9995
+#: A reading is odd beyond so many times the others' spread.
+_SPREADS = 8.0
+
+
+def odd_reading(values: Sequence[float], share: float, limit: float = 0.0) -> int | None:
+    """Return which of several readings of one quantity contradicts the others most, the later of two; None where none does.
+
+    It is off the others' median by more than `share` of that, twice the instrument's `limit` of error in the readings' unit, and
+    eight times their own spread.
+    """
+    readings = np.asarray(values, dtype=float)
+    worst, found = 1.0, None
+    for number in range(readings.size - 1, -1, -1):
+        others = np.delete(readings, number)
+        if not others.size:
+            break
+        middle = float(np.median(others))
+        spread = float(np.median(np.abs(others - middle)))
+        bound = max(share * abs(middle), 2.0 * limit, _SPREADS * spread)
+        off = abs(float(readings[number]) - middle)
+        beyond = off / bound if bound > 0.0 else (math.inf if off else 0.0)
+        if beyond > worst:
+            worst, found = beyond, number
+    return found
+
+
+def stands_out(values: Sequence[float], number: int) -> bool:
+    """Tell whether a reading is none of its siblings' kind, so that it may be left out of their mean.
+
+    It is beyond what one more normal reading like the others would be in 999 of 1000 cases (Student). Three others at least.
+    """
+    others = np.delete(np.asarray(values, dtype=float), number)
+    if others.size < 3:
+        return False
+    reach = float(stdtrit(others.size - 1, _SURELY)) * math.sqrt(1.0 + 1.0 / others.size)
+    return abs(float(values[number]) - float(others.mean())) > reach * float(others.std(ddof=1))

@@ -22,6 +22,7 @@ def write(sheet: Sheet) -> str:
         "software": f"motorbench {subject.software}",
         "convention": "SI units; peak; resistance and inductance per phase of the Y-equivalent, at 25 °C where they depend on it",
         "parameters": {name: _entry(parameter) for name, parameter in subject.parameters.items()},
+        "withheld": {name: why[0].as_dict() for name, why in subject.withheld.items()},
         "correlations": _correlations(sheet),
         "data_sheet": {
             "rated_current": plate.rated_current,

@@ -18,9 +18,10 @@ from jsonschema import Draft202012Validator
 from bench.journal.codec import KINDS, RecordedEvent, UnknownEvent, decode, encode, event_of
 from bench.journal.events.run import SCHEMA
 from bench.journal.schema import DIALECT, journal_schema
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import Action
 from procedures.core.events import ActionStarted, Event, UnknownAction
+from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Notice
 
 RUNS = Path(__file__).parents[2] / "data" / "runs"
@@ -34,6 +35,8 @@ JSON = st.recursive(
     max_leaves=4,
 )
 NOTICES = st.builds(Notice, WORDS, st.builds(lambda share: Text("{share}", {"share": share}), st.integers() | WORDS))
+
+OWN = ParameterDefinition("own_figure", "x", "F", text("A figure of its own"), reader_unit="s/Ω")
 
 
 def lines_of(name: str) -> list[bytes]:
@@ -65,7 +68,12 @@ def values(hint: Any) -> st.SearchStrategy[Any]:
 
 def built(made: Any) -> st.SearchStrategy[Any]:
     hints = typing.get_type_hints(made, include_extras=True)
-    return st.builds(made, **{each.name: values(hints[each.name]) for each in dataclasses.fields(made)})
+    if "definition" not in hints:
+        return st.builds(made, **{each.name: values(hints[each.name]) for each in dataclasses.fields(made)})
+    # A definition is of the figure that it stands with; one that is not in the table stands in the record.
+    chosen = {each.name: values(hints[each.name]) for each in dataclasses.fields(made) if each.name != "definition"}
+    own = {"name": st.just(OWN.name), "unit": st.just(OWN.unit), "definition": st.just(OWN)}
+    return st.builds(made, **chosen) | st.builds(made, **chosen | {k: v for k, v in own.items() if k in hints})
 
 
 @st.composite

@@ -105,8 +105,8 @@ def test_an_action_is_asked_with_its_data_and_waits_for_its_answer(operator: Dis
 @pytest.mark.parametrize(
     ("answer", "refusal"),
     [
-        (300.0, "300 °C is outside -60 … 250 °C"),
-        ("warm", "'warm' is not a number"),
+        (300.0, "300 °C is outside -60 … 250 °C; read again"),
+        ("warm", "'warm' is not a number; type it like 12.3 / 12,3 °C"),
         (True, "True is not a number"),
         (None, "None is not a number"),
     ],

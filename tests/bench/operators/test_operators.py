@@ -84,9 +84,9 @@ def test_instruments_set_by_hand_reach_the_same_person() -> None:
     prompt.confirm(text("Switch the supply's output on."))
     assert prompt.ask(text("regulation: 0 off, 1 on"), "", 0, 3, None) == 2.0
     assert prompt.ask(text("speed"), "rpm", 0, 5000, text("of the shaft")) == 1500.0
-    assert "supply: Switch the supply's output on." in said.getvalue()
-    assert "Enter supply, regulation: 0 off, 1 on (0 … 3)" in said.getvalue()
-    assert "Enter supply, speed of the shaft in rpm (0 … 5000)" in said.getvalue()
+    assert "DC supply: Switch the supply's output on." in said.getvalue()
+    assert "Enter DC supply, regulation: 0 off, 1 on (0 … 3)" in said.getvalue()
+    assert "Enter DC supply, speed of the shaft in rpm (0 … 5000)" in said.getvalue()
 
 
 def test_angles_are_typed_in_degrees() -> None:

@@ -1,0 +1,122 @@
+"""Numbers as people type them: with a decimal comma, with the unit of what is asked for and its prefixes."""
+
+import math
+import re
+from collections.abc import Mapping
+from decimal import Decimal
+
+from drivers.interfaces.text import Text, text
+
+#: What a person types who wants the entry before this one back.
+BACK = "<"
+
+_NUMBER = re.compile(r"[-+−]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+−]?\d+)?")
+#: A whole number in front of a comma and three digits: a thousand and more to some, one and a little to others.
+_AMBIGUOUS = re.compile(r"[-+−]?[1-9]\d{0,2},\d{3}")
+#: Powers of ten.
+_PREFIXES: Mapping[str, int] = {
+    "": 0,
+    "p": -12,
+    "n": -9,
+    "u": -6,
+    "µ": -6,
+    "μ": -6,
+    "m": -3,
+    "c": -2,
+    "k": 3,
+    "K": 3,
+    "M": 6,
+    "G": 9,
+}
+#: Units by their own sign: how people write them, without a prefix; those of `_PREFIXED` may have one.
+_SPELLINGS: Mapping[str, tuple[str, ...]] = {
+    "Ω": ("Ω", "Ω", "ohm", "Ohm", "OHM", "ohms", "Ohms", "欧", "欧姆"),
+    "H": ("H", "henry", "Henry", "亨"),
+    "V": ("V", "v", "volt", "Volt", "伏"),
+    "A": ("A", "amp", "ampere", "Ampere", "安"),
+    "Hz": ("Hz", "hz", "HZ", "赫兹"),
+    "N·m": ("N·m", "Nm", "N*m", "N.m", "N m", "N⋅m", "牛·米"),
+    "s": ("s", "sec", "秒"),
+    "rpm": ("rpm", "RPM", "1/min", "min-1", "min^-1", "min⁻¹", "r/min", "U/min", "转/分"),
+    "rad/s": ("rad/s", "1/s"),
+    "°C": ("°C", "℃", "C", "degC", "deg C", "° C", "摄氏度"),
+    "°": ("°", "deg", "度"),
+    "%": ("%",),
+}
+_PREFIXED = ("Ω", "H", "V", "A", "Hz", "N·m", "s")
+#: Every way of writing a unit, with its own sign and the power of ten to it.
+_KNOWN: Mapping[str, tuple[str, int]] = {
+    prefix + word: (unit, power)
+    for unit, words in _SPELLINGS.items()
+    for word in words
+    for prefix, power in (_PREFIXES.items() if unit in _PREFIXED else (("", 0),))
+    # What is a unit by itself is no prefix before another.
+    if not prefix or not any(prefix + word in others for others in _SPELLINGS.values())
+}
+
+
+def typed_number(typed: str, unit: str) -> float:
+    """Return what was typed in the `unit` asked for, empty for a plain number; without a unit it is taken to be in that one.
+
+    Raises ValueError with a Text for what is no number, for a unit of something else, and for one that is not known.
+    """
+    words = typed.strip().replace("，", ",").replace("．", ".")
+    found = _NUMBER.match(words)
+    if found is None:
+        raise ValueError(_no_number(typed, unit))
+    rest = words[found.end() :].strip()
+    asked, given = _KNOWN.get(unit), _KNOWN.get(rest)
+    if given is None and (rest[:1].isdigit() or rest[:1] in (".", ",")):
+        raise ValueError(
+            text("'{typed}' has more than one decimal sign or a gap; type it like 1234.5 or 1234,5", typed=typed)
+        )
+    if _AMBIGUOUS.fullmatch(found.group()):
+        whole, _, part = found.group().partition(",")
+        raise ValueError(
+            text(
+                "'{typed}' may be {one} or {other}; type one of them",
+                typed=typed,
+                one=whole + part,
+                other=f"{whole}.{part}",
+            )
+        )
+    number = Decimal(found.group().replace(",", ".").replace("−", "-"))
+    if rest and not unit:
+        raise ValueError(_no_number(typed, unit))
+    if rest and (asked is None or given is None):
+        raise ValueError(
+            text(
+                "'{typed}': the unit {given} is not known here; type it like {example}",
+                typed=typed,
+                given=rest,
+                example=_example(unit),
+            )
+        )
+    if asked is not None and given is not None:
+        if given[0] != asked[0]:
+            raise ValueError(
+                text(
+                    "'{typed}' is in {given}, and {unit} is asked for; type it like {example}",
+                    typed=typed,
+                    given=rest,
+                    unit=unit,
+                    example=_example(unit),
+                )
+            )
+        # 5.2 mΩ is 5.2e-3, to the last digit.
+        number = number.scaleb(given[1] - asked[1])
+    value = float(number)
+    if not math.isfinite(value):
+        raise ValueError(_no_number(typed, unit))
+    return value
+
+
+def _no_number(typed: str, unit: str) -> Text:
+    return text("'{typed}' is not a number; type it like {example}", typed=typed, example=_example(unit))
+
+
+def _example(unit: str) -> str:
+    base = _KNOWN.get(unit, ("", 0))[0]
+    if base in _PREFIXED and base != "s":
+        return f"12.3 / 12,3 {unit} / 12.3 m{base}"
+    return f"12.3 / 12,3 {unit}".strip()

@@ -1,0 +1,225 @@
+"""Readings that are repeated, from what a person types or an instrument gives to the result that tells of it."""
+
+import io
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.journal.stored_result import restore_text
+from bench.operators.panel_operator import DistantOperator, DistantPrompt
+from bench.safety.interrupts import Interrupts
+from bench.testing import Ran, run_procedures, virtual_motor
+from drivers.interfaces import ImpedanceReading, RetypeError, Wanted
+from drivers.interfaces.text import lines, text
+from drivers.keysight.e4980a import KeysightE4980A
+from procedures.core.actions import DoubtReading
+from procedures.core.events import ReadingTyped, RepeatStarted
+from tests.bench.operators.test_distant import Panel, asked
+from tests.command_line import Call
+
+NOTE = Path(__file__).parents[3] / "docs" / "examples" / "note"
+
+Typed = Callable[..., tuple[int, dict[str, Any], str, list[dict[str, Any]]]]
+
+
+@pytest.fixture
+def typed(call: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Typed:
+    """Measures resistances that are typed: returns exit status, result, what the terminal said, and the journal's events."""
+
+    def run(*lines: str) -> tuple[int, dict[str, Any], str, list[dict[str, Any]]]:
+        monkeypatch.setattr(sys, "stdin", io.StringIO("\n".join(lines) + "\n"))
+        words = ("--station", str(NOTE / "station.toml"), "--motor", str(NOTE / "lg-400w.toml"), "--language", "en")
+        settings = ("--set", "short_correction=false", "--set", "winding_temperature=25.0", "--json")
+        status, out, err = call("run", "stator-resistance", *words, *settings)
+        (folder,) = (tmp_path / "runs").iterdir()
+        events = [json.loads(line) for line in (folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()]
+        return status, json.loads(out), " ".join(err.split()), events
+
+    return run
+
+
+def of(events: list[dict[str, Any]], kind: str) -> list[dict[str, Any]]:
+    return [event["data"] for event in events if event["kind"] == kind]
+
+
+#: The bridge is set, then A–B connected.
+BEGIN, CONNECT = "", ""
+GOOD = ("32 mΩ", "31.9 mOhm", "0,0321")
+
+
+def test_a_slip_is_asked_about_and_typed_again(typed: Typed) -> None:
+    slip = ("32 mΩ", "3.2 mΩ", "0,0321", "", "31.9 mOhm")
+    status, result, said, events = typed(BEGIN, CONNECT, *slip, CONNECT, *GOOD, CONNECT, *GOOD)
+    assert status == 0
+    assert "resistance A–B, reading 2 of 3: it is a tenth of its siblings, 0.0032 Ω against 0.032, 0.0321 Ω" in said
+    assert "LCR meter, resistance Rs at 20 Hz, A–B, reading 3 of 3" in said
+    first = of(events, "repeats_taken")[0]
+    assert (first["taken"], first["left_out"]) == ([0.032, 0.0319, 0.0321], [0.0032])
+    assert result["parameters"]["stator_resistance"]["value"] == pytest.approx(0.016, rel=1e-3)
+    assert result["misfit"] == []
+    # What was typed and what was taken of it.
+    entries = of(events, "reading_typed")
+    assert (entries[0]["typed"], entries[0]["unit"], entries[0]["value"]) == ("32 mΩ", "Ω", 0.032)
+    assert "A–B, reading 1 of 3" in entries[0]["quantity"]
+
+
+def test_a_confirmed_one_is_kept_and_told(typed: Typed) -> None:
+    odd = ("32 mΩ", "34 mΩ", "0,0321", "y")
+    status, result, _, events = typed(BEGIN, CONNECT, *odd, CONNECT, *GOOD, CONNECT, *GOOD)
+    assert status == 0
+    assert of(events, "repeats_taken")[0]["taken"] == [0.032, 0.034, 0.0321]
+    (row,) = result["misfit"]
+    assert (row["cause"], row["answer"], row["figures"]["terminals"]) == ("repeats-differ", "widened", "A–B")
+    assert "contradict each other: 0.032 … 0.034 Ω" in row["message"]
+    assert "repeats-differ" in {warning["id"] for warning in result["warnings"]}
+    low, high = result["parameters"]["stator_resistance"]["coverage_interval"]
+    assert low < 0.016 < high
+
+
+def test_the_last_entry_is_corrected_and_a_wrong_unit_refused(typed: Typed) -> None:
+    corrected = ("<", "31 mH", "3.2 mΩ", "<", "32 mΩ", "31.9 mOhm", "0,0321")
+    status, _, said, events = typed(BEGIN, CONNECT, *corrected, CONNECT, *GOOD, CONNECT, *GOOD)
+    assert status == 0
+    assert "'31 mH' is in mH, and Ω is asked for" in said
+    assert of(events, "repeats_taken")[0]["taken"] == [0.032, 0.0319, 0.0321]
+    # Before the first entry there is none to correct.
+    values = [(entry["typed"], entry["value"]) for entry in of(events, "reading_typed")[:4]]
+    assert values == [("<", None), ("31 mH", None), ("3.2 mΩ", 0.0032), ("<", None)]
+    assert of(events, "instrument_error") == []
+
+
+def test_of_two_that_contradict_each_other_both_are_typed_again(
+    typed: Typed, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = (BEGIN, *((CONNECT, "32 mΩ", "31.9 mΩ") * 2), CONNECT, "3.2 mΩ", "32 mΩ", "", "32 mΩ", "32.1 mΩ")
+    monkeypatch.setattr(sys, "stdin", io.StringIO("\n".join(lines) + "\n"))
+    words = ("--station", str(NOTE / "station.toml"), "--motor", str(NOTE / "lg-400w.toml"), "--language", "zh")
+    settings = ("short_correction=false", "winding_temperature=25.0", "repeats=2")
+    status, out, err = call(
+        "run", "stator-resistance", *words, *(word for one in settings for word in ("--set", one)), "--json"
+    )
+    assert status == 0
+    assert "它十倍于其余读数" in "".join(err.split())
+    assert json.loads(out)["misfit"] == []
+
+
+class Spoilt:
+    """A bridge's `measure` whose `odd` readings of the resistance, counted from 1, are ten times too small."""
+
+    def __init__(self, odd: frozenset[int]) -> None:
+        self._odd = odd
+        self._count = 0
+        self._measure = KeysightE4980A.measure
+
+    def __call__(self, bridge: KeysightE4980A, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:
+        reading = self._measure(bridge, wanted)
+        if wanted is not Wanted.RESISTANCE:
+            return reading
+        self._count += 1
+        factor = 0.1 if self._count in self._odd else 1.0
+        spoilt = vars(reading) | {"resistance": factor * reading.resistance}
+        return ImpedanceReading(**spoilt)
+
+
+@pytest.fixture
+def spoilt(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Ran]:
+    def run(*odd: int) -> Ran:
+        spoil = Spoilt(frozenset(odd))
+        monkeypatch.setattr(KeysightE4980A, "measure", lambda self, wanted=Wanted.BOTH: spoil(self, wanted))
+        return run_procedures(["stator-resistance"], virtual_motor(), tmp_path, seed=1, settings={}, faults=())
+
+    return run
+
+
+def events_of(ran: Ran) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in ran.folder.journal.read_text(encoding="utf-8").splitlines()]
+
+
+def test_an_instrument_s_reading_is_read_once_more_and_left_out(spoilt: Callable[..., Ran]) -> None:
+    ran = spoilt(2)
+    taken = of(events_of(ran), "repeats_taken")
+    assert [(len(group["taken"]), len(group["left_out"])) for group in taken] == [(3, 1), (3, 0), (3, 0)]
+    assert ran.warnings.count("repeats-differ") == 1
+    low, high = ran.parameters["stator_resistance"].coverage_interval
+    assert low < ran.truth["stator_resistance"] < high
+
+
+def test_one_that_is_not_borne_out_is_kept_and_told(spoilt: Callable[..., Ran]) -> None:
+    ran = spoilt(2, 4)
+    first = of(events_of(ran), "repeats_taken")[0]
+    assert (len(first["taken"]), first["left_out"]) == (4, [])
+    assert ran.warnings.count("repeats-differ") == 1
+
+
+@pytest.fixture
+def operator(tmp_path: Path) -> Iterator[DistantOperator]:
+    with closing(DistantOperator(Interrupts())) as made:
+        made.line.announce(tmp_path)
+        yield made
+
+
+class Kept:
+    def __init__(self) -> None:
+        self.events: list[Any] = []
+
+    def record(self, event: Any) -> None:
+        self.events.append(event)
+
+
+def test_at_a_panel_the_same_is_asked_in_words_to_be_translated(operator: DistantOperator, tmp_path: Path) -> None:
+    thread, given = asked(lambda: operator.perform(DoubtReading(text("it is a tenth of its siblings"))))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        assert (question["kind"], question["lines"][0]["template"]) == ("doubt", "it is a tenth of its siblings")
+        assert "yes or no" in panel.answer(question, "perhaps")["refused"]
+        panel.answer(question, True)
+    thread.join()
+    assert given == [True]
+
+
+def test_a_question_reaches_a_panel_whole(operator: DistantOperator, tmp_path: Path) -> None:
+    operator.entry.hear(RepeatStarted(terminals="B–C", number=2, count=3))
+    prompt = DistantPrompt(operator, "lcr_meter")
+    context = lines((text("at {frequency:g} Hz", frequency=20.0), text("({value:g} Ω is outside)", value=3.0)), " ")
+    thread, _ = asked(lambda: prompt.ask(text("resistance Rs"), "Ω", 0.0, 10.0, context))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        said = restore_text(question["quantity"]).render()
+        assert said == "LCR meter, resistance Rs at 20 Hz (3 Ω is outside), B–C, reading 2 of 3"
+        panel.answer(question, "1")
+    thread.join()
+
+
+def test_at_a_panel_units_are_typed_and_the_entry_before_corrected(operator: DistantOperator, tmp_path: Path) -> None:
+    kept = Kept()
+    operator.entry.recorder = kept
+    prompt = DistantPrompt(operator, "lcr_meter")
+
+    def ask() -> object:
+        try:
+            return prompt.ask(text("resistance Rs"), "Ω", 0.0, 10.0, None)
+        except RetypeError as back:
+            return back
+
+    with Panel(tmp_path) as panel:
+        for number, answer, taken in ((1, "31 mOhm", 0.031), (2, "<", None)):
+            operator.entry.hear(RepeatStarted(terminals="B–C", number=number, count=3))
+            thread, given = asked(ask)
+            question = panel.question()
+            assert question["correctable"] is (number > 1)
+            assert question["quantity"]["template"] == "{quantity}, {terminals}, reading {number} of {count}"
+            if number == 1:
+                assert "there is none" not in panel.answer(question, "31 V")["refused"]
+            panel.answer(question, answer)
+            thread.join()
+            assert given == [taken] if taken else isinstance(given[0], RetypeError)
+    assert [(e.typed, e.value) for e in kept.events if isinstance(e, ReadingTyped)] == [
+        ("31 V", None),
+        ("31 mOhm", 0.031),
+        ("<", None),
+    ]
