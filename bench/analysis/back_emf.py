@@ -16,11 +16,10 @@ from bench.captures import Capture, CaptureError, read_captures
 from drivers.interfaces.text import text, text_of
 from procedures.estimation.emf.back_emf import (
     BackEmfFit,
-    FluxEstimate,
     fit_back_emf,
-    flux_by_integration,
     line_to_phase,
 )
+from procedures.estimation.emf.integrated_flux import FluxEstimate, flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
 from procedures.estimation.mechanics.pole_pairs import from_frequency
 from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_factor

@@ -19,7 +19,8 @@ from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf, flux_by_integration
+from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf
+from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.fitting.repeats import mean_of_estimates
 from procedures.techniques.acquisition import ranged_record

@@ -5,7 +5,8 @@ import pytest
 
 from bench.analysis import analyze_back_emf
 from bench.captures import read_captures
-from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.emf.integrated_flux import flux_by_integration
 
 
 def _folder() -> Path:

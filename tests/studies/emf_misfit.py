@@ -1,0 +1,134 @@
+"""Back-EMF records with one cause or two that the waveform's model does not hold: what is held, what is said.
+
+`python -m tests.studies.emf_misfit --records N`
+"""
+
+import argparse
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drivers.interfaces import Accuracy
+from procedures.core.budget import Uncertainties
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.emf.coupling import coupling_finding, shortfall
+from procedures.estimation.emf.integrated_flux import flux_by_integration
+from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Misfit
+from tests.studies.emf_records import Setup, draw, record, spoil
+
+CAUSES = (
+    "clipped both sides",
+    "clipped one side",
+    "one channel's gain",
+    "all gains",
+    "probe factor",
+    "AC coupled",
+    "hum",
+    "noise below 0.1 LSB",
+)
+PAIRS = (
+    ("clipped both sides", "hum"),
+    ("clipped one side", "one channel's gain"),
+    ("AC coupled", "all gains"),
+    ("hum", "noise below 0.1 LSB"),
+)
+
+
+@dataclass
+class Tally:
+    """What a row's records came to."""
+
+    given: int = 0
+    held: int = 0
+    far: int = 0
+    withheld: int = 0
+    told: int = 0
+    records: int = 0
+    sizes: list[float] = field(default_factory=list)
+    causes: dict[str, int] = field(default_factory=dict)
+
+    def line(self) -> str:
+        """Return it as a row of the table."""
+        part = [
+            f"{100 * self.held / max(self.given, 1):.1f}",
+            str(self.far),
+            f"{100 * self.withheld / self.records:.1f}",
+        ]
+        part += [
+            f"{100 * self.told / self.records:.1f}",
+            f"{100 * np.median(self.sizes) if self.sizes else math.nan:.2g}",
+        ]
+        return " | ".join(part)
+
+
+def judge(tally: Tally, random: np.random.Generator, setup: Setup, *, gain_limit: float, coupling_known: bool) -> None:
+    """Estimate one record and count what became of it."""
+    time, v = record(random, setup)
+    tally.records += 1
+    channels = [DigitizedChannel(f"CH{k + 1}", setup.step, None, gain_limit) for k in range(3)]
+    try:
+        fit = fit_back_emf(time, v, digitized=channels)
+    except EstimationError:
+        tally.withheld += 1
+        return
+    flux = fit.flux_linkage
+    misfit = fit.misfit
+    if fit.drift_significant:
+        integrated = flux_by_integration(time, v, frequency=fit.frequency, digitized=channels)
+        flux, misfit = integrated.flux_linkage, integrated.misfit
+    inputs = Uncertainties()
+    value = inputs.statistical("fit", flux.value, flux.uncertainty, flux.degrees_of_freedom)
+    gains = [inputs.instrument(c.name, 1.0, Accuracy(gain=gain_limit, source="stated")) for c in channels]
+    value = value * sum(gains[1:], gains[0]) / 3.0
+    if not coupling_known:
+        value = value * inputs.one_sided("coupling", 1.0, shortfall(fit.frequency))
+        said = coupling_finding(fit.frequency, ["CH1"], stated=False)
+        misfit = Misfit.together((misfit, Misfit((said,) if said else ())))
+    made = inputs.parameter("flux_linkage", "V·s/rad", value, procedure="", section="", estimator="")
+    tally.told += bool(misfit)
+    for finding in misfit.findings:
+        tally.causes[finding.cause.value] = tally.causes.get(finding.cause.value, 0) + 1
+    if misfit.withholding("flux_linkage"):
+        tally.withheld += 1
+        return
+    low, high = made.coverage_interval
+    tally.given += 1
+    tally.held += low <= setup.flux <= high
+    tally.far += not made.value - 3 * (made.value - low) <= setup.flux <= made.value + 3 * (high - made.value)
+    tally.sizes.append(0.5 * (high - low) / setup.flux)
+
+
+def rows(records: int, gain_limit: float, seed: int) -> Iterator[tuple[str, Tally]]:
+    """Give the tallies by what was wrong."""
+    for number, (name, causes) in enumerate(
+        {"nothing": (), **{c: (c,) for c in CAUSES}, **{" and ".join(p): p for p in PAIRS}}.items()
+    ):
+        random = np.random.default_rng([seed, number])
+        tally = Tally()
+        for _ in range(records):
+            setup = draw(random, gain_limit=gain_limit)
+            for cause in causes:
+                setup = spoil(random, setup, cause)
+            judge(tally, random, setup, gain_limit=gain_limit, coupling_known="AC coupled" not in causes)
+        yield name, tally
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--records", type=int, default=1000)
+    parser.add_argument("--gain-limit", type=float, default=0.01)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    print("| record | held, % | beyond 3 U | withheld, % | told, % | U, % | causes told |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for name, tally in rows(given.records, given.gain_limit, given.seed):
+        causes = ", ".join(f"{cause} {count}" for cause, count in tally.causes.items())
+        print(f"| {name} | {tally.line()} | {causes} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
