@@ -1,6 +1,6 @@
 """Records of a driven motor's three voltages as a scope with faults would take them; nothing here knows the estimator's model."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray

@@ -140,7 +140,11 @@ def restore(
             # The rest does not look like the model either: what it was extrapolated by is not known better than by all of it.
             growth[k] *= left / max(float(noise[k]), 1e-300)
         score = float(np.max(np.where(sides, beyond / np.maximum(told, 1e-300), 0.0)))
-        figures = {"channel": channel.name, "level": float(np.max(np.abs(ends.levels[k][sides]))), "lost": share}
+        figures: dict[str, float | str] = {
+            "channel": channel.name,
+            "level": float(np.max(np.abs(ends.levels[k][sides]))),
+            "lost": share,
+        }
         found.append(Finding(Cause.CLIPPED, answer, ("flux_linkage",), score, figures))
     return Restored(result, lost, growth, moved, tuple(found))
 

@@ -32,6 +32,6 @@ def coupling_finding(frequency: float, channels: Sequence[str], *, stated: bool)
     most = shortfall(frequency)
     if most <= _MOST and not stated:
         return None
-    figures = {"channels": ", ".join(channels), "frequency": frequency, "shortfall": most}
+    figures: dict[str, float | str] = {"channels": ", ".join(channels), "frequency": frequency, "shortfall": most}
     answer = Answer.WITHHELD if most > _MOST else Answer.WIDENED
     return Finding(Cause.AC_COUPLED, answer, ("flux_linkage",), 0.0, figures)

@@ -35,7 +35,7 @@ class Hum:
     def finding(self, channels: Sequence[DigitizedChannel]) -> Finding:
         """Return what is told of it."""
         worst = int(np.argmax(self.amplitudes))
-        figures = {
+        figures: dict[str, float | str] = {
             "frequency": self.frequency,
             "channel": channels[worst].name,
             "amplitude": float(self.amplitudes[worst]),

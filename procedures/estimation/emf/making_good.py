@@ -44,7 +44,8 @@ def make_good(
 ) -> MadeGood:
     """Leave out what clipped and take out a line of the mains, where the record (C, n) shows them; `refit` fits a whole record."""
     values, growth = v, np.ones((v.shape[0], 1 + 2 * len(orders)))
-    kept, beside, findings = np.ones(v.shape[0]), np.zeros(v.shape[0]), []
+    kept, beside = np.ones(v.shape[0]), np.zeros(v.shape[0])
+    findings: list[Finding] = []
     if ends := find_ends(v, channels):
         restored = restore(t, v, orders, model, ends, channels, refit)
         if restored.lost.any():
@@ -77,5 +78,5 @@ def too_coarse(noise: FloatArray, channels: Sequence[DigitizedChannel]) -> tuple
     if not coarse.any():
         return ()
     worst = int(np.argmin(np.where(coarse, left, np.inf)))
-    figures = {"channel": channels[worst].name, "resolution": float(steps[worst])}
+    figures: dict[str, float | str] = {"channel": channels[worst].name, "resolution": float(steps[worst])}
     return (Finding(Cause.TOO_COARSE, Answer.WIDENED, ("flux_linkage",), 0.0, figures),)

@@ -1,0 +1,125 @@
+"""Flux linkage over several speeds: whether it goes with the speed, by which law, and what it is without that (§3.4.3)."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import special
+
+from procedures.estimation.fitting.checks import same_length, series
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
+from procedures.estimation.fitting.repeats import mean_of_estimates
+
+#: Laws that a flux linkage follows over frequency, by how they are written; the last has no value that is free of the speed.
+_LAWS: tuple[tuple[str, Callable[[FloatArray], FloatArray], bool], ...] = (
+    ("f²", np.square, True),
+    ("f", np.positive, True),
+    ("√f", np.sqrt, True),
+    ("1/f", np.reciprocal, True),
+    ("1/f²", lambda f: f**-2.0, True),
+    ("ln f", np.log, False),
+)
+#: A trend is seen where chance gives it in three of a thousand; a law is accepted where chance leaves as much in one of twenty.
+_CHANCE, _ACCEPTED = 3e-3, 0.05
+#: From so many speeds on a law's intercept is believed.
+_ENOUGH = 5
+#: Where the laws' intercepts stay so near the mean, or within the stated limits of gain, the interval holds them all.
+_NEAR = 0.01
+
+
+@dataclass(frozen=True)
+class Law:
+    """One law λ = `value` + slope·g(f): its intercept with `uncertainty`, and the probability of what it leaves, `p_value`."""
+
+    name: str
+    value: float
+    uncertainty: float
+    p_value: float
+    has_value: bool
+
+    @property
+    def accepted(self) -> bool:
+        """Whether what it leaves is chance."""
+        return self.p_value > _ACCEPTED
+
+
+@dataclass(frozen=True)
+class OverSpeeds:
+    """Flux linkage from several speeds with standard uncertainty and degrees of freedom; `law` by which it was referred to no speed,
+    empty where it is a mean; `p_value` of the differences being chance, the `laws` that were tried, and the misfit.
+    """
+
+    value: float
+    uncertainty: float
+    degrees_of_freedom: float
+    p_value: float
+    law: str = ""
+    laws: tuple[Law, ...] = ()
+    misfit: Misfit = NO_MISFIT
+
+
+def over_speeds(
+    frequencies: ArrayLike, values: ArrayLike, uncertainties: ArrayLike, *, gain_limit: float = 0.0
+) -> OverSpeeds:
+    """Return one flux linkage from those at several electrical frequencies (Hz), with their own standard uncertainties, (N,).
+
+    `gain_limit` is the stated limit of gain: a range is changed between speeds, and differences within it are expected. Raises
+    EstimationError where nothing is given, or values are no numbers.
+    """
+    f, v, u = (
+        series(n, a) for n, a in (("frequencies", frequencies), ("values", values), ("uncertainties", uncertainties))
+    )
+    same_length(frequencies=f, values=v, uncertainties=u)
+    if np.any(f <= 0.0):
+        raise EstimationError("a frequency is not above 0 Hz; give the electrical frequency of each record")
+    mean, spread, freedom = mean_of_estimates([float(x) for x in v], [float(x) for x in u])
+    if v.size < 2 or np.any(u <= 0.0):
+        return OverSpeeds(mean, spread, freedom, 1.0)
+    weighted = float(np.sum(v / u**2) / np.sum(u**-2.0))
+    p_value = float(special.chdtrc(v.size - 1, np.sum(((v - weighted) / u) ** 2)))
+    apart = float(np.max(np.abs(v / weighted - 1.0)))
+    distinct = np.unique(np.round(np.log(f), 2)).size
+    if p_value > _CHANCE or apart <= gain_limit or distinct < 2:
+        return OverSpeeds(mean, spread, freedom, p_value)
+    laws = tuple(_law(name, shape, with_value, f, v, u) for name, shape, with_value in _LAWS)
+    accepted = [law for law in laws if law.accepted and v.size > 2]
+    figures: dict[str, float | str] = {
+        "span": float(np.ptp(v) / weighted),
+        "slowest": float(np.min(f)),
+        "fastest": float(np.max(f)),
+        "laws": ", ".join(law.name for law in accepted) or "–",
+    }
+    score = math.sqrt(float(np.sum(((v - weighted) / u) ** 2)))
+
+    def found(answer: Answer) -> Misfit:
+        return Misfit((Finding(Cause.SPEED_TREND, answer, ("flux_linkage",), score, figures),))
+
+    if distinct >= _ENOUGH and len(accepted) == 1 and accepted[0].has_value:
+        law = accepted[0]
+        return OverSpeeds(
+            law.value, law.uncertainty, float(v.size - 2), p_value, law.name, laws, found(Answer.MODELLED)
+        )
+    reached = [abs(law.value - mean) + 2.0 * law.uncertainty for law in laws if law.has_value]
+    farthest = max(*reached, float(np.max(np.abs(v - mean))))
+    answer = Answer.WIDENED if farthest <= max(_NEAR, gain_limit) * abs(mean) else Answer.WITHHELD
+    return OverSpeeds(mean, math.hypot(spread, farthest / math.sqrt(3.0)), math.inf, p_value, "", laws, found(answer))
+
+
+def _law(
+    name: str,
+    shape: Callable[[FloatArray], FloatArray],
+    has_value: bool,
+    f: FloatArray,
+    v: FloatArray,
+    u: FloatArray,
+) -> Law:
+    along = shape(f / float(np.exp(np.mean(np.log(f)))))
+    design = np.array((np.ones_like(f), along)) / u
+    inverse = np.linalg.inv(design @ design.T)
+    values = inverse @ design @ (v / u)
+    left = float(np.sum((v / u - values @ design) ** 2))
+    p_value = float(special.chdtrc(v.size - 2, left)) if v.size > 2 else 1.0
+    return Law(name, float(values[0]), math.sqrt(float(inverse[0, 0])), p_value, has_value)
