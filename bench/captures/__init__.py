@@ -2,5 +2,6 @@
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.reading import read_capture, read_captures
+from bench.captures.selection import WHOLE, Selection
 
-__all__ = ["Capture", "CaptureChannel", "CaptureError", "read_capture", "read_captures"]
+__all__ = ["WHOLE", "Capture", "CaptureChannel", "CaptureError", "Selection", "read_capture", "read_captures"]

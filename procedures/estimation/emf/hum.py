@@ -20,6 +20,8 @@ _CHANCE = 2e-6
 _ENOUGH = 4096
 #: A line is told from the fitted harmonics this many bins away, from those that are not fitted a little farther.
 _APART, _ASIDE = 0.6, 1.5
+#: A line is the mains' own where its mirror image about the fundamental, which a swing of the speed has as well, is so much weaker.
+_MIRRORED = 6.0
 #: Below this share of a converter's step a line may be the steps' own.
 _LEAST_STEPS = 0.1
 
@@ -76,7 +78,12 @@ def find_hum(
             if np.max(np.hypot(size[:, 0], size[:, 1]) - _LEAST_STEPS * steps) <= 0.0:
                 continue
             power = float(np.sum(np.einsum("cm,mn,cn->c", size, pair @ pair.T, size) / spread**2)) / colour
-            if power > float(special.chdtri(2 * left.shape[0], _CHANCE)) and (best is None or power > best[0]):
+            if power < float(special.chdtri(2 * left.shape[0], _CHANCE)):
+                continue
+            image, _ = _across(_pair(few_t, abs(2.0 * fundamental - float(frequency))), basis)
+            mirrored = left @ image.T @ np.linalg.pinv(image @ image.T)
+            opposite = float(np.sum(np.einsum("cm,mn,cn->c", mirrored, image @ image.T, mirrored) / spread**2)) / colour
+            if power > _MIRRORED * opposite and (best is None or power > best[0]):
                 best = power, float(frequency)
     return None if best is None else best[1]
 
