@@ -16,7 +16,7 @@ from bench.captures import WHOLE, CaptureError, Selection
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text, text_of
 from procedures.estimation.emf.back_emf import BackEmfFit, line_to_phase
-from procedures.estimation.emf.speed_trend import OverSpeeds, over_speeds
+from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.pole_pairs import from_frequency
 from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_factor
@@ -138,12 +138,8 @@ def _over_speeds(records: Sequence[BackEmfRecord]) -> OverSpeeds:
         flux = records[0].flux
         return OverSpeeds(flux.value, flux.uncertainty, flux.degrees_of_freedom, 1.0)
     limits = [record.applied.gain("voltage", name) for record in records for name in record.names]
-    return over_speeds(
-        [record.fit.frequency for record in records],
-        [record.flux.value for record in records],
-        [record.flux.uncertainty for record in records],
-        gain_limit=max(limits),
-    )
+    frequencies = [record.fit.frequency for record in records]
+    return over_records(frequencies, [record.flux for record in records], gain_limit=max(limits))
 
 
 def _pole_pairs(

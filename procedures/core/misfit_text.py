@@ -22,8 +22,8 @@ _SEEN = {
         "range"
     ),
     Cause.PROBE_FACTOR: text(
-        "channel {channel} shows {share:.3g} times what the others show: its probe's factor is likely wrong. Analyse again with "
-        "--scale {channel}={factor:.4g}; for a run, correct the probe's attenuation in the station file"
+        "channel {channel} shows {share:.3g} times what the others show: its probe's factor is wrong, or the probe is off. Analyse again "
+        "with --scale {channel}={factor:.4g}; for a run, correct the probe's attenuation in the station file"
     ),
     Cause.CHANNELS_DIFFER: text(
         "the channels differ by {difference:.2%}, {lowest} being the lowest and {highest} the highest, more than noise and stated limits "

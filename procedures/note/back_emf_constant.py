@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, ClassVar
 
@@ -19,10 +19,13 @@ from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
+from procedures.estimation.emf.agreement import Combined
 from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude
-from procedures.estimation.fitting.repeats import mean_of_estimates
+from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
+from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
@@ -73,23 +76,18 @@ class BackEmfConstantSettings(TurnedWiringSettings):
 class SpeedPoint:
     """What one speed gave, with Type A uncertainties.
 
-    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), the note's peak reading, and
-    the accuracies of the channels that the EMF is the mean of.
+    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), the note's peak reading, the
+    accuracies of the channels that the EMF is the mean of, and what the record shows beyond the model.
     """
 
     amplitude: float
-    amplitude_uncertainty: float
-    flux: float
-    flux_uncertainty: float
+    flux: Combined
     accuracies: Mapping[int, Accuracy]
     electrical_speed: float
     mechanical_speed: Reading
     note_amplitude: float
     details: dict[str, Any]
-
-
-#: A phase whose EMF is below this share of another's is not seen by its probe.
-_WEAK = 0.5
+    misfit: Misfit = NO_MISFIT
 
 
 class BackEmfConstant(Procedure[BackEmfConstantSettings]):
@@ -143,7 +141,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 "speed_rpm": point.mechanical_speed.value / _RPM,
                 "electrical_speed": point.electrical_speed,
                 "amplitude": point.amplitude,
-                "flux_linkage": point.flux,
+                "flux_linkage": point.flux.value,
                 "back_emf_constant_mechanical": point.amplitude / point.mechanical_speed.value,
                 "note_amplitude": point.note_amplitude,
                 **point.details,
@@ -155,7 +153,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     @step("3.4.2/3", "Constant in volts per 1000 rpm, phase: E / n · 1000")
     def per_krpm(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report peak phase volts per 1000 rpm and per rpm."""
-        mean = self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
+        over = over_records(
+            [p.electrical_speed / math.tau for p in points],
+            [_over_mechanical(p) for p in points],
+            gain_limit=_limit(points),
+        )
+        mean = self._mean("EMF over mechanical speed", over, points)
+        misfit = Misfit.together((*(p.misfit for p in points), over.misfit))
         constant = cold * self._by_tachometer(mean, points)
         note = float(np.mean([p.note_amplitude / p.mechanical_speed.value for p in points]))
         for name, factor in (
@@ -168,6 +172,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 section="3.4.2",
                 estimator="fundamental of all channels and harmonics fitted together",
                 note_value=factor * note,
+                misfit=misfit.of("flux_linkage", name),
             )
         self.report(
             "back_emf_constant_mechanical",
@@ -175,12 +180,21 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             section="3.4.2",
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
+            misfit=misfit.of("flux_linkage", "back_emf_constant_mechanical"),
         )
 
     @step("3.4.2/4", "Constant in volt-seconds per radian: phase amplitude over electrical speed")
     def per_radian(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report the flux linkage (V·s per electrical radian)."""
-        flux = cold * self._mean("EMF over electrical speed", [self._over_electrical(p) for p in points], points)
+        over = over_records(
+            [p.electrical_speed / math.tau for p in points], [p.flux for p in points], gain_limit=_limit(points)
+        )
+        self.findings["speed_trend"] = {
+            "p_value": over.p_value,
+            "law": over.law,
+            "laws": [{"law": each.name, "intercept": each.value, "p_value": each.p_value} for each in over.laws],
+        }
+        flux = cold * self._mean("EMF over electrical speed", over, points)
         note = float(np.mean([p.note_amplitude / p.electrical_speed for p in points]))
         winding = math.sqrt(3.0) * float(flux.x) if self.is_delta else None
         self.report(
@@ -190,6 +204,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
             winding=winding,
+            misfit=Misfit.together((*(p.misfit for p in points), over.misfit)).of("flux_linkage"),
         )
         self.notice(
             "E4",
@@ -243,13 +258,16 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         check_turning(self.bench, mechanical, speed)
         samples = np.vstack([waves[channel].values for channel in channels])
         time = waves[channels[0]].time
-        fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics)
+        told = [
+            DigitizedChannel(str(c), waves[c].resolution, waves[c].clipped, waves[c].accuracy.gain) for c in channels
+        ]
+        fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics, digitized=told)
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         fundamentals = [fit.fundamental(k) for k in range(len(channels))]
-        self._check_phases(channels, [f[0] for f in fundamentals])
-        flux, flux_uncertainty = fit.mean_flux_linkage()
+        flux, misfit = fit.flux_linkage, fit.misfit
         if fit.drift_significant and abs(fit.drift) > _DRIFT:
-            flux, flux_uncertainty = flux_by_integration(time, samples, harmonics=self.settings.harmonics).mean()
+            integrated = flux_by_integration(time, samples, harmonics=self.settings.harmonics, digitized=told)
+            flux, misfit = integrated.flux_linkage, integrated.misfit
             self.notice(
                 "speed-drift",
                 text(
@@ -261,9 +279,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             )
         return SpeedPoint(
             amplitude=to_phase * sum(f[0] for f in fundamentals) / len(fundamentals),
-            amplitude_uncertainty=to_phase * math.sqrt(sum(f[1] ** 2 for f in fundamentals)) / len(fundamentals),
-            flux=to_phase * flux,
-            flux_uncertainty=to_phase * flux_uncertainty,
+            flux=replace(
+                flux,
+                value=to_phase * flux.value,
+                uncertainty=to_phase * flux.uncertainty,
+                scatter=to_phase * flux.scatter,
+            ),
+            misfit=misfit,
             accuracies={channel: waves[channel].accuracy for channel in channels},
             electrical_speed=fit.electrical_speed,
             mechanical_speed=mechanical,
@@ -282,21 +304,6 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             },
         )
 
-    def _check_phases(self, channels: Sequence[int], amplitudes: Sequence[float]) -> None:
-        """Raise ProcedureError where a channel sees much less than the others: no winding is that weak, a channel may be another's."""
-        highest = max(amplitudes)
-        for channel, amplitude in zip(channels, amplitudes, strict=True):
-            if amplitude < _WEAK * highest:
-                raise ProcedureError(
-                    text(
-                        "the oscilloscope's channel {channel} shows {amplitude:.3g} V, another phase {highest:.3g} V: its "
-                        "probe is off, or the reading was taken from another channel",
-                        channel=channel,
-                        amplitude=amplitude,
-                        highest=highest,
-                    )
-                )
-
     def _read_off_screen(self, channels: Sequence[int], speed: float) -> SpeedPoint:
         screen = self.bench.oscilloscope
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
@@ -309,25 +316,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         uncertainty = to_phase * math.hypot(0.5 * reading.accuracy.resolution, reading.accuracy.offset) / math.sqrt(3.0)
         return SpeedPoint(
             amplitude=amplitude,
-            amplitude_uncertainty=uncertainty,
-            flux=amplitude / electrical,
-            flux_uncertainty=uncertainty / electrical,
+            flux=Combined(amplitude / electrical, uncertainty / electrical, math.inf),
             accuracies={channels[0]: reading.accuracy},
             electrical_speed=electrical,
             mechanical_speed=mechanical,
             note_amplitude=amplitude,
             details={"read": "off the screen"},
         )
-
-    def _over_electrical(self, point: SpeedPoint) -> tuple[float, float]:
-        return point.flux, point.flux_uncertainty
-
-    def _over_mechanical(self, point: SpeedPoint) -> tuple[float, float]:
-        speed = point.mechanical_speed
-        value = point.amplitude / speed.value
-        # Each reading's last digit is its own; gain and offset are the tachometer's at all speeds.
-        digit = speed.accuracy.resolution / speed.value / math.sqrt(12.0)
-        return value, math.hypot(point.amplitude_uncertainty / speed.value, value * digit)
 
     def _by_tachometer(self, constant: UncertainReal, points: Sequence[SpeedPoint]) -> UncertainReal:
         """Put on the tachometer's gain, and its offset by its mean share of the speeds."""
@@ -337,9 +332,8 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         offset = unc.instrument("tachometer", 0.0, Accuracy(offset=accuracy.offset * share, source=accuracy.source))
         return constant / (gain + offset)
 
-    def _mean(self, source: str, estimates: list[tuple[float, float]], points: Sequence[SpeedPoint]) -> UncertainReal:
-        value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
-        mean = self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
+    def _mean(self, source: str, over: OverSpeeds, points: Sequence[SpeedPoint]) -> UncertainReal:
+        mean = self.bench.uncertainties.statistical(source, over.value, over.uncertainty, over.degrees_of_freedom)
         # Channels of one oscilloscope share a reference: their mean is no better than one of them.
         gains = [
             self.bench.uncertainties.instrument(
@@ -348,6 +342,25 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             for accuracy in points[0].accuracies.values()
         ]
         return mean * sum(gains[1:], gains[0]) / len(gains)
+
+
+def _over_mechanical(point: SpeedPoint) -> Combined:
+    """Return the EMF over the mechanical speed (V·s/rad)."""
+    speed, ratio = point.mechanical_speed, point.electrical_speed / point.mechanical_speed.value
+    value = point.amplitude / speed.value
+    # Each reading's last digit is its own; gain and offset are the tachometer's at all speeds.
+    digit = speed.accuracy.resolution / speed.value / math.sqrt(12.0)
+    return replace(
+        point.flux,
+        value=value,
+        uncertainty=math.hypot(ratio * point.flux.uncertainty, value * digit),
+        scatter=ratio * point.flux.scatter,
+    )
+
+
+def _limit(points: Sequence[SpeedPoint]) -> float:
+    """Return the largest limit of gain that the channels' accuracies state, relative."""
+    return max(accuracy.gain for point in points for accuracy in point.accuracies.values())
 
 
 def _periods(

@@ -28,12 +28,16 @@ _NEAR = 0.03
 
 @dataclass(frozen=True)
 class Combined:
-    """Mean of the channels with its standard uncertainty and degrees of freedom, and what the channels say against each other."""
+    """Mean of the channels with its standard uncertainty and degrees of freedom, and what the channels say against each other.
+
+    `scatter` is the part of the uncertainty that is the channels' own difference, which repeating the record does not reduce.
+    """
 
     value: float
     uncertainty: float
     degrees_of_freedom: float
     misfit: Misfit = NO_MISFIT
+    scatter: float = 0.0
 
 
 def combine(
@@ -87,7 +91,7 @@ def combine(
     )
     # Two channels' difference has one degree of freedom; that it stayed below a contradiction is worth another.
     left = total**4 / (scatter**4 / max(v.size - 1.0, 2.0) + internal**4 / max(freedom, 1.0))
-    return Combined(mean, total, left, Misfit((finding,)))
+    return Combined(mean, total, left, Misfit((finding,)), scatter)
 
 
 def _contradicting(v: FloatArray, channels: Sequence[DigitizedChannel]) -> Finding | None:

@@ -96,7 +96,8 @@ def flux_by_integration(
         return at_full_rate(reduced, kept, t, values, block), reduced, few_t, block
 
     model, reduced, few_t, block = reduced_model(v)
-    good = make_good(t, v, kept, model, 1.0, told, lambda values: reduced_model(values)[0])
+    density = colour(few_t, reduced, float(reduced.course[1]) / (2 * np.pi * reduced.half))
+    good = make_good(t, v, kept, model, density, told, lambda values: reduced_model(values)[0])
     if good.values is not v:
         v = good.values
         model, reduced, few_t, block = reduced_model(v)

@@ -1,13 +1,14 @@
 """Flux linkage over several speeds: whether it goes with the speed, by which law, and what it is without that (§3.4.3)."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
+from procedures.estimation.emf.agreement import Combined
 from procedures.estimation.fitting.checks import same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
@@ -62,13 +63,42 @@ class OverSpeeds:
 
 
 def over_speeds(
-    frequencies: ArrayLike, values: ArrayLike, uncertainties: ArrayLike, *, gain_limit: float = 0.0
+    frequencies: ArrayLike,
+    values: ArrayLike,
+    uncertainties: ArrayLike,
+    *,
+    common: float = 0.0,
+    common_freedom: float = 2.0,
+    gain_limit: float = 0.0,
 ) -> OverSpeeds:
     """Return one flux linkage from those at several electrical frequencies (Hz), with their own standard uncertainties, (N,).
 
-    `gain_limit` is the stated limit of gain: a range is changed between speeds, and differences within it are expected. Raises
+    `common` is a standard uncertainty that all of them share, with its degrees of freedom, as channels that differ have it; `gain_limit`
+    is the stated limit of gain: a range is changed between speeds, and differences within it are expected. Raises
     EstimationError where nothing is given, or values are no numbers.
     """
+    over = _of_their_own(frequencies, values, uncertainties, gain_limit)
+    if not common:
+        return over
+    total = math.hypot(over.uncertainty, common)
+    freedom = total**4 / (common**4 / common_freedom + over.uncertainty**4 / max(over.degrees_of_freedom, 1.0))
+    return replace(over, uncertainty=total, degrees_of_freedom=freedom)
+
+
+def over_records(frequencies: ArrayLike, records: Sequence[Combined], *, gain_limit: float = 0.0) -> OverSpeeds:
+    """Return one flux linkage from records (V·s/rad) at several electrical frequencies (Hz); see `over_speeds`."""
+    scatter = [record.scatter for record in records]
+    return over_speeds(
+        frequencies,
+        [record.value for record in records],
+        [math.sqrt(max(record.uncertainty**2 - record.scatter**2, 0.0)) for record in records],
+        common=max(scatter),
+        common_freedom=records[int(np.argmax(scatter))].degrees_of_freedom,
+        gain_limit=gain_limit,
+    )
+
+
+def _of_their_own(frequencies: ArrayLike, values: ArrayLike, uncertainties: ArrayLike, gain_limit: float) -> OverSpeeds:
     f, v, u = (
         series(n, a) for n, a in (("frequencies", frequencies), ("values", values), ("uncertainties", uncertainties))
     )

@@ -38,8 +38,12 @@ def test_rohde_schwarz_record_of_500_rpm() -> None:
 
 
 def test_rohde_schwarz_record_with_the_probe_factor_forgotten() -> None:
-    warnings = analyze_back_emf(RTB)["warnings"]
-    assert any("differ by more than 10 %" in w["text"] for w in warnings)
+    found = analyze_back_emf(RTB, pole_pairs=7)
+    assert set(found["parameters"]) == {"electrical_frequency"}
+    withheld = found["withheld"]["flux_linkage"]
+    assert withheld["cause"] == "probe-factor"
+    assert "channel C3" in withheld["message"]
+    assert "--scale C3=10;" in withheld["message"]
 
 
 def test_tektronix_record_of_a_hand_drill() -> None:
