@@ -12,7 +12,7 @@ from bench.analysis.back_emf_record import BackEmfRecord, read_record
 from bench.analysis.outcome import AnalysisOutcome, named, paths_of
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.captures import WHOLE, CaptureError, Selection
+from bench.captures import WHOLE, CaptureError, CapturePart
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text, text_of
 from procedures.estimation.emf.back_emf import BackEmfFit, line_to_phase
@@ -44,7 +44,7 @@ def analyze_back_emf(
     harmonics: Sequence[int] = (1, 3, 5, 7),
     accuracy: Sequence[Statement] = (),
     temperature: Temperature | None = None,
-    selection: Selection = WHOLE,
+    selection: CapturePart = WHOLE,
 ) -> dict[str, Any]:
     """Return frequency, fundamental, harmonics, phases, drift and flux linkage of a recorded back-EMF (one or more files).
 

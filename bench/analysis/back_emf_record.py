@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bench.analysis.applied import Applied
 from bench.analysis.outcome import estimated
 from bench.analysis.statements import Statement
-from bench.captures import Capture, CaptureError, Selection, read_captures
+from bench.captures import Capture, CaptureError, CapturePart, read_captures
 from bench.captures.capture import same_name
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
@@ -78,7 +78,7 @@ def read_record(
     coupling: Mapping[str, str],
     harmonics: Sequence[int],
     accuracy: Sequence[Statement],
-    selection: Selection,
+    selection: CapturePart,
 ) -> BackEmfRecord:
     """Return one record with its estimates. Raises CaptureError naming file and line."""
     capture = _coupled(read_captures(files, selection=selection).evenly_sampled().scaled(scale), coupling)

@@ -13,7 +13,7 @@ from bench.analysis.applied import Applied, ErrorInput
 from bench.analysis.outcome import AnalysisOutcome, estimated, paths_of, pick
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
-from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, Selection, read_capture
+from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import text
 from procedures.estimation.fitting.fit import Fit
@@ -60,7 +60,7 @@ def analyze_coast_down(
     speed: str | None = None,
     speed_in_rpm: bool = False,
     accuracy: Sequence[Statement] = (),
-    selection: Selection = WHOLE,
+    selection: CapturePart = WHOLE,
 ) -> dict[str, Any]:
     """Return friction over inertia from a coast-down's time and speed; with more to go on, inertia and friction.
 

@@ -7,7 +7,7 @@ from typing import Any
 from bench.analysis.applied import Applied
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, pick
 from bench.analysis.statements import Statement
-from bench.captures import WHOLE, CaptureError, Selection, read_capture
+from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
 from drivers.interfaces.text import text
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.rotor_sweep import (
@@ -29,7 +29,7 @@ def analyze_rotor_sweep(
     threshold: float = 0.10,
     scale: Mapping[str, float] | None = None,
     accuracy: Sequence[Statement] = (),
-    selection: Selection = WHOLE,
+    selection: CapturePart = WHOLE,
 ) -> dict[str, Any]:
     """Return Ld and Lq (leg of the equivalent wye) from line-to-line inductance readings over angle, or over time.
 

@@ -11,7 +11,7 @@ from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, 
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.captures import WHOLE, CaptureChannel, CaptureError, Selection, read_captures
+from bench.captures import WHOLE, CaptureChannel, CaptureError, CapturePart, read_captures
 from drivers.interfaces.text import text, text_of
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
@@ -38,7 +38,7 @@ def analyze_step_response(
     current: str | None = None,
     scale: Mapping[str, float] | None = None,
     accuracy: Sequence[Statement] = (),
-    selection: Selection = WHOLE,
+    selection: CapturePart = WHOLE,
     temperature: Temperature | None = None,
 ) -> dict[str, Any]:
     """Return resistance and inductance of a recorded step: of the loop as it was, and of one leg of the equivalent wye.

@@ -9,9 +9,9 @@ import numpy as np
 
 from bench.captures.capture import Capture, CaptureError
 from bench.captures.hdf5 import read_hdf5
+from bench.captures.part import WHOLE, CapturePart
 from bench.captures.plain import read_plain
 from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
-from bench.captures.selection import WHOLE, Selection
 from bench.captures.tektronix import is_tektronix, read_tektronix
 from bench.captures.text import read_lines
 from drivers.interfaces.text import text
@@ -19,7 +19,7 @@ from drivers.interfaces.text import text
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
-def read_capture(path: Path | str, *, abscissa: str = "time", selection: Selection = WHOLE) -> Capture:
+def read_capture(path: Path | str, *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
     """Return a stored capture: Rohde & Schwarz or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
     record of several); text may be gzip'ed.
 
@@ -60,7 +60,7 @@ def _refuse_column(file: Path, time_column: str | None) -> None:
         )
 
 
-def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", selection: Selection = WHOLE) -> Capture:
+def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
     """Return several captures as one, channels side by side. Raises CaptureError where their times differ, naming files."""
     if not paths:
         raise CaptureError("capture", text("no file given"))

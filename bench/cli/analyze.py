@@ -79,7 +79,7 @@ def back_emf(
     from bench.analysis import analyze_back_emf, read_statements
     from bench.analysis.back_emf_record import read_couplings
     from bench.analysis.temperature import magnet_temperature
-    from bench.captures import Selection
+    from bench.captures import CapturePart
 
     made = analyze_back_emf(
         _some(files),
@@ -92,7 +92,7 @@ def back_emf(
         coupling=read_couplings(coupling),
         harmonics=harmonics,
         accuracy=read_statements(accuracy, accuracy_file),
-        selection=Selection(from_, to, time_column),
+        selection=CapturePart(from_, to, time_column),
         temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
     )
     print_analysis(made, json=json, budget=budget)
@@ -159,7 +159,7 @@ def step_response(
     """
     from bench.analysis import analyze_step_response, read_statements
     from bench.analysis.temperature import copper_temperature
-    from bench.captures import Selection
+    from bench.captures import CapturePart
 
     made = analyze_step_response(
         list(_some(files)),
@@ -170,7 +170,7 @@ def step_response(
         current=current,
         scale=_factors(scale),
         accuracy=read_statements(accuracy, accuracy_file),
-        selection=Selection(from_, to, time_column),
+        selection=CapturePart(from_, to, time_column),
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
     )
     print_analysis(made, json=json, budget=budget)
@@ -224,7 +224,7 @@ def coast_down(
 
     """
     from bench.analysis import analyze_coast_down, read_statements
-    from bench.captures import Selection
+    from bench.captures import CapturePart
 
     made = analyze_coast_down(
         _some(files),
@@ -234,7 +234,7 @@ def coast_down(
         speed=speed,
         speed_in_rpm=speed_in_rpm,
         accuracy=read_statements(accuracy, accuracy_file),
-        selection=Selection(from_, to, time_column),
+        selection=CapturePart(from_, to, time_column),
     )
     print_analysis(made, json=json, budget=budget)
 
@@ -288,7 +288,7 @@ def rotor_sweep(
 
     """
     from bench.analysis import analyze_rotor_sweep, read_statements
-    from bench.captures import Selection
+    from bench.captures import CapturePart
 
     made = analyze_rotor_sweep(
         file,
@@ -298,7 +298,7 @@ def rotor_sweep(
         threshold=threshold,
         scale=_factors(scale),
         accuracy=read_statements(accuracy, accuracy_file),
-        selection=Selection(from_, to, time_column),
+        selection=CapturePart(from_, to, time_column),
     )
     print_analysis(made, json=json, budget=budget)
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from enum import Enum
 
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 
@@ -10,14 +9,6 @@ from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 _CORNER = 10.0
 #: What is at most widened for; beyond, the reading says too little.
 _MOST = 0.05
-
-
-class Coupling(Enum):
-    """How a channel is coupled, as somebody says."""
-
-    DC = "dc"
-    AC = "ac"
-    NOT_STATED = "not stated"
 
 
 def shortfall(frequency: float) -> float:

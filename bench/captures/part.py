@@ -14,7 +14,7 @@ _LEAST = 2
 
 
 @dataclass(frozen=True)
-class Selection:
+class CapturePart:
     """What the user chose: samples from `begin` to `end` (s, of the file's own time), and the name or the number, from 1, of the column
     that is the time. Raises UsageError for a begin that is not before the end.
     """
@@ -64,4 +64,4 @@ class Selection:
 
 
 #: All of a capture.
-WHOLE = Selection()
+WHOLE = CapturePart()
