@@ -7,6 +7,7 @@ import argparse
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 
@@ -16,9 +17,10 @@ from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.coupling import coupling_finding, shortfall
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.record import DigitizedChannel
-from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.emf.speed_trend import over_speeds
+from procedures.estimation.fitting.fit import EstimationError, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
-from tests.studies.emf_records import Setup, draw, record, spoil
+from tests.studies.emf_records import Setup, draw, large, record, spoil
 
 CAUSES = (
     "clipped both sides",
@@ -51,6 +53,21 @@ class Tally:
     sizes: list[float] = field(default_factory=list)
     causes: dict[str, int] = field(default_factory=dict)
 
+    def count(self, misfit: Misfit, true: float, interval: tuple[float, float, float]) -> None:
+        """Count one record: its misfit, the truth, and lower end, value and upper end of what was given."""
+        self.records += 1
+        self.told += bool(misfit)
+        for finding in misfit.findings:
+            self.causes[finding.cause.value] = self.causes.get(finding.cause.value, 0) + 1
+        if misfit.withholding("flux_linkage"):
+            self.withheld += 1
+            return
+        low, value, high = interval
+        self.given += 1
+        self.held += low <= true <= high
+        self.far += not value - 3 * (value - low) <= true <= value + 3 * (high - value)
+        self.sizes.append(0.5 * (high - low) / true)
+
     def line(self) -> str:
         """Return it as a row of the table."""
         part = [
@@ -68,11 +85,11 @@ class Tally:
 def judge(tally: Tally, random: np.random.Generator, setup: Setup, *, gain_limit: float, coupling_known: bool) -> None:
     """Estimate one record and count what became of it."""
     time, v = record(random, setup)
-    tally.records += 1
     channels = [DigitizedChannel(f"CH{k + 1}", setup.step, None, gain_limit) for k in range(3)]
     try:
         fit = fit_back_emf(time, v, digitized=channels)
     except EstimationError:
+        tally.records += 1
         tally.withheld += 1
         return
     flux = fit.flux_linkage
@@ -89,24 +106,17 @@ def judge(tally: Tally, random: np.random.Generator, setup: Setup, *, gain_limit
         said = coupling_finding(fit.frequency, ["CH1"], stated=False)
         misfit = Misfit.together((misfit, Misfit((said,) if said else ())))
     made = inputs.parameter("flux_linkage", "V·s/rad", value, procedure="", section="", estimator="")
-    tally.told += bool(misfit)
-    for finding in misfit.findings:
-        tally.causes[finding.cause.value] = tally.causes.get(finding.cause.value, 0) + 1
-    if misfit.withholding("flux_linkage"):
-        tally.withheld += 1
-        return
     low, high = made.coverage_interval
-    tally.given += 1
-    tally.held += low <= setup.flux <= high
-    tally.far += not made.value - 3 * (made.value - low) <= setup.flux <= made.value + 3 * (high - made.value)
-    tally.sizes.append(0.5 * (high - low) / setup.flux)
+    tally.count(misfit, setup.flux, (low, made.value, high))
 
 
-def rows(records: int, gain_limit: float, seed: int) -> Iterator[tuple[str, Tally]]:
+def rows(records: int, gain_limit: float, seed: int, only: str = "") -> Iterator[tuple[str, Tally]]:
     """Give the tallies by what was wrong."""
     for number, (name, causes) in enumerate(
         {"nothing": (), **{c: (c,) for c in CAUSES}, **{" and ".join(p): p for p in PAIRS}}.items()
     ):
+        if only not in name:
+            continue
         random = np.random.default_rng([seed, number])
         tally = Tally()
         for _ in range(records):
@@ -117,15 +127,45 @@ def rows(records: int, gain_limit: float, seed: int) -> Iterator[tuple[str, Tall
         yield name, tally
 
 
+#: What a flux linkage follows over frequency (Hz, over 100 Hz).
+TRENDS = {
+    "no trend": lambda f: 0.0 * f,
+    "f²": np.square,
+    "f": np.positive,
+    "√f": np.sqrt,
+    "1/f": np.reciprocal,
+}
+
+
+def speed_rows(records: int, seed: int) -> Iterator[tuple[str, Tally]]:
+    """Give the tallies of trends over three speeds and over six."""
+    for count in (3, 6):
+        for number, (name, trend) in enumerate(TRENDS.items()):
+            random = np.random.default_rng([seed, 100 * count + number])
+            tally = Tally()
+            for _ in range(records):
+                f = np.geomspace(30.0, 400.0, count)
+                course = trend(f / 100.0)
+                u = large(random, 1e-5, 1e-3)
+                size = large(random, 1e-4, 5e-2) * random.choice([-1, 1]) / max(float(np.ptp(course)), 1e-12)
+                values = 1.0 + size * course + random.normal(0.0, u, count)
+                over = over_speeds(f, values, np.full(count, u))
+                low, high = coverage_interval(over.value, over.uncertainty, over.degrees_of_freedom)
+                tally.count(over.misfit, 1.0, (low, over.value, high))
+            yield f"{count} speeds, {name}", tally
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--records", type=int, default=1000)
     parser.add_argument("--gain-limit", type=float, default=0.01)
+    parser.add_argument("--only", default="", help="rows whose name holds this")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
     print("| record | held, % | beyond 3 U | withheld, % | told, % | U, % | causes told |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    for name, tally in rows(given.records, given.gain_limit, given.seed):
+    speeds = ((name, tally) for name, tally in speed_rows(given.records, given.seed) if given.only in name)
+    for name, tally in chain(rows(given.records, given.gain_limit, given.seed, given.only), speeds):
         causes = ", ".join(f"{cause} {count}" for cause, count in tally.causes.items())
         print(f"| {name} | {tally.line()} | {causes} |", flush=True)
 

@@ -69,15 +69,15 @@ def combine(
     beyond = np.maximum(np.abs(v - mean) - allowed, 0.0)
     spread = np.maximum(np.hypot(own, shared), 1e-12 * abs(mean))
     chi = float(np.sum((beyond / spread) ** 2))
-    # What may be chance and may be not: the scatter decides as far as it is larger (Birge ratio).
-    birge = math.sqrt(max(chi / (v.size - 1.0), 1.0))
-    plain = Combined(
-        mean, math.hypot(math.sqrt(float(np.sum((birge * own) ** 2))) / v.size, float(np.mean(shared))), freedom
-    )
-    if chi < float(special.chdtri(v.size - 1, _CHANCE)):
-        return plain
-    scatter = float(np.std(v, ddof=1)) / math.sqrt(v.size)
+    told = chi > float(special.chdtri(v.size - 1, _CHANCE))
+    # What may be chance or within the limits, and may be not: what exceeds the likely size of both is in the interval as well.
+    likely = 0.0 if told else float(np.mean(own**2 + limits**2 / 3.0))
+    scatter = math.sqrt(max(float(np.var(v, ddof=1)) - likely, 0.0) / v.size)
     total = math.hypot(internal, scatter)
+    # Two channels' difference has one degree of freedom; that it stayed below a contradiction is worth another.
+    left = total**4 / (scatter**4 / max(v.size - 1.0, 2.0) + internal**4 / max(freedom, 1.0)) if total else freedom
+    if not told:
+        return Combined(mean, total, left, NO_MISFIT, scatter)
     finding = Finding(
         Cause.CHANNELS_DIFFER,
         Answer.WIDENED,
@@ -89,8 +89,6 @@ def combine(
             "difference": float(np.ptp(v) / mean),
         },
     )
-    # Two channels' difference has one degree of freedom; that it stayed below a contradiction is worth another.
-    left = total**4 / (scatter**4 / max(v.size - 1.0, 2.0) + internal**4 / max(freedom, 1.0))
     return Combined(mean, total, left, Misfit((finding,)), scatter)
 
 

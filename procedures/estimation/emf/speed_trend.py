@@ -25,6 +25,8 @@ _LAWS: tuple[tuple[str, Callable[[FloatArray], FloatArray], bool], ...] = (
 )
 #: A trend is seen where chance gives it in three of a thousand; a law is accepted where chance leaves as much in one of twenty.
 _CHANCE, _ACCEPTED = 3e-3, 0.05
+#: A law that leaves so little more than the best one is its rival.
+_RIVAL = 12.0
 #: From so many speeds on a law's intercept is believed.
 _ENOUGH = 5
 #: Where the laws' intercepts stay so near the mean, or within the stated limits of gain, the interval holds them all.
@@ -33,11 +35,15 @@ _NEAR = 0.01
 
 @dataclass(frozen=True)
 class Law:
-    """One law λ = `value` + slope·g(f): its intercept with `uncertainty`, and the probability of what it leaves, `p_value`."""
+    """One law λ = `value` + slope·g(f): its intercept with `uncertainty`, how far beyond chance its `slope` is (standard deviations),
+    what it leaves, `chi_squared`, and the probability of that, `p_value`.
+    """
 
     name: str
     value: float
     uncertainty: float
+    slope: float
+    chi_squared: float
     p_value: float
     has_value: bool
 
@@ -112,10 +118,16 @@ def _of_their_own(frequencies: ArrayLike, values: ArrayLike, uncertainties: Arra
     p_value = float(special.chdtrc(v.size - 1, np.sum(((v - weighted) / u) ** 2)))
     apart = float(np.max(np.abs(v / weighted - 1.0)))
     distinct = np.unique(np.round(np.log(f), 2)).size
-    if p_value > _CHANCE or apart <= gain_limit or distinct < 2:
+    if apart <= gain_limit or distinct < 2:
         return OverSpeeds(mean, spread, freedom, p_value)
     laws = tuple(_law(name, shape, with_value, f, v, u) for name, shape, with_value in _LAWS)
+    if p_value > _CHANCE:
+        # A trend that is not seen may be there as far as its slope exceeds chance.
+        hidden = [(law.value - mean) ** 2 * (1.0 - 1.0 / max(law.slope**2, 1.0)) for law in laws if law.has_value]
+        return OverSpeeds(mean, math.hypot(spread, math.sqrt(max(hidden))), freedom, p_value)
     accepted = [law for law in laws if law.accepted and v.size > 2]
+    best = min(law.chi_squared for law in laws)
+    rivals = [law for law in laws if law.chi_squared < best + _RIVAL]
     figures: dict[str, float | str] = {
         "span": float(np.ptp(v) / weighted),
         "slowest": float(np.min(f)),
@@ -127,8 +139,8 @@ def _of_their_own(frequencies: ArrayLike, values: ArrayLike, uncertainties: Arra
     def found(answer: Answer) -> Misfit:
         return Misfit((Finding(Cause.SPEED_TREND, answer, ("flux_linkage",), score, figures),))
 
-    if distinct >= _ENOUGH and len(accepted) == 1 and accepted[0].has_value:
-        law = accepted[0]
+    if distinct >= _ENOUGH and len(rivals) == 1 and rivals[0].accepted and rivals[0].has_value:
+        law = rivals[0]
         return OverSpeeds(
             law.value, law.uncertainty, float(v.size - 2), p_value, law.name, laws, found(Answer.MODELLED)
         )
@@ -152,4 +164,5 @@ def _law(
     values = inverse @ design @ (v / u)
     left = float(np.sum((v / u - values @ design) ** 2))
     p_value = float(special.chdtrc(v.size - 2, left)) if v.size > 2 else 1.0
-    return Law(name, float(values[0]), math.sqrt(float(inverse[0, 0])), p_value, has_value)
+    slope = float(values[1] / math.sqrt(inverse[1, 1]))
+    return Law(name, float(values[0]), math.sqrt(float(inverse[0, 0])), slope, left, p_value, has_value)

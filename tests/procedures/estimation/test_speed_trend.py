@@ -39,7 +39,7 @@ def test_five_speeds_and_one_law_give_the_flux_at_no_speed() -> None:
     true, spread = 3e-3, 3e-7
     held = 0
     for seed in range(40):
-        values = true * (1 - 0.03 * (FREQUENCIES / 340) ** 2) + np.random.default_rng(seed).normal(0, spread, 6)
+        values = true * (1 - 0.05 * (FREQUENCIES / 340) ** 2) + np.random.default_rng(seed).normal(0, spread, 6)
         over = over_speeds(FREQUENCIES, values, np.full(6, spread))
         if over.law != "f²":
             # Chance leaves the right law in one of twenty.
