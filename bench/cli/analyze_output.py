@@ -4,6 +4,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+from bench.cli.analyze_speeds import speeds_table
 from bench.cli.output import print_json
 from bench.run.console import console_on
 
@@ -46,6 +47,8 @@ def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> None
         )
     console = console_on(sys.stdout)
     console.print(table)
+    if speeds := made["details"].get("speeds"):
+        console.print(speeds_table(speeds))
     for title, lines in (
         ("Assumed", made["assumptions"]),
         ("Warnings", [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in made["warnings"]]),

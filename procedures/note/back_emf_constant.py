@@ -49,6 +49,7 @@ class Probing(Enum):
     """Where the voltages are taken."""
 
     THREE_PHASE = "three_phase"
+    NEUTRAL = "neutral"
     LINE = "line"
 
 
@@ -62,7 +63,8 @@ class BackEmfConstantSettings(TurnedWiringSettings):
         default=(1.0, 0.625, 0.5), min_length=1, description="speeds, shares of the rated speed"
     )
     probing: Probing = Field(
-        default=Probing.THREE_PHASE, description="three phases on an artificial star point, or one line voltage"
+        default=Probing.THREE_PHASE,
+        description="three phases on an artificial star point, on the winding's own where it is there (neutral), or one line voltage",
     )
     record_time: float = Field(default=0.1, gt=0.0, le=10.0, description="length of the record, s")
     harmonics: tuple[int, ...] = Field(default=(1, 3, 5, 7), description="harmonics to fit")
@@ -243,7 +245,12 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                         "three phases need three voltage probes, the station has {n}; set probing=line", n=len(channels)
                     )
                 )
-            probes = phases_on(channels)
+            neutral = self.settings.probing is Probing.NEUTRAL
+            if neutral and self.is_delta:
+                raise ProcedureError(
+                    text("a delta has no star point to probe against; set probing=three_phase or probing=line")
+                )
+            probes = phases_on(channels, reference=Node.STAR_POINT if neutral else Node.ARTIFICIAL_STAR)
         self.wiring.shaft.connect_probes(probes)
         return channels
 
