@@ -1,33 +1,32 @@
 """Back-EMF constant and flux linkage from the driven motor's voltages (§3.4)."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from GTC.lib import UncertainReal
-from numpy.typing import NDArray
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, ProbeKind, Reading
+from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on
 from procedures.core.bench import ProcedureError, Role
-from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.agreement import Combined
-from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf
+from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
-from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
+from procedures.techniques.emf_at_speed import SpeedPoint, first_periods, largest_gain, over_mechanical, trend_rows
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature_settings import (
     MagnetCoefficient,
@@ -72,24 +71,6 @@ class BackEmfConstantSettings(TurnedWiringSettings):
     temperature_uncertainty: TemperatureUncertainty = 2.0
     magnet_coefficient: MagnetCoefficient = -0.001
     magnet_coefficient_uncertainty: MagnetCoefficientUncertainty = None
-
-
-@dataclass(frozen=True)
-class SpeedPoint:
-    """What one speed gave, with Type A uncertainties.
-
-    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), the note's peak reading, the
-    accuracies of the channels that the EMF is the mean of, and what the record shows beyond the model.
-    """
-
-    amplitude: float
-    flux: Combined
-    accuracies: Mapping[int, Accuracy]
-    electrical_speed: float
-    mechanical_speed: Reading
-    note_amplitude: float
-    details: dict[str, Any]
-    misfit: Misfit = NO_MISFIT
 
 
 class BackEmfConstant(Procedure[BackEmfConstantSettings]):
@@ -157,8 +138,8 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         """Report peak phase volts per 1000 rpm and per rpm."""
         over = over_records(
             [p.electrical_speed / math.tau for p in points],
-            [_over_mechanical(p) for p in points],
-            gain_limit=_limit(points),
+            [over_mechanical(p) for p in points],
+            gain_limit=largest_gain(points),
         )
         mean = self._mean("EMF over mechanical speed", over, points)
         misfit = Misfit.together((*(p.misfit for p in points), over.misfit))
@@ -189,13 +170,9 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     def per_radian(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report the flux linkage (V·s per electrical radian)."""
         over = over_records(
-            [p.electrical_speed / math.tau for p in points], [p.flux for p in points], gain_limit=_limit(points)
+            [p.electrical_speed / math.tau for p in points], [p.flux for p in points], gain_limit=largest_gain(points)
         )
-        self.findings["speed_trend"] = {
-            "p_value": over.p_value,
-            "law": over.law,
-            "laws": [{"law": each.name, "intercept": each.value, "p_value": each.p_value} for each in over.laws],
-        }
+        self.findings["speed_trend"] = trend_rows(over)
         flux = cold * self._mean("EMF over electrical speed", over, points)
         note = float(np.mean([p.note_amplitude / p.electrical_speed for p in points]))
         winding = math.sqrt(3.0) * float(flux.x) if self.is_delta else None
@@ -307,7 +284,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 },
                 "drift": fit.drift,
                 "residual": fit.residual_rms.tolist(),
-                "waveform": _periods(time, samples, fit, _SHOWN_PERIODS),
+                "waveform": first_periods(time, samples, fit, _SHOWN_PERIODS),
             },
         )
 
@@ -349,33 +326,3 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             for accuracy in points[0].accuracies.values()
         ]
         return mean * sum(gains[1:], gains[0]) / len(gains)
-
-
-def _over_mechanical(point: SpeedPoint) -> Combined:
-    """Return the EMF over the mechanical speed (V·s/rad)."""
-    speed, ratio = point.mechanical_speed, point.electrical_speed / point.mechanical_speed.value
-    value = point.amplitude / speed.value
-    # Each reading's last digit is its own; gain and offset are the tachometer's at all speeds.
-    digit = speed.accuracy.resolution / speed.value / math.sqrt(12.0)
-    return replace(
-        point.flux,
-        value=value,
-        uncertainty=math.hypot(ratio * point.flux.uncertainty, value * digit),
-        scatter=ratio * point.flux.scatter,
-    )
-
-
-def _limit(points: Sequence[SpeedPoint]) -> float:
-    """Return the largest limit of gain that the channels' accuracies state, relative."""
-    return max(accuracy.gain for point in points for accuracy in point.accuracies.values())
-
-
-def _periods(
-    time: NDArray[np.float64], samples: NDArray[np.float64], fit: BackEmfFit, periods: float
-) -> dict[str, list[float]]:
-    """Return the first periods of every channel (V) as recorded and as fitted, for whoever draws them."""
-    shown = time <= time[0] + periods / fit.frequency
-    columns = {"time": time[shown] - time[0]}
-    for number, (recorded, left) in enumerate(zip(samples, fit.residuals, strict=True), 1):
-        columns |= {f"channel_{number}": recorded[shown], f"fitted_{number}": (recorded - left)[shown]}
-    return curve(**columns)
