@@ -9,7 +9,7 @@ from scipy import special
 
 from procedures.estimation.emf.agreement import Combined, combine
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
-from procedures.estimation.emf.making_good import MadeGood, make_good, rounding, too_coarse
+from procedures.estimation.emf.making_good import MadeGood, as_recorded, make_good, rounding, too_coarse
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
@@ -98,8 +98,8 @@ def fit_back_emf(
     """Fit fundamental and harmonics of all channels (C, n), V, with one common frequency, evenly sampled time (s).
 
     `frequency` (Hz) is a start value only. Harmonics beyond the sampling limit are left out. `digitized` says what is known of each
-    channel; `resolution` (V), one converter step, one value or one a channel, where no more is known. Raises EstimationError on a gap, a
-    constant channel, or less than a period.
+    channel: then what clipped is left out and hum taken out. `resolution` (V) is one converter step, one value or one a channel, where no
+    more is told. Raises EstimationError on a gap, a constant channel, or less than a period.
     """
     t, v = prepare(time, channels)
     told = channels_told(v.shape[0], digitized, resolution)
@@ -112,7 +112,7 @@ def fit_back_emf(
     def refit(values: FloatArray) -> HarmonicModel:
         return _solve(t, values, kept, begin).model
 
-    good = make_good(t, v, kept, solved.model, solved.colour, told, refit)
+    good = make_good(t, v, kept, solved.model, solved.colour, told, refit) if len(digitized) else as_recorded(v, kept)
     if good.values is not v:
         solved = _solve(t, good.values, kept, begin)
     return _result(solved, good, kept, told)

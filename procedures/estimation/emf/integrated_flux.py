@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from procedures.estimation.emf.agreement import Combined, combine
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
-from procedures.estimation.emf.making_good import make_good, rounding, too_coarse
+from procedures.estimation.emf.making_good import as_recorded, make_good, rounding, too_coarse
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
@@ -82,7 +82,8 @@ def flux_by_integration(
     """Integrate the voltages (C, n), V, over each whole period, offsets removed: ψ₁ = |∫ v·exp(−j·φ(t)) dt| / π.
 
     As ∫ v dt is the flux itself, the speed need not be known or constant; only the angle φ(t) is taken from the waveform, as
-    a polynomial of up to `largest_degree`. Raises EstimationError where the record holds no whole period.
+    a polynomial of up to `largest_degree`. `digitized` and `resolution` are those of `fit_back_emf`. Raises EstimationError where the
+    record holds no whole period.
     """
     t, v = prepare(time, channels)
     told = channels_told(v.shape[0], digitized, resolution)
@@ -97,7 +98,11 @@ def flux_by_integration(
 
     model, reduced, few_t, block = reduced_model(v)
     density = colour(few_t, reduced, float(reduced.course[1]) / (2 * np.pi * reduced.half))
-    good = make_good(t, v, kept, model, density, told, lambda values: reduced_model(values)[0])
+    good = (
+        make_good(t, v, kept, model, density, told, lambda values: reduced_model(values)[0])
+        if len(digitized)
+        else as_recorded(v, kept)
+    )
     if good.values is not v:
         v = good.values
         model, reduced, few_t, block = reduced_model(v)
