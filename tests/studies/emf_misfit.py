@@ -4,7 +4,6 @@
 """
 
 import argparse
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import chain
@@ -70,16 +69,10 @@ class Tally:
 
     def line(self) -> str:
         """Return it as a row of the table."""
-        part = [
-            f"{100 * self.held / max(self.given, 1):.1f}",
-            str(self.far),
-            f"{100 * self.withheld / self.records:.1f}",
-        ]
-        part += [
-            f"{100 * self.told / self.records:.1f}",
-            f"{100 * np.median(self.sizes) if self.sizes else math.nan:.2g}",
-        ]
-        return " | ".join(part)
+        held = f"{100 * self.held / self.given:.1f}" if self.given else "–"
+        half_width = f"{100 * np.median(self.sizes):.2g}" if self.sizes else "–"
+        shares = (f"{100 * count / self.records:.1f}" for count in (self.withheld, self.told))
+        return " | ".join((held, str(self.far), *shares, half_width))
 
 
 def judge(tally: Tally, random: np.random.Generator, setup: Setup, *, gain_limit: float, coupling_known: bool) -> None:
