@@ -115,6 +115,11 @@ class Applied:
             for (kind, instrument), limits in groups.items():
                 yield ErrorInput(kind, instrument, gain, limits)
 
+    def gain(self, kind: str, channel: str) -> float:
+        """Return the half-width of a channel's gain error (relative); 0 where none was stated."""
+        statement = self._limits.get((kind, channel))
+        return statement.gain if statement else 0.0
+
     def offset(self, kind: str, channel: str) -> float:
         """Return the half-width of a channel's offset (SI); 0 where none was stated."""
         statement = self._limits.get((kind, channel))

@@ -5,30 +5,27 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 from GTC.lib import UncertainReal
 
-from bench.analysis.applied import Applied
-from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of
+from bench.analysis.back_emf_details import detail_record, detail_speeds, warn_of_record
+from bench.analysis.back_emf_record import BackEmfRecord, read_record
+from bench.analysis.outcome import AnalysisOutcome, named, paths_of
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.captures import Capture, CaptureError, read_captures
+from bench.captures import WHOLE, CaptureError, CapturePart
+from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text, text_of
-from procedures.estimation.emf.back_emf import (
-    BackEmfFit,
-    FluxEstimate,
-    fit_back_emf,
-    flux_by_integration,
-    line_to_phase,
-)
-from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
+from procedures.estimation.emf.back_emf import BackEmfFit, line_to_phase
+from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.pole_pairs import from_frequency
 from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_factor
 
-ProbeConnection = Literal["line", "phase"]
+ProbeConnection = Literal["line", "phase", "neutral"]
 _PROBES = {
     "line": "voltages taken as measured between two lines: phase amplitude = line amplitude / √3",
-    "phase": "voltages taken as measured from line to (artificial) star point",
+    "phase": "voltages taken as measured from line to an artificial star point",
+    "neutral": "voltages taken as measured from line to the winding's own star point",
 }
 #: By whether the speed drifts.
 _ESTIMATORS = {True: "voltage integrated over whole periods", False: "least squares of all channels together"}
@@ -40,50 +37,58 @@ def analyze_back_emf(
     connection: ProbeConnection = "line",
     pole_pairs: int | None = None,
     scale: Mapping[str, float] | None = None,
+    coupling: Mapping[str, str] | None = None,
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,
+    speeds: int = 1,
     harmonics: Sequence[int] = (1, 3, 5, 7),
     accuracy: Sequence[Statement] = (),
     temperature: Temperature | None = None,
+    selection: CapturePart = WHOLE,
 ) -> dict[str, Any]:
     """Return frequency, fundamental, harmonics, phases, drift and flux linkage of a recorded back-EMF (one or more files).
 
-    `connection` says where the probes were; `scale` multiplies channels, by name; with `pole_pairs`, or `speed_rpm` (rpm,
-    mechanical; its uncertainty is taken as 0.5 % where not given) to find them, mechanical constants are added. Under a
-    drifting speed the flux comes from the integrated voltage. `accuracy` states the errors of voltages and time base; with
-    `temperature` flux and constants are referred to 25 °C by the magnets' coefficient. Raises CaptureError
-    naming file and line.
+    `connection` says where the probes were; `scale` multiplies channels, by name; `coupling` says "dc" or "ac" by channel, of all under
+    an empty name; with `pole_pairs`, or `speed_rpm` (rpm, mechanical; its uncertainty is taken as 0.5 % where not given) to find them,
+    mechanical constants are added. `speeds` is at how many speeds the files were recorded, as many files each, one record after the
+    other. Under a drifting speed the flux comes from the integrated voltage. `accuracy` states the errors of voltages and time base;
+    with `temperature` flux and constants are referred to 25 °C by the magnets' coefficient; `selection` is the part of each record to
+    take. Raises CaptureError naming file and line.
     """
     if connection not in _PROBES:
         raise CaptureError(
-            "connection", text("'{connection}' is not known; it is 'line' or 'phase'", connection=connection)
+            "connection",
+            text(
+                "'{connection}' is not known; it is 'line', 'phase' (artificial star point) or 'neutral'",
+                connection=connection,
+            ),
         )
     if pole_pairs is not None and pole_pairs < 1:
         raise CaptureError("pole_pairs", text("{pole_pairs} is below 1", pole_pairs=pole_pairs))
-    capture = read_captures(paths_of(files)).evenly_sampled().scaled(named(scale))
-    for channel in capture.channels:
-        if channel.unit not in ("V", ""):
-            raise CaptureError(
-                capture.source,
-                text(
-                    "channel {name} is in {unit}; a back-EMF needs voltages only", name=channel.name, unit=channel.unit
-                ),
-            )
-    names = [channel.name for channel in capture.channels]
-    applied = Applied(accuracy, {"voltage": names, "time": ("time",)}, (capture,))
-    values = np.vstack([channel.values for channel in capture.channels])
-    steps = [channel.resolution for channel in capture.channels]
-    time = capture.times()
-    fit = estimated(capture, lambda: fit_back_emf(time, values, harmonics=harmonics, resolution=steps))
-    flux = estimated(capture, lambda: flux_by_integration(time, values, harmonics=harmonics, frequency=fit.frequency))
-    outcome = AnalysisOutcome("back_emf_constant", "3.4", capture, applied)
-    outcome.assume(_PROBES[connection])
+    records = [
+        read_record(
+            group,
+            scale=named(scale),
+            coupling=coupling or {},
+            harmonics=harmonics,
+            accuracy=accuracy,
+            selection=selection,
+        )
+        for group in _by_speed(paths_of(files), speeds)
+    ]
+    first = records[0]
+    fit = first.fit
     factor = line_to_phase(1.0) if connection == "line" else 1.0
-    _warnings(outcome, capture, fit, flux)
+    outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied)
+    outcome.assume(_PROBES[connection])
+    for record in records:
+        outcome.assume(*record.capture.assumptions)
+        warn_of_record(outcome, record.capture, record.fit)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
-    drifting = fit.drift_significant
-    quantity = _flux_linkage(outcome, names, fit, flux, factor)
-    if any(applied.offset("voltage", name) for name in names):
+    over = _over_speeds(records)
+    misfit = Misfit.together((*(record.misfit for record in records), over.misfit))
+    quantity = _flux_linkage(outcome, records, over, factor)
+    if any(first.applied.offset("voltage", name) for name in first.names):
         outcome.assume("offsets of the voltage channels are fitted along: they do not reach the flux linkage")
     if temperature is None:
         outcome.assume("flux linkage as at the record's temperature, which is not given: not referred to 25 °C")
@@ -95,40 +100,46 @@ def analyze_back_emf(
             f"± {MAGNET_SPREAD:.0%}: flux linkage and what follows from it referred to 25 °C; channels and details as recorded"
         )
         outcome.detail(magnet_temperature=temperature.celsius)
-    frequency = outcome.uncertainties.statistical(
-        "fit of the frequency", fit.frequency, fit.frequency_uncertainty, fit.degrees_of_freedom
-    )
-    outcome.parameter(
-        "electrical_frequency",
-        outcome.with_errors(frequency, "time", "time", gain=-1.0),
-        estimator="least squares",
-    )
-    _constants(outcome, quantity, fit, pole_pairs, drifting=drifting, cold=temperature is not None)
-    _details(outcome, capture, values, fit, flux, factor)
+    if len(records) == 1:
+        frequency = outcome.uncertainties.statistical(
+            "fit of the frequency", fit.frequency, fit.frequency_uncertainty, fit.degrees_of_freedom
+        )
+        outcome.parameter(
+            "electrical_frequency",
+            outcome.with_errors(frequency, "time", "time", gain=-1.0),
+            estimator="least squares",
+        )
+    else:
+        detail_speeds(outcome, records, over, factor, pole_pairs)
+    drifting = any(record.drifts for record in records)
+    _constants(outcome, quantity, fit, pole_pairs, misfit, drifting=drifting, cold=temperature is not None)
+    detail_record(outcome, first.capture, first.values, fit, first.integrated, factor)
     return outcome.as_dict()
 
 
-def _unequal(sizes: np.ndarray[Any, np.dtype[np.float64]]) -> bool:
-    return bool(np.max(sizes) > 1.1 * np.min(sizes))
-
-
-def _warnings(outcome: AnalysisOutcome, capture: Capture, fit: BackEmfFit, flux: FluxEstimate) -> None:
-    if fit.drift_significant:
-        outcome.warn(
-            f"the speed drifts by {100 * fit.drift:+.2f} % over the record (u = {100 * fit.drift_uncertainty:.2f} %); the flux "
-            "linkage is that of the voltage integrated over whole periods, which does not depend on it"
-        )
-    if _unequal(flux.values):
-        told = ", ".join(f"{c.name} {v:.4g} V·s" for c, v in zip(capture.channels, flux.values, strict=True))
-        outcome.warn(
-            f"channels differ by more than 10 % ({told}): check the probes' settings; give --scale where one is off"
-        )
-    if len(capture.channels) == 3:
-        first, second = (float(np.degrees(fit.phases[k])) for k in (1, 2))
-        if not (abs(abs(first) - 120) < 3 and abs(abs(second) - 120) < 3 and first * second < 0):
-            outcome.warn(
-                f"the phases lie at {first:.1f}° and {second:.1f}° instead of ±120°: check where the probes are"
+def _by_speed(files: Sequence[Path | str], speeds: int) -> list[Sequence[Path | str]]:
+    """Return the files of each record. Raises UsageError where they cannot be as many for each speed."""
+    if speeds < 1 or len(files) % speeds:
+        raise UsageError(
+            text(
+                "--speeds {speeds}: {count} files cannot be as many for each speed; allowed is a number that divides them, the files of "
+                "one record following each other",
+                speeds=speeds,
+                count=len(files),
             )
+        )
+    each = len(files) // speeds
+    return [files[at : at + each] for at in range(0, len(files), each)]
+
+
+def _over_speeds(records: Sequence[BackEmfRecord]) -> OverSpeeds:
+    """Return the flux linkage at the probes over the records' speeds."""
+    if len(records) == 1:
+        flux = records[0].flux
+        return OverSpeeds(flux.value, flux.uncertainty, flux.degrees_of_freedom, 1.0)
+    limits = [record.applied.gain("voltage", name) for record in records for name in record.names]
+    frequencies = [record.fit.frequency for record in records]
+    return over_records(frequencies, [record.flux for record in records], gain_limit=max(limits))
 
 
 def _pole_pairs(
@@ -160,23 +171,26 @@ def _pole_pairs(
 
 
 def _flux_linkage(
-    outcome: AnalysisOutcome, names: Sequence[str], fit: BackEmfFit, flux: FluxEstimate, factor: float
+    outcome: AnalysisOutcome, records: Sequence[BackEmfRecord], over: OverSpeeds, factor: float
 ) -> UncertainReal:
     """Return the mean flux linkage with the channels' errors; the choice between the two estimators is the drift's."""
-    integrated, fitted = flux.mean(), fit.mean_flux_linkage()
+    first = records[0]
+    integrated, fitted = first.integrated.mean(), first.fit.mean_flux_linkage()
     outcome.detail(
         flux_linkage_least_squares={"value": factor * fitted[0], "standard_uncertainty": factor * fitted[1]},
         flux_linkage_integrated={"value": factor * integrated[0], "standard_uncertainty": factor * integrated[1]},
     )
-    if fit.drift_significant:
-        (value, uncertainty), freedom = integrated, flux.degrees_of_freedom
-        parts = flux.values
-    else:
-        (value, uncertainty), freedom = fitted, fit.degrees_of_freedom
-        parts = np.abs(fit.amplitudes[:, fit.harmonics.index(1)])
-    mean = outcome.uncertainties.statistical(_ESTIMATORS[fit.drift_significant], value, uncertainty, freedom)
-    for name, part in zip(names, parts, strict=True):
-        mean = outcome.with_errors(mean, "voltage", name, gain=float(part / np.sum(parts)))
+    source = _ESTIMATORS[first.drifts] if len(records) == 1 else f"{len(records)} speeds"
+    mean = outcome.uncertainties.statistical(source, over.value, over.uncertainty, over.degrees_of_freedom)
+    for name, share in zip(first.names, first.shares, strict=True):
+        mean = outcome.with_errors(mean, "voltage", name, gain=float(share))
+    most = max(record.shortfall for record in records)
+    if most:
+        mean = mean * outcome.uncertainties.one_sided("coupling not known to be DC", 1.0, most)
+        outcome.assume(
+            f"coupling of the channels not known to be DC: AC coupling below 10 Hz takes up to {most:.2%} away, which the interval holds; "
+            "state --coupling dc where it was"
+        )
     return factor * outcome.with_errors(mean, "time", "time", gain=1.0)
 
 
@@ -185,6 +199,7 @@ def _constants(
     flux: UncertainReal,
     fit: BackEmfFit,
     pole_pairs: int | None,
+    misfit: Misfit,
     *,
     drifting: bool,
     cold: bool,
@@ -193,7 +208,10 @@ def _constants(
     how = _ESTIMATORS[drifting]
     at = ", at 25 °C" if cold else ""
     phase = "peak, per phase of the Y-equivalent"
-    outcome.parameter("flux_linkage", flux, estimator=how, convention=f"{phase}, per electrical radian{at}")
+    about = "flux_linkage"
+    outcome.parameter(
+        about, flux, estimator=how, convention=f"{phase}, per electrical radian{at}", misfit=misfit.of(about)
+    )
     if pole_pairs is None:
         outcome.assume("pole pairs not given: mechanical constants left out")
         return
@@ -203,7 +221,7 @@ def _constants(
         "torque_constant": (1.5 * pole_pairs, f"per peak phase ampere of the Y-equivalent{at}"),
     }
     for name, (times, convention) in mechanical.items():
-        outcome.parameter(name, times * flux, estimator=how, convention=convention)
+        outcome.parameter(name, times * flux, estimator=how, convention=convention, misfit=misfit.of(about, name))
     outcome.detail(
         mechanical_speed_rpm=60 * fit.frequency / pole_pairs,
         back_emf_constant_per_krpm={
@@ -215,50 +233,4 @@ def _constants(
         "flux_linkage is V·s per electrical radian, back_emf_constant_mechanical V·s per mechanical radian: "
         f"they differ by the {pole_pairs} pole pairs",
         "E4",
-    )
-
-
-def _details(
-    outcome: AnalysisOutcome,
-    capture: Capture,
-    values: np.ndarray[Any, np.dtype[np.float64]],
-    fit: BackEmfFit,
-    flux: FluxEstimate,
-    factor: float,
-) -> None:
-    first = fit.harmonics.index(1)
-    channels = {}
-    for k, channel in enumerate(capture.channels):
-        size, u_size = fit.fundamental(k)
-        channels[channel.name] = {
-            "fundamental": {"value": size, "unit": "V", "standard_uncertainty": u_size},
-            "phase_degrees": {
-                "value": float(np.degrees(fit.phases[k])),
-                "standard_uncertainty": float(np.degrees(fit.phase_uncertainties[k])),
-            },
-            "harmonics_percent": {
-                str(order): float(100 * abs(fit.amplitudes[k, j]) / abs(fit.amplitudes[k, first]))
-                for j, order in enumerate(fit.harmonics)
-                if j != first
-            },
-            "total_harmonic_distortion": float(fit.thd[k]),
-            "offset": float(fit.offsets[k]),
-            "residual_rms": float(fit.residual_rms[k]),
-            "resolution": channel.resolution,
-            "flux_linkage_integrated": float(factor * flux.values[k]),
-            "flux_linkage_per_period": [float(factor * x) for x in flux.per_period[k]],
-            "note_peak": peak_amplitude(values[k]),
-            "note_peak_to_peak": peak_to_peak(values[k]),
-        }
-    outcome.detail(
-        channels=channels,
-        phase_factor=factor,
-        drift={
-            "value": fit.drift,
-            "standard_uncertainty": fit.drift_uncertainty,
-            "p_value": fit.drift_p_value,
-            "significant": fit.drift_significant,
-        },
-        period_frequencies=[float(f) for f in flux.period_frequencies],
-        residual_colour=fit.colour,
     )

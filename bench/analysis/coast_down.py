@@ -13,7 +13,7 @@ from bench.analysis.applied import Applied, ErrorInput
 from bench.analysis.outcome import AnalysisOutcome, estimated, paths_of, pick
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
-from bench.captures import Capture, CaptureChannel, CaptureError, read_capture
+from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import text
 from procedures.estimation.fitting.fit import Fit
@@ -60,15 +60,16 @@ def analyze_coast_down(
     speed: str | None = None,
     speed_in_rpm: bool = False,
     accuracy: Sequence[Statement] = (),
+    selection: CapturePart = WHOLE,
 ) -> dict[str, Any]:
     """Return friction over inertia from a coast-down's time and speed; with more to go on, inertia and friction.
 
     With `inertia` (kg·m²) the frictions follow. With several files, or a torque column (N·m), all ramps are fitted together:
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
     column; a speed without unit is rad/s unless `speed_in_rpm`. `accuracy` states the errors of speed, torque and time base.
-    Raises CaptureError naming file and line.
+    `selection` is the part of the record to take. Raises CaptureError naming file and line.
     """
-    captures = [read_capture(path) for path in paths_of(file)]
+    captures = [read_capture(path, selection=selection) for path in paths_of(file)]
     if not captures:
         raise CaptureError("capture", text("no file given"))
     if inertia is not None and (inertia <= 0 or not np.isfinite(inertia)):

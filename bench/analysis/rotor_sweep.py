@@ -7,7 +7,7 @@ from typing import Any
 from bench.analysis.applied import Applied
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, pick
 from bench.analysis.statements import Statement
-from bench.captures import CaptureError, read_capture
+from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
 from drivers.interfaces.text import text
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.rotor_sweep import (
@@ -29,19 +29,20 @@ def analyze_rotor_sweep(
     threshold: float = 0.10,
     scale: Mapping[str, float] | None = None,
     accuracy: Sequence[Statement] = (),
+    selection: CapturePart = WHOLE,
 ) -> dict[str, Any]:
     """Return Ld and Lq (leg of the equivalent wye) from line-to-line inductance readings over angle, or over time.
 
     The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
     turned slowly one way. `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
     `accuracy` states the errors of the meter.
-    Raises CaptureError naming file and line.
+    `selection` is the part of the record to take. Raises CaptureError naming file and line.
     """
     if connection not in ("wye", "delta"):
         raise CaptureError(
             "connection", text("'{connection}' is not known; it is 'wye' or 'delta'", connection=connection)
         )
-    capture = read_capture(file, abscissa="angle").scaled(named(scale))
+    capture = read_capture(file, abscissa="angle", selection=selection).scaled(named(scale))
     rest = [c for c in capture.channels if c.unit not in ("rad", "Ω")]
     if capture.time is None:
         angle = pick(capture, None, ("rad",), "angle", ("angle", "theta", "winkel", "position"))

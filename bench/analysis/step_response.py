@@ -11,7 +11,7 @@ from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, 
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.captures import CaptureChannel, CaptureError, read_captures
+from bench.captures import WHOLE, CaptureChannel, CaptureError, CapturePart, read_captures
 from drivers.interfaces.text import text, text_of
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
@@ -38,6 +38,7 @@ def analyze_step_response(
     current: str | None = None,
     scale: Mapping[str, float] | None = None,
     accuracy: Sequence[Statement] = (),
+    selection: CapturePart = WHOLE,
     temperature: Temperature | None = None,
 ) -> dict[str, Any]:
     """Return resistance and inductance of a recorded step: of the loop as it was, and of one leg of the equivalent wye.
@@ -45,7 +46,7 @@ def analyze_step_response(
     `reading` is how the step was applied ("line", "series-parallel", "phase"); `axis` where the rotor was locked, if known;
     `voltage`, `current` name the channels where their units do not tell; `scale` multiplies channels, by name. `accuracy`
     states the errors of voltage, current and time base; with `temperature` the resistance is referred to 25 °C by copper's
-    coefficient. Raises CaptureError naming file and line.
+    coefficient. `selection` is the part of the record to take. Raises CaptureError naming file and line.
     """
     if isinstance(reading, str):
         if reading not in _READINGS:
@@ -58,7 +59,7 @@ def analyze_step_response(
         factor = phase_factor(connection, reading)
     except EstimationError as error:
         raise CaptureError("connection", text_of(error)) from error
-    capture = read_captures(paths_of(file)).evenly_sampled().scaled(named(scale))
+    capture = read_captures(paths_of(file), selection=selection).evenly_sampled().scaled(named(scale))
     if voltage is None and current is None and [c.unit for c in capture.channels] == ["", ""]:
         first, second = capture.channels
         voltage, current = first.name, second.name

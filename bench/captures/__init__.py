@@ -1,6 +1,7 @@
 """Stored captures: a scope maker's CSV, plain CSV, and motorbench's own waveforms."""
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError
+from bench.captures.part import WHOLE, CapturePart
 from bench.captures.reading import read_capture, read_captures
 
-__all__ = ["Capture", "CaptureChannel", "CaptureError", "read_capture", "read_captures"]
+__all__ = ["WHOLE", "Capture", "CaptureChannel", "CaptureError", "CapturePart", "read_capture", "read_captures"]

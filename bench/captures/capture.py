@@ -24,12 +24,17 @@ class CaptureError(InputError):
 
 @dataclass(frozen=True)
 class CaptureChannel:
-    """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0."""
+    """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0.
+
+    `clipped` tells whether readings reached an end of the converter, `coupling` is "dc" or "ac"; None and empty where no one says.
+    """
 
     name: str
     unit: str
     values: FloatArray
     resolution: float = 0.0
+    clipped: bool | None = None
+    coupling: str = ""
 
 
 @dataclass(frozen=True)

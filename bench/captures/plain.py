@@ -41,10 +41,11 @@ def _numeric(line: str, delimiter: str | None) -> bool:
     return bool(cells) and number(cells[0].replace(",", ".") if delimiter != "," else cells[0]) is not None
 
 
-def read_plain(path: Path, lines: list[str], *, abscissa: str = "time") -> Capture:
+def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_column: str | None = None) -> Capture:
     """Return the capture; comma, semicolon, tab or blanks between columns, decimal comma or point.
 
-    `abscissa` says what the first column is where no heading does: "time" (s) or "angle" (rad). Raises CaptureError.
+    `abscissa` says what the first column is where no heading does: "time" (s) or "angle" (rad); `time_column` is the name of the column
+    of time, or its number from 1, where it is not the first. Raises CaptureError.
     """
     lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
     first, delimiter = 0, None
@@ -75,7 +76,18 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time") -> Captu
             assumptions.append(f"unit '{unit}' of column '{name}' is not known; values taken as they stand")
         values = table[:, k] * (known[1] if known else 1.0)
         columns.append(CaptureChannel(name, known[0] if known else unit, values, converter_step(values)))
-    is_time = columns[0].unit == "s" or columns[0].name.lower() in _TIME
+    if time_column is not None:
+        columns.insert(0, columns.pop(_place(path, columns, time_column)))
+        if columns[0].unit not in ("", "s"):
+            raise CaptureError(
+                str(path),
+                text(
+                    "--time-column {name}: it is in {unit}; allowed is a column in s, ms, µs or min, or without a unit",
+                    name=time_column,
+                    unit=columns[0].unit,
+                ),
+            )
+    is_time = time_column is not None or columns[0].unit == "s" or columns[0].name.lower() in _TIME
     if is_time:
         if not columns[0].unit:
             assumptions.append("time taken to be in s")
@@ -87,6 +99,24 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time") -> Captu
         "plain table",
         tuple(assumptions),
         first_line=first + 1,
+    )
+
+
+def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
+    """Return the index of a column by its name, or by its number from 1. Raises CaptureError for one that is not there."""
+    names = [column.name.lower() for column in columns]
+    if wanted.lower() in names:
+        return names.index(wanted.lower())
+    if wanted.isdecimal() and 1 <= int(wanted) <= len(columns):
+        return int(wanted) - 1
+    raise CaptureError(
+        str(path),
+        text(
+            "--time-column {name}: no such column; allowed are {names}, or a number from 1 to {count}",
+            name=wanted,
+            names=[column.name for column in columns],
+            count=len(columns),
+        ),
     )
 
 

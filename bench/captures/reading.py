@@ -9,6 +9,7 @@ import numpy as np
 
 from bench.captures.capture import Capture, CaptureError
 from bench.captures.hdf5 import read_hdf5
+from bench.captures.part import WHOLE, CapturePart
 from bench.captures.plain import read_plain
 from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
 from bench.captures.tektronix import is_tektronix, read_tektronix
@@ -18,29 +19,48 @@ from drivers.interfaces.text import text
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
-def read_capture(path: Path | str, *, abscissa: str = "time") -> Capture:
+def read_capture(path: Path | str, *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
     """Return a stored capture: Rohde & Schwarz or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
     record of several); text may be gzip'ed.
 
-    `abscissa` ("time" or "angle") says what the first column of a table without headings is. Raises CaptureError with
-    file and line.
+    `abscissa` ("time" or "angle") says what the first column of a table without headings is, `selection` which part is wanted. Raises
+    CaptureError with file and line.
     """
+    return selection.cut(_read(path, abscissa, selection.time_column))
+
+
+def _read(path: Path | str, abscissa: str, time_column: str | None) -> Capture:
     where, _, selected = str(path).partition("#")
     file = Path(path) if os.path.exists(path) else Path(where)
     if not os.path.isfile(file):
         raise CaptureError(str(file), text("is not there, or is not a file; check the path"))
     with file.open("rb") as stream:
         if stream.read(8) == _HDF5_SIGNATURE:
+            _refuse_column(file, time_column)
             return read_hdf5(file, selected)
     lines = read_lines(file)
     if is_rohde_schwarz(lines):
+        _refuse_column(file, time_column)
         return read_rohde_schwarz(file, lines)
     if is_tektronix(lines):
+        _refuse_column(file, time_column)
         return read_tektronix(file, lines)
-    return read_plain(file, lines, abscissa=abscissa)
+    return read_plain(file, lines, abscissa=abscissa, time_column=time_column)
 
 
-def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time") -> Capture:
+def _refuse_column(file: Path, time_column: str | None) -> None:
+    """Raise CaptureError where the format has its own column of time."""
+    if time_column is not None:
+        raise CaptureError(
+            str(file),
+            text(
+                "--time-column {name}: this format says itself what its time is; the option is allowed for plain tables only",
+                name=time_column,
+            ),
+        )
+
+
+def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
     """Return several captures as one, channels side by side. Raises CaptureError where their times differ, naming files."""
     if not paths:
         raise CaptureError("capture", text("no file given"))
@@ -48,7 +68,7 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time") -> Cap
         raise CaptureError(
             ", ".join(str(path) for path in paths), text("a file is given twice; give each file of the record once")
         )
-    captures = [read_capture(path, abscissa=abscissa) for path in paths]
+    captures = [read_capture(path, abscissa=abscissa, selection=selection) for path in paths]
     first = captures[0]
     if len(captures) == 1:
         return first

@@ -42,8 +42,11 @@ def read_tektronix(path: Path, lines: list[str]) -> Capture:
     if not unit:
         assumptions.append("unit of the values not stated")
     model = settings.get("Model Number", "")
+    # Some models write it, as "Coupling,DC" or "Vertical Coupling,AC".
+    said = next((value for name, value in settings.items() if name.lower().endswith("coupling")), "").lower()
+    coupling = next((each for each in ("ac", "dc") if said.startswith(each)), "")
     return Capture(
-        (CaptureChannel(settings.get("Source", path.stem), known, values, converter_step(values)),),
+        (CaptureChannel(settings.get("Source", path.stem), known, values, converter_step(values), None, coupling),),
         table[:, 0],
         str(path),
         f"Tektronix CSV{f' of a {model}' if model else ''}",

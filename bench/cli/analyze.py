@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
 
 from bench.cli.analyze_output import print_analysis
 from bench.i18n.errors import UsageError
@@ -11,15 +13,20 @@ from drivers.interfaces.text import text
 
 def back_emf(
     *files: Path,
-    connection: Literal["line", "phase"] = "line",
+    connection: Literal["line", "phase", "neutral"] = "line",
     pole_pairs: int | None = None,
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,
+    speeds: int = 1,
     harmonics: Sequence[int] = (1, 3, 5, 7),
     scale: Sequence[str] = (),
+    coupling: Sequence[str] = (),
     temperature: float | None = None,
     temperature_uncertainty: float | None = None,
     magnet_coefficient: float = -0.001,
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -32,25 +39,35 @@ def back_emf(
     Parameters
     ----------
     files
-        Captures of one record: R&S RTB or Tektronix TDS CSV, columns of time and volts, or HDF5.
+        Captures of one record, or of one a speed: R&S RTB or Tektronix TDS CSV, columns of time and volts, or HDF5.
     connection
-        Where the probes were: between two lines, or phase to star point.
+        Where the probes were: between two lines, phase to an artificial star point, or phase to the winding's own.
     pole_pairs
         Pole pairs, for the mechanical constants.
     speed_rpm
         Mechanical speed, rpm, to find the pole pairs by.
     speed_uncertainty_rpm
         Its standard uncertainty, rpm.
+    speeds
+        At how many speeds the files were recorded: as many files each, those of one record following each other.
     harmonics
         Orders to fit.
     scale
         Factor for a channel, NAME=FACTOR, where a probe's setting was wrong.
+    coupling
+        dc or ac, of all channels or NAME=dc of one, where the file does not say it; AC coupling cannot be seen in a record.
     temperature
         Temperature of the magnets during the record, °C: flux linkage and constants are then those at 25 °C.
     temperature_uncertainty
         Half-width of what is known of it, K; 2 where not given.
     magnet_coefficient
         Temperature coefficient of the magnets' flux, 1/K.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, time.
     accuracy_file
@@ -62,7 +79,9 @@ def back_emf(
 
     """
     from bench.analysis import analyze_back_emf, read_statements
+    from bench.analysis.back_emf_record import read_couplings
     from bench.analysis.temperature import magnet_temperature
+    from bench.captures import CapturePart
 
     made = analyze_back_emf(
         _some(files),
@@ -71,8 +90,11 @@ def back_emf(
         scale=_factors(scale),
         speed_rpm=speed_rpm,
         speed_uncertainty_rpm=speed_uncertainty_rpm,
+        speeds=speeds,
+        coupling=read_couplings(coupling),
         harmonics=harmonics,
         accuracy=read_statements(accuracy, accuracy_file),
+        selection=CapturePart(from_, to, time_column),
         temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
     )
     return print_analysis(made, json=json, budget=budget)
@@ -89,6 +111,9 @@ def step_response(
     temperature: float | None = None,
     temperature_uncertainty: float | None = None,
     copper_coefficient: float = 0.00393,
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -120,6 +145,12 @@ def step_response(
         Half-width of what is known of it, K; 2 where not given.
     copper_coefficient
         Temperature coefficient of the winding's resistance at 20 °C, 1/K.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
     accuracy_file
@@ -132,6 +163,7 @@ def step_response(
     """
     from bench.analysis import analyze_step_response, read_statements
     from bench.analysis.temperature import copper_temperature
+    from bench.captures import CapturePart
 
     made = analyze_step_response(
         list(_some(files)),
@@ -142,6 +174,7 @@ def step_response(
         current=current,
         scale=_factors(scale),
         accuracy=read_statements(accuracy, accuracy_file),
+        selection=CapturePart(from_, to, time_column),
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
     )
     return print_analysis(made, json=json, budget=budget)
@@ -154,6 +187,9 @@ def coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: bool = False,
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -177,6 +213,12 @@ def coast_down(
         Name of the speed's column.
     speed_in_rpm
         A speed without unit is in rpm.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: speed, torque, time.
     accuracy_file
@@ -188,6 +230,7 @@ def coast_down(
 
     """
     from bench.analysis import analyze_coast_down, read_statements
+    from bench.captures import CapturePart
 
     made = analyze_coast_down(
         _some(files),
@@ -197,6 +240,7 @@ def coast_down(
         speed=speed,
         speed_in_rpm=speed_in_rpm,
         accuracy=read_statements(accuracy, accuracy_file),
+        selection=CapturePart(from_, to, time_column),
     )
     return print_analysis(made, json=json, budget=budget)
 
@@ -209,6 +253,9 @@ def rotor_sweep(
     electrical: bool = False,
     threshold: float = 0.10,
     scale: Sequence[str] = (),
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -232,6 +279,12 @@ def rotor_sweep(
         Difference of smallest and largest below which the note speaks of a surface-magnet machine.
     scale
         Factor for a channel, NAME=FACTOR.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: inductance.
     accuracy_file
@@ -243,6 +296,7 @@ def rotor_sweep(
 
     """
     from bench.analysis import analyze_rotor_sweep, read_statements
+    from bench.captures import CapturePart
 
     made = analyze_rotor_sweep(
         file,
@@ -252,6 +306,7 @@ def rotor_sweep(
         threshold=threshold,
         scale=_factors(scale),
         accuracy=read_statements(accuracy, accuracy_file),
+        selection=CapturePart(from_, to, time_column),
     )
     return print_analysis(made, json=json, budget=budget)
 

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+from bench.cli.analyze_speeds import speeds_table
 from bench.cli.output import print_json
 from bench.run.console import console_on
 
@@ -60,6 +61,8 @@ def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
     warnings = [w for w in made["warnings"] if (w["id"], w["text"]) not in told]
     console = console_on(sys.stdout)
     console.print(table)
+    if speeds := made["details"].get("speeds"):
+        console.print(speeds_table(speeds))
     for title, lines in (
         ("Not given", [sentence.render() for sentence in said_of(withheld.values())]),
         ("Assumed", made["assumptions"]),

@@ -396,12 +396,12 @@ def meter_series_parallel() -> Connect:
     return Connect({Terminal.A: Socket.METER_HIGH, Terminal.B: Socket.METER_LOW, Terminal.C: Socket.METER_LOW})
 
 
-def phases_on(channels: Sequence[int], first: int = 0) -> tuple[VoltageProbe, ...]:
-    """Return the probes of three channels on the phases against the artificial star, beginning with phase `first` (0 is A)."""
+def phases_on(
+    channels: Sequence[int], first: int = 0, reference: Node = Node.ARTIFICIAL_STAR
+) -> tuple[VoltageProbe, ...]:
+    """Return the probes of three channels on the phases against a star point, beginning with phase `first` (0 is A)."""
     nodes = (Node.A, Node.B, Node.C)
-    return tuple(
-        VoltageProbe(channel, nodes[(k + first) % 3], Node.ARTIFICIAL_STAR) for k, channel in enumerate(channels)
-    )
+    return tuple(VoltageProbe(channel, nodes[(k + first) % 3], reference) for k, channel in enumerate(channels))
 
 
 #: Rotor to the d axis: the current's space vector lies on phase A's axis.

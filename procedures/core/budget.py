@@ -23,6 +23,7 @@ class _Input:
     quantity: UncertainReal
     identity: str
     rectangular: bool = False
+    one_sided: bool = False
 
 
 class Uncertainties:
@@ -52,6 +53,15 @@ class Uncertainties:
         if half_width == 0.0:
             return ureal(value, 0.0)
         return self._remember(source, "B", ureal(value, half_width * _RECTANGULAR), rectangular=True)
+
+    def one_sided(self, source: str, value: float, most: float) -> UncertainReal:
+        """Return a Type B input: `value`, likely as it stands, whose truth may lie above it by up to `most`.
+
+        Its end is an end of the interval of whatever it reaches; the other end stays. Its standard uncertainty is about `value`.
+        """
+        if most == 0.0:
+            return ureal(value, 0.0)
+        return self._remember(source, "B", ureal(value, most * _RECTANGULAR), one_sided=True)
 
     def standard(
         self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
@@ -95,7 +105,8 @@ class Uncertainties:
         uncertainty = float(quantity.u)
         freedom = float(quantity.df) if uncertainty else inf
         reached = self._reached(quantity)
-        expanded = _expanded(reached)
+        expanded = _expanded([each for each in reached if not each[0].one_sided])
+        beyond = [contribution / _RECTANGULAR for entry, contribution in reached if entry.one_sided]
         value = float(quantity.x)
         return Parameter(
             name=name,
@@ -103,7 +114,10 @@ class Uncertainties:
             unit=unit,
             standard_uncertainty=uncertainty,
             degrees_of_freedom=freedom,
-            coverage_interval=(value - expanded, value + expanded),
+            coverage_interval=(
+                value - expanded + sum(min(each, 0.0) for each in beyond),
+                value + expanded + sum(max(each, 0.0) for each in beyond),
+            ),
             procedure=procedure,
             section=section,
             estimator=estimator,
@@ -148,10 +162,17 @@ class Uncertainties:
         return self._common[key]
 
     def _remember(
-        self, source: str, kind: str, quantity: UncertainReal, *, rectangular: bool = False, identity: str = ""
+        self,
+        source: str,
+        kind: str,
+        quantity: UncertainReal,
+        *,
+        rectangular: bool = False,
+        identity: str = "",
+        one_sided: bool = False,
     ) -> UncertainReal:
         own = f"{self._session}.{len(self._inputs) + 1}"
-        self._inputs.append(_Input(source, kind, quantity, identity or own, rectangular))
+        self._inputs.append(_Input(source, kind, quantity, identity or own, rectangular, one_sided))
         return quantity
 
 

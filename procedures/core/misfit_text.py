@@ -12,6 +12,32 @@ _SEEN = {
         "{count:.0f} readings of one quantity, {terminals}, contradict each other: {least:.4g} … {most:.4g} {unit}; look at contacts, "
         "range and unit, and take them again"
     ),
+    Cause.CLIPPED: text(
+        "channel {channel} stands at an end of its range during {lost:.0%} of the record: take a wider range"
+    ),
+    Cause.HUM: text(
+        "channel {channel} carries mains hum of {frequency:.4g} Hz, {amplitude:.3g} V: twist or shield the leads, ground at one point only"
+    ),
+    Cause.AC_COUPLED: text(
+        "{channels} may be AC coupled, which takes up to {shortfall:.1%} of the reading away at {frequency:.3g} Hz and shows in no record: "
+        "couple DC, and say so where the file does not (--coupling dc)"
+    ),
+    Cause.TOO_COARSE: text(
+        "channel {channel} has less noise than a tenth of its step, {resolution:.3g} V: readings do not average the steps out; use a finer "
+        "range"
+    ),
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows {share:.3g} times what the others show: its probe's factor is wrong, or the probe is off. Analyse again "
+        "with --scale {channel}={factor:.4g}; for a run, correct the probe's attenuation in the station file"
+    ),
+    Cause.CHANNELS_DIFFER: text(
+        "the channels differ by {difference:.2%}, {lowest} being the lowest and {highest} the highest, more than noise and stated limits "
+        "explain: compare the probes on one signal"
+    ),
+    Cause.SPEED_TREND: text(
+        "the flux linkage goes with the speed, by {span:.2%} from {slowest:.4g} to {fastest:.4g} Hz (laws that fit: {laws}): a divider's "
+        "or probe's roll-off, iron, or magnets that warmed up; repeat the first speed last, and take five speeds or more"
+    ),
     Cause.UNEXPLAINED: text(
         "the record differs from the model by more than noise, and by none of the causes known here: look at its residual before you trust "
         "the figure"

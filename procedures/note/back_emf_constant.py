@@ -1,29 +1,32 @@
 """Back-EMF constant and flux linkage from the driven motor's voltages (§3.4)."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import replace
 from enum import Enum
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from GTC.lib import UncertainReal
-from numpy.typing import NDArray
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, ProbeKind, Reading
+from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on
 from procedures.core.bench import ProcedureError, Role
-from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf, flux_by_integration
+from procedures.estimation.emf.agreement import Combined
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude
-from procedures.estimation.fitting.repeats import mean_of_estimates
+from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
+from procedures.techniques.emf_at_speed import SpeedPoint, first_periods, largest_gain, over_mechanical, trend_rows
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature_settings import (
     MagnetCoefficient,
@@ -45,6 +48,7 @@ class Probing(Enum):
     """Where the voltages are taken."""
 
     THREE_PHASE = "three_phase"
+    NEUTRAL = "neutral"
     LINE = "line"
 
 
@@ -58,7 +62,8 @@ class BackEmfConstantSettings(TurnedWiringSettings):
         default=(1.0, 0.625, 0.5), min_length=1, description="speeds, shares of the rated speed"
     )
     probing: Probing = Field(
-        default=Probing.THREE_PHASE, description="three phases on an artificial star point, or one line voltage"
+        default=Probing.THREE_PHASE,
+        description="three phases on an artificial star point, on the winding's own where it is there (neutral), or one line voltage",
     )
     record_time: float = Field(default=0.1, gt=0.0, le=10.0, description="length of the record, s")
     harmonics: tuple[int, ...] = Field(default=(1, 3, 5, 7), description="harmonics to fit")
@@ -66,29 +71,6 @@ class BackEmfConstantSettings(TurnedWiringSettings):
     temperature_uncertainty: TemperatureUncertainty = 2.0
     magnet_coefficient: MagnetCoefficient = -0.001
     magnet_coefficient_uncertainty: MagnetCoefficientUncertainty = None
-
-
-@dataclass(frozen=True)
-class SpeedPoint:
-    """What one speed gave, with Type A uncertainties.
-
-    Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), the note's peak reading, and
-    the accuracies of the channels that the EMF is the mean of.
-    """
-
-    amplitude: float
-    amplitude_uncertainty: float
-    flux: float
-    flux_uncertainty: float
-    accuracies: Mapping[int, Accuracy]
-    electrical_speed: float
-    mechanical_speed: Reading
-    note_amplitude: float
-    details: dict[str, Any]
-
-
-#: A phase whose EMF is below this share of another's is not seen by its probe.
-_WEAK = 0.5
 
 
 class BackEmfConstant(Procedure[BackEmfConstantSettings]):
@@ -142,7 +124,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 "speed_rpm": point.mechanical_speed.value / _RPM,
                 "electrical_speed": point.electrical_speed,
                 "amplitude": point.amplitude,
-                "flux_linkage": point.flux,
+                "flux_linkage": point.flux.value,
                 "back_emf_constant_mechanical": point.amplitude / point.mechanical_speed.value,
                 "note_amplitude": point.note_amplitude,
                 **point.details,
@@ -154,7 +136,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     @step("3.4.2/3", "Constant in volts per 1000 rpm, phase: E / n · 1000")
     def per_krpm(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report peak phase volts per 1000 rpm and per rpm."""
-        mean = self._mean("EMF over mechanical speed", [self._over_mechanical(p) for p in points], points)
+        over = over_records(
+            [p.electrical_speed / math.tau for p in points],
+            [over_mechanical(p) for p in points],
+            gain_limit=largest_gain(points),
+        )
+        mean = self._mean("EMF over mechanical speed", over, points)
+        misfit = Misfit.together((*(p.misfit for p in points), over.misfit))
         constant = cold * self._by_tachometer(mean, points)
         note = float(np.mean([p.note_amplitude / p.mechanical_speed.value for p in points]))
         for name, factor in (
@@ -167,6 +155,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 section="3.4.2",
                 estimator="fundamental of all channels and harmonics fitted together",
                 note_value=factor * note,
+                misfit=misfit.of("flux_linkage", name),
             )
         self.report(
             "back_emf_constant_mechanical",
@@ -174,12 +163,17 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             section="3.4.2",
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
+            misfit=misfit.of("flux_linkage", "back_emf_constant_mechanical"),
         )
 
     @step("3.4.2/4", "Constant in volt-seconds per radian: phase amplitude over electrical speed")
     def per_radian(self, points: Sequence[SpeedPoint], cold: UncertainReal) -> None:
         """Report the flux linkage (V·s per electrical radian)."""
-        flux = cold * self._mean("EMF over electrical speed", [self._over_electrical(p) for p in points], points)
+        over = over_records(
+            [p.electrical_speed / math.tau for p in points], [p.flux for p in points], gain_limit=largest_gain(points)
+        )
+        self.findings["speed_trend"] = trend_rows(over)
+        flux = cold * self._mean("EMF over electrical speed", over, points)
         note = float(np.mean([p.note_amplitude / p.electrical_speed for p in points]))
         winding = math.sqrt(3.0) * float(flux.x) if self.is_delta else None
         self.report(
@@ -189,6 +183,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             estimator="fundamental of all channels and harmonics fitted together",
             note_value=note,
             winding=winding,
+            misfit=Misfit.together((*(p.misfit for p in points), over.misfit)).of("flux_linkage"),
         )
         self.notice(
             "E4",
@@ -227,7 +222,12 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                         "three phases need three voltage probes, the station has {n}; set probing=line", n=len(channels)
                     )
                 )
-            probes = phases_on(channels)
+            neutral = self.settings.probing is Probing.NEUTRAL
+            if neutral and self.is_delta:
+                raise ProcedureError(
+                    text("a delta has no star point to probe against; set probing=three_phase or probing=line")
+                )
+            probes = phases_on(channels, reference=Node.STAR_POINT if neutral else Node.ARTIFICIAL_STAR)
         self.wiring.shaft.connect_probes(probes)
         return channels
 
@@ -242,13 +242,16 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         check_turning(self.bench, mechanical, speed)
         samples = np.vstack([waves[channel].values for channel in channels])
         time = waves[channels[0]].time
-        fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics)
+        told = [
+            DigitizedChannel(str(c), waves[c].resolution, waves[c].clipped, waves[c].accuracy.gain) for c in channels
+        ]
+        fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics, digitized=told)
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         fundamentals = [fit.fundamental(k) for k in range(len(channels))]
-        self._check_phases(channels, [f[0] for f in fundamentals])
-        flux, flux_uncertainty = fit.mean_flux_linkage()
+        flux, misfit = fit.flux_linkage, fit.misfit
         if fit.drift_significant and abs(fit.drift) > _DRIFT:
-            flux, flux_uncertainty = flux_by_integration(time, samples, harmonics=self.settings.harmonics).mean()
+            integrated = flux_by_integration(time, samples, harmonics=self.settings.harmonics, digitized=told)
+            flux, misfit = integrated.flux_linkage, integrated.misfit
             self.notice(
                 "speed-drift",
                 text(
@@ -260,9 +263,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             )
         return SpeedPoint(
             amplitude=to_phase * sum(f[0] for f in fundamentals) / len(fundamentals),
-            amplitude_uncertainty=to_phase * math.sqrt(sum(f[1] ** 2 for f in fundamentals)) / len(fundamentals),
-            flux=to_phase * flux,
-            flux_uncertainty=to_phase * flux_uncertainty,
+            flux=replace(
+                flux,
+                value=to_phase * flux.value,
+                uncertainty=to_phase * flux.uncertainty,
+                scatter=to_phase * flux.scatter,
+            ),
+            misfit=misfit,
             accuracies={channel: waves[channel].accuracy for channel in channels},
             electrical_speed=fit.electrical_speed,
             mechanical_speed=mechanical,
@@ -277,24 +284,9 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 },
                 "drift": fit.drift,
                 "residual": fit.residual_rms.tolist(),
-                "waveform": _periods(time, samples, fit, _SHOWN_PERIODS),
+                "waveform": first_periods(time, samples, fit, _SHOWN_PERIODS),
             },
         )
-
-    def _check_phases(self, channels: Sequence[int], amplitudes: Sequence[float]) -> None:
-        """Raise ProcedureError where a channel sees much less than the others: no winding is that weak, a channel may be another's."""
-        highest = max(amplitudes)
-        for channel, amplitude in zip(channels, amplitudes, strict=True):
-            if amplitude < _WEAK * highest:
-                raise ProcedureError(
-                    text(
-                        "the oscilloscope's channel {channel} shows {amplitude:.3g} V, another phase {highest:.3g} V: its "
-                        "probe is off, or the reading was taken from another channel",
-                        channel=channel,
-                        amplitude=amplitude,
-                        highest=highest,
-                    )
-                )
 
     def _read_off_screen(self, channels: Sequence[int], speed: float) -> SpeedPoint:
         screen = self.bench.oscilloscope
@@ -308,25 +300,13 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         uncertainty = to_phase * math.hypot(0.5 * reading.accuracy.resolution, reading.accuracy.offset) / math.sqrt(3.0)
         return SpeedPoint(
             amplitude=amplitude,
-            amplitude_uncertainty=uncertainty,
-            flux=amplitude / electrical,
-            flux_uncertainty=uncertainty / electrical,
+            flux=Combined(amplitude / electrical, uncertainty / electrical, math.inf),
             accuracies={channels[0]: reading.accuracy},
             electrical_speed=electrical,
             mechanical_speed=mechanical,
             note_amplitude=amplitude,
             details={"read": "off the screen"},
         )
-
-    def _over_electrical(self, point: SpeedPoint) -> tuple[float, float]:
-        return point.flux, point.flux_uncertainty
-
-    def _over_mechanical(self, point: SpeedPoint) -> tuple[float, float]:
-        speed = point.mechanical_speed
-        value = point.amplitude / speed.value
-        # Each reading's last digit is its own; gain and offset are the tachometer's at all speeds.
-        digit = speed.accuracy.resolution / speed.value / math.sqrt(12.0)
-        return value, math.hypot(point.amplitude_uncertainty / speed.value, value * digit)
 
     def _by_tachometer(self, constant: UncertainReal, points: Sequence[SpeedPoint]) -> UncertainReal:
         """Put on the tachometer's gain, and its offset by its mean share of the speeds."""
@@ -336,9 +316,8 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         offset = unc.instrument("tachometer", 0.0, Accuracy(offset=accuracy.offset * share, source=accuracy.source))
         return constant / (gain + offset)
 
-    def _mean(self, source: str, estimates: list[tuple[float, float]], points: Sequence[SpeedPoint]) -> UncertainReal:
-        value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
-        mean = self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
+    def _mean(self, source: str, over: OverSpeeds, points: Sequence[SpeedPoint]) -> UncertainReal:
+        mean = self.bench.uncertainties.statistical(source, over.value, over.uncertainty, over.degrees_of_freedom)
         # Channels of one oscilloscope share a reference: their mean is no better than one of them.
         gains = [
             self.bench.uncertainties.instrument(
@@ -347,14 +326,3 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             for accuracy in points[0].accuracies.values()
         ]
         return mean * sum(gains[1:], gains[0]) / len(gains)
-
-
-def _periods(
-    time: NDArray[np.float64], samples: NDArray[np.float64], fit: BackEmfFit, periods: float
-) -> dict[str, list[float]]:
-    """Return the first periods of every channel (V) as recorded and as fitted, for whoever draws them."""
-    shown = time <= time[0] + periods / fit.frequency
-    columns = {"time": time[shown] - time[0]}
-    for number, (recorded, left) in enumerate(zip(samples, fit.residuals, strict=True), 1):
-        columns |= {f"channel_{number}": recorded[shown], f"fitted_{number}": (recorded - left)[shown]}
-    return curve(**columns)

@@ -363,3 +363,12 @@ def test_no_current_probe_on_a_running_six_step_drive(bench, measure):
     said = refused(measure, "equivalent-resistance", settings=("loads=[0.3,0.5,0.7]",))
     assert "channel 4: the current probe is round no wire" in said
     assert not bench.world.truth()["energised"]
+
+
+def test_phases_against_the_windings_own_star_point(bench, measure):
+    bench.world.star_point_accessible = True
+    measured = measure("back-emf-constant", settings=("probing=neutral",))
+    assert outcomes(measured) == ["verified"]
+    assert measured.parameter("flux_linkage").value == pytest.approx(
+        measure("back-emf-constant").parameter("flux_linkage").value, rel=1e-3
+    )

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.mechanics.inertia import SpeedRamp, fit_ramps, two_point

@@ -132,6 +132,12 @@ def at_full_rate(
     return replace(model, flux=flux, flux_covariance=model.flux_covariance / np.outer(both, both), residuals=residuals)
 
 
+def waveform_basis(model: HarmonicModel, orders: Sequence[int], time: FloatArray) -> FloatArray:
+    """Return what multiplies offset, real and imaginary fluxes along the model's course, (1 + 2H, n)."""
+    shapes = _Shapes.over(model.place(time), model.half, model.course.size - 1)
+    return _Wave.along(shapes, model.course, np.asarray(orders, dtype=np.float64)).design
+
+
 def _inverse(normal: FloatArray) -> FloatArray:
     """Return the inverse of a normal matrix whose columns may be of very different size."""
     size = np.sqrt(np.diag(normal))

@@ -33,3 +33,15 @@ def undithered(noise: float, resolution: float) -> float:
         return 0.0
     before = max(noise**2 / resolution**2 - 1.0 / 12.0, 0.0)
     return float(resolution * min(np.exp(-2.0 * np.pi**2 * before) / (np.pi * np.sqrt(2.0)), 1.0 / np.sqrt(12.0)))
+
+
+def undithered_sine(amplitude: float, noise: float, resolution: float) -> float:
+    """Return the standard uncertainty that rounding to `resolution` leaves in the amplitude of a sine (all in one unit).
+
+    However many samples: the steps of a periodic signal repeat with it. `noise` is the residual's, quantisation included. From the first
+    term of the quantiser's Fourier series, whose amplitude a sine's turning points weigh as q·√(q/A).
+    """
+    if resolution <= 0.0 or amplitude <= 0.0:
+        return 0.0
+    before = max(noise**2 / resolution**2 - 1.0 / 12.0, 0.0)
+    return float(0.157 * resolution * np.sqrt(min(resolution / amplitude, 1.0)) * np.exp(-2.0 * np.pi**2 * before))

@@ -105,6 +105,9 @@ def test_step_response_without_a_baseline_feels_the_voltage_probes_offset(tmp_pa
     )
 
 
+DC = {"": "dc"}
+
+
 def test_back_emf_holds_the_truth_of_one_scope_whose_channels_err_together(tmp_path: Path) -> None:
     random = np.random.default_rng(5)
     accuracy = read_statements(["voltage=3%+50mV", "time=1%"])
@@ -116,7 +119,12 @@ def test_back_emf_holds_the_truth_of_one_scope_whose_channels_err_together(tmp_p
         read = v * (1 + 0.03 * gain) + 0.05 * offset
         path = table(tmp_path, "t (s),a (V),b (V),c (V)", time * (1 + 0.01 * base), *read)
         found = analyze_back_emf(
-            path, connection="phase", pole_pairs=4, accuracy=accuracy, temperature=Temperature(80.0, 5.0, -0.001)
+            path,
+            connection="phase",
+            pole_pairs=4,
+            coupling=DC,
+            accuracy=accuracy,
+            temperature=Temperature(80.0, 5.0, -0.001),
         )
         sums_up(found)
         cold = sim.FLUX / (1 - 0.001 * (1 + 0.3 * grade) * (80 + 5 * warm - 25))
@@ -140,7 +148,7 @@ def test_averaging_channels_reduces_only_what_they_do_not_share(tmp_path: Path) 
     probes.write_text("".join(f'[CH{k}]\ngain = 0.03\ninstrument = "probe {k}"\n' for k in (1, 2, 3)), encoding="utf-8")
 
     def spread(file: Path, *words: str, stated: Path | None = None) -> float:
-        found = analyze_back_emf(file, connection="phase", accuracy=read_statements(words, stated))
+        found = analyze_back_emf(file, connection="phase", coupling=DC, accuracy=read_statements(words, stated))
         sums_up(found)
         return float(found["parameters"]["flux_linkage"]["standard_uncertainty"] / sim.FLUX)
 

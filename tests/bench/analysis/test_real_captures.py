@@ -5,7 +5,8 @@ import pytest
 
 from bench.analysis import analyze_back_emf
 from bench.captures import read_captures
-from procedures.estimation.emf.back_emf import fit_back_emf, flux_by_integration
+from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.emf.integrated_flux import flux_by_integration
 
 
 def _folder() -> Path:
@@ -31,14 +32,20 @@ def test_rohde_schwarz_record_of_500_rpm() -> None:
     assert [c["fundamental"]["value"] for c in channels] == pytest.approx([2.0, 2.0, 2.0], abs=0.03)
     assert [c["phase_degrees"]["value"] for c in channels] == pytest.approx([0, -120, 120], abs=1.0)
     assert all(2.0 < c["harmonics_percent"]["5"] < 5.0 for c in channels)
+    assert found["parameters"]["flux_linkage"]["value"] == pytest.approx(3.1379e-3, rel=1e-4)
+    assert found["withheld"] == {}
     low, high = found["parameters"]["flux_linkage"]["coverage_interval"]
     assert low < details["flux_linkage_least_squares"]["value"] < high
     assert not any("differ by more than" in w["text"] for w in found["warnings"])
 
 
 def test_rohde_schwarz_record_with_the_probe_factor_forgotten() -> None:
-    warnings = analyze_back_emf(RTB)["warnings"]
-    assert any("differ by more than 10 %" in w["text"] for w in warnings)
+    found = analyze_back_emf(RTB, pole_pairs=7)
+    assert set(found["parameters"]) == {"electrical_frequency"}
+    withheld = found["withheld"]["flux_linkage"]
+    assert withheld["cause"] == "probe-factor"
+    assert "channel C3" in withheld["message"]
+    assert "--scale C3=10;" in withheld["message"]
 
 
 def test_tektronix_record_of_a_hand_drill() -> None:
@@ -58,5 +65,6 @@ def test_tektronix_record_of_a_hand_drill() -> None:
 
 def test_tektronix_analysis_says_that_the_speed_drifts() -> None:
     found = analyze_back_emf(TEKTRONIX)
+    assert found["parameters"]["flux_linkage"]["value"] == pytest.approx(2.7402e-3, rel=2e-4)
     assert found["parameters"]["flux_linkage"]["estimator"] == "voltage integrated over whole periods"
     assert any("drifts" in w["text"] for w in found["warnings"])

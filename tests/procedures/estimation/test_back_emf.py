@@ -3,9 +3,9 @@ import pytest
 
 from procedures.estimation.emf.back_emf import (
     fit_back_emf,
-    flux_by_integration,
     line_to_phase,
 )
+from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
 from procedures.estimation.fitting.fit import EstimationError
 from tests.studies.simulated import FLUX, SPEED, emf_record

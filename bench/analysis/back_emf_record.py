@@ -1,0 +1,143 @@
+"""One record of a back-EMF: its channels, how they are coupled, and its flux linkage."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.analysis.applied import Applied
+from bench.analysis.outcome import estimated
+from bench.analysis.statements import Statement
+from bench.captures import Capture, CaptureError, CapturePart, read_captures
+from bench.captures.capture import same_name
+from bench.i18n.errors import UsageError
+from drivers.interfaces.text import text
+from procedures.estimation.emf.agreement import Combined
+from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf
+from procedures.estimation.emf.coupling import coupling_finding, shortfall
+from procedures.estimation.emf.integrated_flux import FluxEstimate, flux_by_integration
+from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.fitting.misfit import Misfit
+
+_COUPLINGS = ("dc", "ac")
+
+
+@dataclass(frozen=True)
+class BackEmfRecord:
+    """A capture (V) of one speed with its stated accuracy, and its two estimates."""
+
+    capture: Capture
+    applied: Applied
+    values: NDArray[np.float64]
+    fit: BackEmfFit
+    integrated: FluxEstimate
+
+    @property
+    def names(self) -> list[str]:
+        """The channels' names."""
+        return [channel.name for channel in self.capture.channels]
+
+    @property
+    def drifts(self) -> bool:
+        """Whether the speed changed during the record: then the integrated voltage counts."""
+        return self.fit.drift_significant
+
+    @property
+    def flux(self) -> Combined:
+        """Flux linkage at the probes (V·s/rad), of the estimator that counts."""
+        return self.integrated.flux_linkage if self.drifts else self.fit.flux_linkage
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """What each channel gives of the mean."""
+        parts = self.integrated.values if self.drifts else np.abs(self.fit.amplitudes[:, self.fit.harmonics.index(1)])
+        return np.asarray(parts / np.sum(parts))
+
+    @property
+    def misfit(self) -> Misfit:
+        """What the record shows beyond the model, and what its coupling may hide."""
+        shown = self.integrated.misfit if self.drifts else self.fit.misfit
+        open_ = [channel for channel in self.capture.channels if channel.coupling != "dc"]
+        said = any(channel.coupling == "ac" for channel in open_)
+        found = coupling_finding(self.fit.frequency, [each.name for each in open_], stated=said) if open_ else None
+        return Misfit.together((shown, Misfit((found,) if found else ())))
+
+    @property
+    def shortfall(self) -> float:
+        """By what share the truth may exceed the mean through the coupling of channels that nobody says to be coupled DC."""
+        uncoupled = np.array([channel.coupling != "dc" for channel in self.capture.channels])
+        return shortfall(self.fit.frequency) * float(np.sum(self.shares[uncoupled]))
+
+
+def read_record(
+    files: Sequence[Path | str],
+    *,
+    scale: Mapping[str, float],
+    coupling: Mapping[str, str],
+    harmonics: Sequence[int],
+    accuracy: Sequence[Statement],
+    selection: CapturePart,
+) -> BackEmfRecord:
+    """Return one record with its estimates. Raises CaptureError naming file and line."""
+    capture = _coupled(read_captures(files, selection=selection).evenly_sampled().scaled(scale), coupling)
+    for channel in capture.channels:
+        if channel.unit not in ("V", ""):
+            raise CaptureError(
+                capture.source,
+                text(
+                    "channel {name} is in {unit}; a back-EMF needs voltages only", name=channel.name, unit=channel.unit
+                ),
+            )
+    names = [channel.name for channel in capture.channels]
+    applied = Applied(accuracy, {"voltage": names, "time": ("time",)}, (capture,))
+    values = np.vstack([channel.values for channel in capture.channels])
+    told = [
+        DigitizedChannel(c.name, c.resolution, c.clipped, applied.gain("voltage", c.name)) for c in capture.channels
+    ]
+    time = capture.times()
+    fit = estimated(capture, lambda: fit_back_emf(time, values, harmonics=harmonics, digitized=told))
+    integrated = estimated(
+        capture,
+        lambda: flux_by_integration(time, values, harmonics=harmonics, frequency=fit.frequency, digitized=told),
+    )
+    return BackEmfRecord(capture, applied, values, fit, integrated)
+
+
+def read_couplings(words: Sequence[str]) -> dict[str, str]:
+    """Return what `--coupling dc|ac` or `--coupling NAME=dc|ac` says, by channel; of all channels under an empty name.
+
+    Raises UsageError naming what was given and what is allowed.
+    """
+    found: dict[str, str] = {}
+    for word in words:
+        name, _, coupling = word.rpartition("=")
+        if coupling.strip().lower() not in _COUPLINGS:
+            raise UsageError(
+                text(
+                    "--coupling {word}: allowed is dc or ac for all channels, or NAME=dc, NAME=ac for one, as in CH1=ac",
+                    word=word,
+                )
+            )
+        found[name.strip()] = coupling.strip().lower()
+    return found
+
+
+def _coupled(capture: Capture, coupling: Mapping[str, str]) -> Capture:
+    """Return the capture with the couplings stated. Raises CaptureError for a channel that is not there."""
+    for name in filter(None, coupling):
+        capture.channel(name)
+    return replace(
+        capture,
+        channels=tuple(
+            replace(
+                channel,
+                coupling=next(
+                    (said for name, said in coupling.items() if name and same_name(name, channel.name)),
+                    coupling.get("", channel.coupling),
+                ),
+            )
+            for channel in capture.channels
+        ),
+    )

@@ -1,0 +1,67 @@
+"""Which part of a stored capture is analysed: from when to when, and what is its time."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.captures.capture import Capture, CaptureError
+from bench.i18n.errors import UsageError
+from drivers.interfaces.text import text
+
+#: Fewer samples than these are no record.
+_LEAST = 2
+
+
+@dataclass(frozen=True)
+class CapturePart:
+    """What the user chose: samples from `begin` to `end` (s, of the file's own time), and the name or the number, from 1, of the column
+    that is the time. Raises UsageError for a begin that is not before the end.
+    """
+
+    begin: float | None = None
+    end: float | None = None
+    time_column: str | None = None
+
+    def __post_init__(self) -> None:
+        for option, value in (("from", self.begin), ("to", self.end)):
+            if value is not None and not math.isfinite(value):
+                raise UsageError(text("--{option} {value}: allowed is a number of seconds", option=option, value=value))
+        if self.begin is not None and self.end is not None and self.begin >= self.end:
+            raise UsageError(
+                text(
+                    "--from {begin:g} is not before --to {end:g}: allowed are two instants of the record in s, the earlier one first",
+                    begin=self.begin,
+                    end=self.end,
+                )
+            )
+
+    def cut(self, capture: Capture) -> Capture:
+        """Return the samples chosen. Raises CaptureError where the capture has no time, or none of its samples lie within."""
+        if self.begin is None and self.end is None:
+            return capture
+        time = capture.times()
+        first = 0 if self.begin is None else int(np.searchsorted(time, self.begin, side="left"))
+        after = time.size if self.end is None else int(np.searchsorted(time, self.end, side="right"))
+        if after - first < _LEAST:
+            raise CaptureError(
+                capture.source,
+                text(
+                    "--from and --to leave {count} samples; allowed are instants from {begin:g} s to {end:g} s, where the record lies",
+                    count=max(after - first, 0),
+                    begin=time[0],
+                    end=time[-1],
+                ),
+            )
+        told = f"cut: {after - first} of {time.size} samples, from {time[first]:g} s to {time[after - 1]:g} s"
+        return replace(
+            capture,
+            time=time[first:after],
+            channels=tuple(replace(each, values=each.values[first:after]) for each in capture.channels),
+            assumptions=(*capture.assumptions, told),
+            first_line=capture.first_line + first if capture.first_line else 0,
+        )
+
+
+#: All of a capture.
+WHOLE = CapturePart()

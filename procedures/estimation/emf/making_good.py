@@ -1,0 +1,88 @@
+"""What a record of a turning machine's voltages shows beyond the waveform, and the record without it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from procedures.estimation.emf.clipping import find_ends, restore
+from procedures.estimation.emf.harmonics import HarmonicModel
+from procedures.estimation.emf.hum import find_hum, take_out
+from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+from procedures.estimation.fitting.noise import undithered_sine
+
+#: Noise below a tenth of a step, as far as a residual tells it: what is left is the steps' own.
+_COARSE = 0.05
+#: Alternations of fit and line until neither moves.
+_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class MadeGood:
+    """A record as the waveform's model takes it: `values` (C, n), `kept` (C,) the share of readings that are the record's own, by what
+    the uncertainties of offset and amplitudes grow (C, 1 + 2H), what is not known of the fundamental flux beside them (C,), and the
+    findings.
+    """
+
+    values: FloatArray
+    kept: FloatArray
+    growth: FloatArray
+    beside: FloatArray
+    findings: tuple[Finding, ...]
+
+
+def make_good(
+    t: FloatArray,
+    v: FloatArray,
+    orders: Sequence[int],
+    model: HarmonicModel,
+    colour: float,
+    channels: Sequence[DigitizedChannel],
+    refit: Callable[[FloatArray], HarmonicModel],
+) -> MadeGood:
+    """Leave out what clipped and take out a line of the mains, where the record (C, n) shows them; `refit` fits a whole record."""
+    values, growth = v, np.ones((v.shape[0], 1 + 2 * len(orders)))
+    kept, beside = np.ones(v.shape[0]), np.zeros(v.shape[0])
+    findings: list[Finding] = []
+    if ends := find_ends(v, channels):
+        restored = restore(t, v, orders, model, ends, channels, refit)
+        if restored.lost.any():
+            values, growth, beside = restored.values, restored.growth, restored.moved
+            kept = 1.0 - np.mean(restored.lost, axis=1)
+            findings += restored.findings
+            model = refit(values)
+    hum = find_hum(t, orders, model, colour, channels)
+    if hum is not None:
+        recorded = values
+        for _ in range(_ROUNDS):
+            values, more, line = take_out(t, recorded, orders, model, hum)
+            model = refit(values)
+        growth = growth * more
+        findings.append(line.finding(channels))
+    return MadeGood(values, kept, growth, beside, tuple(findings))
+
+
+def as_recorded(v: FloatArray, orders: Sequence[int]) -> MadeGood:
+    """Return a record (C, n) whose channels nobody describes as it is."""
+    count = v.shape[0]
+    return MadeGood(v, np.ones(count), np.ones((count, 1 + 2 * len(orders))), np.zeros(count), ())
+
+
+def rounding(sizes: FloatArray, noise: FloatArray, channels: Sequence[DigitizedChannel]) -> FloatArray:
+    """Return what the converter's steps leave in each channel's amplitude (C,), V, standard uncertainty."""
+    each = zip(sizes, noise, channels, strict=True)
+    return np.array([undithered_sine(float(a), float(s), channel.resolution) for a, s, channel in each])
+
+
+def too_coarse(noise: FloatArray, channels: Sequence[DigitizedChannel]) -> tuple[Finding, ...]:
+    """Return the finding of a channel whose noise (C,), V, quantisation included, is too small beside its steps to average them out."""
+    steps = np.array([channel.resolution for channel in channels])
+    left = np.sqrt(np.maximum(noise**2 - steps**2 / 12.0, 0.0)) / np.where(steps > 0.0, steps, 1.0)
+    coarse = (steps > 0.0) & (left < _COARSE)
+    if not coarse.any():
+        return ()
+    worst = int(np.argmin(np.where(coarse, left, np.inf)))
+    figures: dict[str, float | str] = {"channel": channels[worst].name, "resolution": float(steps[worst])}
+    return (Finding(Cause.TOO_COARSE, Answer.WIDENED, ("flux_linkage",), 0.0, figures),)

@@ -1,0 +1,123 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.analysis import analyze_back_emf, read_statements
+from bench.analysis.back_emf_record import read_couplings
+from bench.captures import CaptureError, CapturePart
+from bench.i18n.errors import UsageError
+from tests.command_line import Call
+from tests.studies.emf_records import Setup, record
+
+SETUP = Setup(frequency=60.0)
+
+
+def stored(folder: Path, setup: Setup, name: str, seed: int = 1) -> Path:
+    time, v = record(np.random.default_rng(seed), setup)
+    path = folder / f"{name}.csv"
+    heading = ",".join(["t (s)", *(f"CH{k + 1} (V)" for k in range(len(v)))])
+    np.savetxt(path, np.column_stack((time, *v)), delimiter=",", header=heading, comments="", fmt="%.9g")
+    return path
+
+
+def flux(found: dict[str, Any]) -> dict[str, Any]:
+    return found["parameters"]["flux_linkage"]
+
+
+def test_coupling_that_nobody_states_widens_the_upper_end_only(tmp_path: Path) -> None:
+    path = stored(tmp_path, SETUP, "emf")
+    open_ = flux(analyze_back_emf(path, connection="phase"))
+    known = flux(analyze_back_emf(path, connection="phase", coupling={"": "dc"}))
+    assert open_["value"] == pytest.approx(known["value"])
+    assert open_["coverage_interval"][0] == pytest.approx(known["coverage_interval"][0])
+    above = open_["coverage_interval"][1] - known["coverage_interval"][1]
+    assert above / known["value"] == pytest.approx(np.hypot(1, 10 / 60) - 1, rel=1e-3)
+    assert any("--coupling dc" in note for note in analyze_back_emf(path)["assumptions"])
+
+
+def test_the_interval_holds_what_an_ac_coupled_channel_does_not_show(tmp_path: Path) -> None:
+    for seed, corner in enumerate((2.0, 5.0, 9.5)):
+        path = stored(tmp_path, replace(SETUP, corner=corner), "emf", seed)
+        found = analyze_back_emf(path, connection="phase", coupling={"": "ac"})
+        low, high = flux(found)["coverage_interval"]
+        assert low < SETUP.flux < high
+        assert [row["cause"] for row in found["misfit"]] == ["ac-coupled"]
+
+
+def test_below_thirty_hertz_an_unstated_coupling_gives_no_figure(tmp_path: Path) -> None:
+    path = stored(tmp_path, replace(SETUP, frequency=25.0), "emf")
+    found = analyze_back_emf(path, connection="phase", pole_pairs=4)
+    assert set(found["withheld"]) == {"flux_linkage", "back_emf_constant_mechanical", "torque_constant"}
+    assert found["withheld"]["flux_linkage"]["cause"] == "ac-coupled"
+    assert "flux_linkage" in analyze_back_emf(path, connection="phase", coupling={"": "dc"})["parameters"]
+
+
+def test_one_channel_may_be_said_to_be_otherwise_coupled(tmp_path: Path) -> None:
+    path = stored(tmp_path, SETUP, "emf")
+    found = analyze_back_emf(path, connection="phase", coupling=read_couplings(["dc", "chan2=AC"]))
+    (row,) = found["misfit"]
+    assert row["figures"]["channels"] == "CH2"
+    with pytest.raises(CaptureError, match="no channel 'CH9'"):
+        analyze_back_emf(path, coupling={"CH9": "dc"})
+    with pytest.raises(UsageError, match="--coupling CH1=yes: allowed is dc or ac"):
+        read_couplings(["CH1=yes"])
+
+
+def test_three_speeds_that_disagree_give_a_table_and_no_figure(tmp_path: Path) -> None:
+    files = [
+        stored(tmp_path, replace(SETUP, frequency=f, flux=0.01 * (1 - 0.02 * f / 100), periods=20), f"at{f}", f)
+        for f in (60, 120, 240)
+    ]
+    found = analyze_back_emf(files, connection="phase", speeds=3, coupling={"": "dc"}, pole_pairs=4)
+    assert found["withheld"]["flux_linkage"]["cause"] == "speed-trend"
+    rows = found["details"]["speeds"]
+    assert [row["speed_rpm"] for row in rows] == pytest.approx([900, 1800, 3600], rel=1e-3)
+    assert [row["flux_linkage"] for row in rows] == pytest.approx([9.88e-3, 9.76e-3, 9.52e-3], rel=1e-3)
+    assert json.loads(json.dumps(found)) == found
+
+
+def test_speeds_that_agree_give_one_figure_as_do_files_of_one_channel_each(tmp_path: Path) -> None:
+    files = []
+    for f in (60, 120):
+        time, v = record(np.random.default_rng(f), replace(SETUP, frequency=f))
+        for k in range(3):
+            files.append(tmp_path / f"{f}_CHAN{k + 1}.csv")
+            np.savetxt(
+                files[-1], np.column_stack((time, v[k])), delimiter=",", header=f"t (s),CH{k + 1} (V)", comments=""
+            )
+    found = analyze_back_emf(files, connection="phase", speeds=2, coupling={"": "dc"})
+    low, high = flux(found)["coverage_interval"]
+    assert low < SETUP.flux < high
+    assert found["misfit"] == []
+    with pytest.raises(UsageError, match="--speeds 4: 6 files cannot be as many for each speed"):
+        analyze_back_emf(files, speeds=4)
+
+
+def test_differences_within_the_stated_gain_are_not_told_twice(tmp_path: Path) -> None:
+    path = stored(tmp_path, replace(SETUP, gains=(1.0, 1.02, 0.99)), "emf")
+    words = {"connection": "phase", "coupling": {"": "dc"}}
+    assert [w["id"] for w in analyze_back_emf(path, **words)["warnings"]] == ["channels-differ"]
+    assert analyze_back_emf(path, **words, accuracy=read_statements(["voltage=2%"]))["warnings"] == []
+
+
+def test_the_command_line_takes_speeds_coupling_and_a_part(call: Call, tmp_path: Path) -> None:
+    files = [str(stored(tmp_path, replace(SETUP, frequency=f), f"at{f}", f)) for f in (60, 120)]
+    words = ("--connection", "neutral", "--speeds", "2", "--coupling", "dc", "--from", "0.01", "--to", "0.06", "--json")
+    code, out, err = call("analyze", "back-emf", *files, *words)
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    assert len(found["details"]["speeds"]) == 2
+    assert any("cut: " in note for note in found["assumptions"])
+    code, _, err = call("analyze", "back-emf", files[0], "--from", "5")
+    assert code == 1
+    assert "leave 0 samples" in err
+
+
+def test_a_part_is_taken_of_every_record(tmp_path: Path) -> None:
+    path = stored(tmp_path, SETUP, "emf")
+    whole, part = (analyze_back_emf(path, selection=CapturePart(end=end)) for end in (None, 0.07))
+    assert flux(part)["standard_uncertainty"] != flux(whole)["standard_uncertainty"]

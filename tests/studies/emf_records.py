@@ -1,0 +1,130 @@
+"""Records of a driven motor's three voltages as a scope with faults would take them; nothing here knows the estimator's model."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A motor (flux linkage V·s/rad, harmonics of its EMF, each share and angle), how it turns, and the scope that looks at it.
+
+    `steps` is the EMF's amplitude in converter steps, `noise` in steps; `gains` are the channels' own; `ends` the clipping levels as
+    shares of the amplitude (−, +); `corner` (Hz) of a high-pass; `hum` share of the amplitude at `mains` (Hz), a channel each.
+    """
+
+    flux: float = 0.01
+    frequency: float = 80.0
+    periods: float = 8.0
+    points: int = 2500
+    harmonics: tuple[tuple[int, float, float], ...] = ((5, 0.03, 0.4), (7, 0.01, 1.0))
+    steps: float = 90.0
+    noise: float = 0.4
+    gains: tuple[float, ...] = (1.0, 1.0, 1.0)
+    drift: float = 0.0
+    ends: tuple[float, float] = (np.inf, np.inf)
+    corner: float = 0.0
+    hum: tuple[float, ...] = (0.0, 0.0, 0.0)
+    mains: float = 50.0
+    pole: float = np.inf
+
+    @property
+    def step(self) -> float:
+        """One step of the converter (V)."""
+        return self.flux * 2.0 * np.pi * self.frequency / self.steps
+
+
+def record(random: np.random.Generator, setup: Setup) -> tuple[FloatArray, FloatArray]:
+    """Return time (n,) and voltages (C, n) of one record."""
+    n = setup.points
+    time = np.arange(n) * setup.periods / setup.frequency / n
+    place = time / time[-1] - 0.5
+    speed = 2.0 * np.pi * setup.frequency * (1.0 + setup.drift * place)
+    # The angle is the speed's own sum, trapezoid by trapezoid.
+    angle = random.uniform(0, 2 * np.pi) + np.concatenate(
+        ([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) * (time[1] - time[0]))
+    )
+    count = len(setup.gains)
+    amplitude = setup.flux * 2.0 * np.pi * setup.frequency
+    phase = random.uniform(0, 2 * np.pi, count)
+    rows = []
+    for k in range(count):
+        at = angle - 2.0 * np.pi / 3.0 * k
+        rows.append(_seen(setup, at, speed))
+    v = np.array(rows) * np.array(setup.gains)[:, None]
+    hum = amplitude * np.array(setup.hum)[:, None]
+    v = v + hum * np.sin(2.0 * np.pi * setup.mains * time + phase[:, None])
+    v = v + random.uniform(-1, 1, (count, 1)) * 2.0 * setup.step
+    v = v + random.normal(0.0, 1.0, v.shape) * setup.noise * setup.step
+    low, high = (level * amplitude * np.mean(setup.gains) for level in setup.ends)
+    v = np.clip(v, -low, high)
+    return time, np.round(v / setup.step) * setup.step
+
+
+def _seen(setup: Setup, angle: FloatArray, speed: FloatArray) -> FloatArray:
+    """One phase's EMF, flux linkage times speed, behind a high-pass and a low-pass, each wave as its own frequency has it."""
+    total = np.zeros_like(angle)
+    for order, share, turned in ((1, 1.0, 0.0), *setup.harmonics):
+        f = order * setup.frequency
+        passed = 1.0 / (1.0 - 1j * setup.corner / f) / (1.0 + 1j * f / setup.pole)
+        total += share * abs(passed) * np.sin(order * angle + turned + np.angle(passed))
+    return setup.flux * speed * total
+
+
+def draw(random: np.random.Generator, *, gain_limit: float = 0.0) -> Setup:
+    """Return a setup as it may come: a motor, its speed, and a good scope whose gains lie anywhere within their limits."""
+    harmonics = tuple(
+        (order, float(random.uniform(0, most)), float(random.uniform(0, 2 * np.pi)))
+        for order, most in ((3, 0.03), (5, 0.05), (7, 0.02), (11, 0.003))
+    )
+    frequency = float(np.exp(random.uniform(np.log(20), np.log(500))))
+    return Setup(
+        flux=float(np.exp(random.uniform(np.log(1e-3), np.log(0.3)))),
+        frequency=frequency,
+        periods=float(np.exp(random.uniform(np.log(2.5), np.log(40.0)))),
+        points=int(random.choice([1000, 2500, 10_000])),
+        harmonics=harmonics,
+        steps=float(random.uniform(25, 120)),
+        noise=float(np.exp(random.uniform(np.log(0.1), np.log(2.0)))),
+        gains=tuple(1.0 + random.uniform(-gain_limit, gain_limit, 3)),
+        drift=float(random.choice([0.0, random.uniform(-0.05, 0.05)])),
+    )
+
+
+def large(random: np.random.Generator, low: float, high: float) -> float:
+    """Return a size drawn evenly by its logarithm."""
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def spoil(random: np.random.Generator, setup: Setup, cause: str) -> Setup:
+    """Return the setup with one cause of a size from negligible to gross."""
+    match cause:
+        case "clipped both sides":
+            level = 1.0 - large(random, 1e-3, 0.3)
+            return replace(setup, ends=(level, level))
+        case "clipped one side":
+            return replace(setup, ends=(np.inf, 1.0 - large(random, 1e-3, 0.3)))
+        case "one channel's gain":
+            size = large(random, 1e-3, 0.3) * random.choice([-1, 1])
+            return replace(setup, gains=(setup.gains[0], setup.gains[1], setup.gains[2] * (1 + size)))
+        case "all gains":
+            sizes = large(random, 1e-3, 0.05) * random.uniform(-1, 1, 3)
+            return replace(setup, gains=tuple(np.array(setup.gains) * (1 + sizes)))
+        case "probe factor":
+            factor = random.choice([0.1, 10.0, 3**-0.5, 2.0, 0.37])
+            gains = list(setup.gains)
+            gains[random.integers(3)] *= factor
+            return replace(setup, gains=tuple(gains))
+        case "AC coupled":
+            return replace(setup, corner=float(random.uniform(1.0, 10.0)))
+        case "hum":
+            sizes = large(random, 1e-3, 0.1) * random.uniform(0, 1, 3)
+            return replace(
+                setup, hum=tuple(sizes), mains=float(random.choice([50.0, 60.0]) * random.uniform(0.998, 1.002))
+            )
+        case "noise below 0.1 LSB":
+            return replace(setup, noise=float(random.uniform(0, 0.1)))
+    raise ValueError(cause)
