@@ -36,6 +36,8 @@ class Batch:
     odd: np.ndarray = field(init=False)
     begin: np.ndarray = field(init=False)
     law: str = "atan"
+    #: Whether the converters' last codes come with the record.
+    known: bool = False
 
     def __post_init__(self) -> None:
         r, n = self.random, self.count
@@ -64,6 +66,8 @@ class Sampled:
     current_step: float
     resistance: float
     inductance: float
+    voltage_ends: tuple[float, float] | None = None
+    current_ends: tuple[float, float] | None = None
 
 
 def _current(batch: Batch, flux: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -85,7 +89,7 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     flux, second, low, high = (np.zeros(n) for _ in range(4))
     currents, voltages = np.zeros((fine // FINE + 1, n)), np.zeros((fine // FINE + 1, n))
     late = np.round(batch.skew / step).astype(int)
-    history = np.zeros((fine + 1, n), dtype=np.float32 if False else np.float64)
+    history = np.zeros((fine + 1, n))
     closed = np.where(np.isfinite(batch.closed), batch.closed, 0.0)
     limited = bool(np.any(np.isfinite(batch.limit)))
     columns = np.arange(n)
@@ -134,14 +138,16 @@ def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float]
         b = bits or int(random.choice([8, 12]))
         code = 1.0 / (0.8 * 2**b)
         share = float(np.exp(random.uniform(*np.log(noise))))
-        channels = []
+        channels, ends = [], []
         for signal, cut in ((voltage[k], batch.voltage_cut[k]), (i, batch.cut[k])):
             offset = random.uniform(-0.05, 0.05)
             read = np.round((signal + offset + random.normal(0, share * code, signal.size)) / code) * code
-            channels.append(np.minimum(read, np.round((cut + offset) / code) * code) if np.isfinite(cut) else read)
+            last = np.round((cut + offset) / code) * code if np.isfinite(cut) else np.inf
+            channels.append(np.minimum(read, last))
+            ends.append((-np.inf, last) if batch.known else None)
         keep = slice(int(np.searchsorted(time[k], batch.begin[k])) if batch.begin[k] else 0, None)
         result.append(
-            Sampled(seconds[keep], channels[0][keep], channels[1][keep], code, code, 1.0, float(batch.tau[k]))
+            Sampled(seconds[keep], channels[0][keep], channels[1][keep], code, code, 1.0, float(batch.tau[k]), *ends)
         )
     return result
 
@@ -170,9 +176,9 @@ def row(name: str, count: int, seed: int) -> Batch:
             case "high-pass":
                 batch.corner = batch.spread(1e-4, 0.3)
             case "clipped":
-                batch.cut = batch.random.uniform(0.5, 1.0, count)
+                batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
             case "voltage clipped":
-                batch.voltage_cut = batch.random.uniform(0.8, 1.0, count)
+                batch.voltage_cut, batch.known = batch.random.uniform(0.8, 1.0, count), "known" in part
             case "current limit":
                 batch.limit = batch.random.uniform(0.6, 1.0, count)
             case "late":
@@ -194,7 +200,9 @@ ROWS = (
     "hum",
     "slope",
     "high-pass",
+    "clipped, codes known",
     "clipped",
+    "voltage clipped, codes known",
     "voltage clipped",
     "current limit",
     "late",

@@ -37,6 +37,8 @@ class Tally:
                 record.current,
                 voltage_resolution=record.voltage_step,
                 current_resolution=record.current_step,
+                voltage_ends=record.voltage_ends,
+                current_ends=record.current_ends,
             )
         except WithheldError:
             self.withheld += 1
@@ -101,7 +103,7 @@ def main() -> None:
     print(f"{'row':<24}" + "".join(f"{h:>8}" for h in heads) + "  warn  held  refd    U(R)   U(L)   mean   max  causes %")
     for name in given.rows:
         tally, random = Tally(), np.random.default_rng(given.seed)
-        for record in sampled(row(name, given.records, given.seed), bits=given.bits):
+        for record in sampled(row(name, given.records, given.seed), bits=given.bits, noise=(0.4 if name == "clipped" else 0.15, 2.0)):
             tally.take(record, random)
         print(line(name, tally, given.records), flush=True)
 

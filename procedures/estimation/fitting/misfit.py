@@ -116,12 +116,14 @@ class Score:
         """Which directions are seen beyond chance, shape (m,)."""
         return np.asarray(np.abs(self.z) > ALARM)
 
-    def growth(self, modelled: Sequence[int] = ()) -> FloatArray:
-        """Return by what each estimate's variance grows (k,) for directions that are not in the model, as far as they are seen."""
+    def growth(self, modelled: Sequence[int] = (), *, chance: float = 1.0) -> FloatArray:
+        """Return by what each estimate's variance grows (k,) for directions that are not in the model, as far as they are seen: by the
+        part of z² beyond `chance`.
+        """
         left = np.setdiff1d(np.arange(self.z.size), np.asarray(modelled, dtype=int))
         if not left.size:
             return np.ones(self.bias.shape[1])
-        seen = np.maximum(0.0, self.z[left] ** 2 - 1.0)[:, None]
+        seen = np.maximum(0.0, self.z[left] ** 2 - chance)[:, None]
         # What is not seen at all adds nothing, however much it might do.
         bias = np.where(seen > 0.0, self.bias[left], 0.0)
         return np.asarray(1.0 + np.max(bias**2 * seen, axis=0))

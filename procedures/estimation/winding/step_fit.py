@@ -9,11 +9,11 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.nonlinear import Solution, solve
 from procedures.estimation.winding.step_circuit import NAMES, Whitener, response_and_slopes, whitener
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_terms import Scale, Term, current_with
+from procedures.estimation.winding.step_terms import Scale, Term, as_read, current_with, flowing_with
 
 #: A difference quotient is taken over so much of a typical change; one that was taken within so much of a change still holds.
-_DIFFERENCE, _STILL_HOLDS = 1e-4, 0.01
-_ROUNDS, _LAST_STEP = 25, 0.01
+_DIFFERENCE, _STILL_HOLDS = 1e-4, 0.02
+_ROUNDS, _LAST_STEP = 25, 0.03
 
 
 @dataclass(frozen=True)
@@ -155,6 +155,7 @@ class _Sought:
         self._step, self._terms, self._base, self._scale = step, terms, base, scale
         self._priors, self._sizes = _priors(known), sizes
         self._at, self._slopes = np.full(sizes.size, np.inf), np.empty((0, 0))
+        self._flowing: FloatArray | None = None
 
     def split(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the five parameters, and the terms' figures."""
@@ -168,7 +169,7 @@ class _Sought:
         return np.append(self._step.white.apply(self._step.record.current - current), -p @ self._priors)
 
     def evaluate(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        current = self._current(p)
+        current = self._current(p, keep=True)
         # Each derivative costs as much as the current itself, and changes little in the last steps.
         if not np.max(np.abs(p - self._at) / self._sizes) < _STILL_HOLDS:
             rows = np.empty((p.size, current.size))
@@ -180,6 +181,11 @@ class _Sought:
             self._at = p.copy()
         return self.residuals(p, current), -self._slopes
 
-    def _current(self, p: FloatArray) -> FloatArray:
+    def _current(self, p: FloatArray, *, keep: bool = False) -> FloatArray:
+        """Return the modelled current (A); what flows is found from what flowed where it was last kept."""
         full, figures = self.split(p)
-        return current_with(self._step.record, full, self._terms, figures, self._scale)
+        record = self._step.record
+        flowing = flowing_with(record, full, self._terms, figures, self._scale, self._flowing)
+        if keep:
+            self._flowing = flowing
+        return as_read(record, flowing, full, self._terms, figures, self._scale)

@@ -25,10 +25,12 @@ from procedures.estimation.winding.step_terms import (
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
-#: A term is fitted where its direction is seen by so much.
-_WORTH = 2.0
+#: A term is fitted where its direction is seen by so much, and by this share of what is seen best.
+_WORTH, _WORTH_SHARE = 2.0, 0.3
 #: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
 _COARSE_ALARM = 10.0
+#: Of many directions, chance makes one seen by so much (its square).
+_CHANCE = 3.0
 _BLOCKS, _BY_CHANCE = 32, 1e-6
 #: Parts of a record after the step, in time constants: what is explained gives the same on all.
 _PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
@@ -65,8 +67,10 @@ def scale_of(record: StepRecord, fitted: Fitted) -> Scale:
 class _Variance:
     """The variance of a unit direction's component: that of white noise, of rounding, and of what is left in a smoothed voltage."""
 
-    def __init__(self, step: Problem, full: FloatArray) -> None:
-        self._step, self._full = step, full
+    def __init__(self, step: Problem, fitted: Fitted) -> None:
+        self._step, self._full = step, fitted.full
+        # Codes are whole multiples of a step from one another, not from zero.
+        self._current = fitted.current - step.record.current[0]
 
     def __call__(self, unit: FloatArray) -> FloatArray:
         """Return it for unit directions (m, n + priors)."""
@@ -75,7 +79,7 @@ class _Variance:
         variance = np.ones(len(unit))
         rounding = undithered(record.current_noise, record.current_resolution)
         if rounding > 0.02 * record.current_noise:
-            variance += rounding**2 * _of_runs(record.current, shares)
+            variance += rounding**2 * _of_runs(self._current / record.current_resolution, shares)
         if record.noise_left is None:
             return variance
         through = voltage_shares(record, self._full, shares)
@@ -83,13 +87,17 @@ class _Variance:
         rounding = undithered(record.voltage_noise, record.voltage_resolution)
         if rounding > 0.02 * record.voltage_noise:
             after = slice(record.edge, None)
-            variance += rounding**2 * _of_runs(record.voltage[after], through[:, after])
+            variance += rounding**2 * _of_runs(record.drive[after] / record.voltage_resolution, through[:, after])
         return variance
 
 
 def _of_runs(codes: FloatArray, shares: FloatArray) -> FloatArray:
-    """Return Σ (Σ of the shares of one run of the same code)², for shares (m, n): a run's rounding is one error."""
-    starts = np.flatnonzero(np.append(True, np.diff(codes) != 0.0))
+    """Return Σ (Σ of the shares of one run)², for a signal in codes (n,) and shares (m, n).
+
+    What rounding without dither does goes with the signal's place between two codes: it is one error, not many, while the signal itself
+    stays in one half of a code.
+    """
+    starts = np.flatnonzero(np.append(True, np.diff(np.floor(2.0 * codes)) != 0.0))
     return np.asarray(np.sum(np.add.reduceat(shares, starts, axis=1) ** 2, axis=1))
 
 
@@ -107,7 +115,7 @@ def tested(step: Problem, fitted: Fitted, scale: Scale) -> tuple[list[Direction]
     named, rows = directions(record, fitted.full, flowing, scale)
     white = np.zeros((len(rows), fitted.residuals.size))
     white[:, : record.time.size] = step.white.apply(rows)
-    score = score_test(fitted.residuals, fitted.slopes, white, _Variance(step, fitted.full))
+    score = score_test(fitted.residuals, fitted.slopes, white, _Variance(step, fitted))
     return named, score
 
 
@@ -138,7 +146,7 @@ def judge(step: Problem, plain: Fitted, *, too_coarse: bool) -> Judged:
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
     modelled = {t.family for t in fitted.terms}
-    growth = score.growth([k for k, d in enumerate(named) if d.family in modelled])[: len(step.names)]
+    growth = score.growth([k for k, d in enumerate(named) if d.family in modelled], chance=_CHANCE)[: len(step.names)]
     unexplained = max((abs(z) for z in _left(fitted, named, score)), default=0.0)
     if unexplained > alarm or (not too_coarse and _structured(step, fitted)):
         extra = _of_parts(step, fitted, scale)
@@ -170,8 +178,9 @@ def _candidates(
     for direction, z in zip(named, score.z, strict=True):
         if abs(z) >= worth[direction.family]:
             worth[direction.family], first[direction.family] = abs(float(z)), direction.term
+    least = max(_WORTH, _WORTH_SHARE * max((z for f, z in worth.items() if f not in modelled), default=0.0))
     for family, z in worth.items():
-        if family in modelled or z < _WORTH:
+        if family in modelled or z < least:
             continue
         terms = [t for t in TERMS if t.family == family] if family in ("skew", "saturation") else [first[family]]
         if family == "hum":
@@ -218,7 +227,7 @@ def _structured(step: Problem, fitted: Fitted) -> bool:
     rows = np.zeros((starts.size, fitted.residuals.size))
     for row, begin in zip(rows, starts, strict=True):
         row[begin : begin + length] = 1.0
-    z = score_test(fitted.residuals, fitted.slopes, rows, _Variance(step, fitted.full)).z
+    z = score_test(fitted.residuals, fitted.slopes, rows, _Variance(step, fitted)).z
     return bool(z @ z > limit)
 
 

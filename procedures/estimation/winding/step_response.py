@@ -101,7 +101,8 @@ def fit_step_response(
         step, plain = _beside(step, plain, cut)
     record = step.record
     _check_window(record, plain.full)
-    coarse = too_coarse(record.current, plain.current, current_resolution)
+    used = slice(None) if record.kept is None else record.kept > 0.0
+    coarse = too_coarse(record.current[used], plain.current[used], current_resolution)
     judged = judge(step, plain, too_coarse=coarse)
     findings = judged.findings
     if coarse:

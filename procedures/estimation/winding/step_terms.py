@@ -14,7 +14,7 @@ from procedures.estimation.winding.step_circuit import response
 from procedures.estimation.winding.step_record import StepRecord
 
 #: The current of a circuit that is not linear is found by iteration, to this share of the step.
-_PRECISION, _ROUNDS = 1e-7, 60
+_PRECISION, _ROUNDS = 1e-6, 40
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
 MAINS = (50.0, 60.0)
@@ -110,7 +110,7 @@ class Saturation(Term):
     cause, family = Cause.SATURATION, "saturation"
 
     def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
-        a = float(np.clip(figures[0], -0.45, 20.0))
+        a = float(np.clip(figures[0], -0.45, 4.0))
         x = current / scale.current
         if abs(a) < 1e-6:
             return np.asarray(current * (a * x**2 / 3.0))
@@ -123,7 +123,7 @@ class Saturation(Term):
         return 1.0 / (1.0 + float(figures[0]) * at**2)
 
     def possible(self, figures: FloatArray) -> bool:
-        return bool(-0.45 < figures[0] < 20.0)
+        return bool(-0.45 < figures[0] < 4.0)
 
     def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
         # Where one percent of the inductance is gone, to first order of either law.
@@ -244,11 +244,23 @@ def current_with(
 
     `p` are resistance, inductance, offset, voltage offset and delay, `figures` those of the terms in their order.
     """
-    own = _split(terms, figures)
+    return as_read(record, flowing_with(record, p, terms, figures, scale), p, terms, figures, scale)
+
+
+def flowing_with(
+    record: StepRecord,
+    p: FloatArray,
+    terms: Sequence[Term],
+    figures: FloatArray,
+    scale: Scale,
+    begin: FloatArray | None = None,
+) -> FloatArray:
+    """Return the current (A, shape (n,)) that flows in a circuit with these terms; `begin` is one nearby."""
     linear = response(record, p)
     rate = p[0] / p[1]
-    current = linear
-    inside = [(t, f) for t, f in zip(terms, own, strict=True) if t.flux(linear[:2], record.step, scale, f) is not None]
+    own = zip(terms, _split(terms, figures), strict=True)
+    inside = [(t, f) for t, f in own if t.flux(linear[:2], record.step, scale, f) is not None]
+    current = begin if begin is not None and inside else linear
     for _ in range(_ROUNDS if inside else 0):
         # λ' + R·i = v with λ = L·(i − missing): what is missing acts like a drive of its own, and the iteration contracts.
         missing = np.zeros_like(current)
@@ -261,13 +273,21 @@ def current_with(
         current = further
         if not change > _PRECISION * abs(scale.current):
             break
-    read = current
-    for term, f in zip(terms, own, strict=True):
+    return current
+
+
+def as_read(
+    record: StepRecord, flowing: FloatArray, p: FloatArray, terms: Sequence[Term], figures: FloatArray, scale: Scale
+) -> FloatArray:
+    """Return the readings (A, shape (n,)) of a current that flows, offset included."""
+    own = list(zip(terms, _split(terms, figures), strict=True))
+    read = flowing
+    for term, f in own:
         read = term.channel(read, record.step, scale, f)
-    result = read + p[2]
-    for term, f in zip(terms, own, strict=True):
-        result = result + term.beside(record.time, scale, f)
-    return np.asarray(result, dtype=np.float64)
+    read = read + p[2]
+    for term, f in own:
+        read = read + term.beside(record.time, scale, f)
+    return np.asarray(read, dtype=np.float64)
 
 
 def _split(terms: Sequence[Term], figures: FloatArray) -> list[FloatArray]:
