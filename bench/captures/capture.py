@@ -24,12 +24,21 @@ class CaptureError(InputError):
 
 @dataclass(frozen=True)
 class CaptureChannel:
-    """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0."""
+    """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0.
+
+    `clipped` where the file says that samples reached an end of the range.
+    """
 
     name: str
     unit: str
     values: FloatArray
     resolution: float = 0.0
+    clipped: bool = False
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """The least and the largest value that the converter gives, where the file says that it reached them."""
+        return (float(np.min(self.values)), float(np.max(self.values))) if self.clipped else None
 
 
 @dataclass(frozen=True)

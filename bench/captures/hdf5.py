@@ -42,7 +42,7 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
                     names=names,
                 ),
             )
-    channels = tuple(CaptureChannel(name, w.unit, w.values, w.resolution) for name, w in waveforms.items())
+    channels = tuple(CaptureChannel(name, w.unit, w.values, w.resolution, w.clipped) for name, w in waveforms.items())
     return Capture(channels, reference.time, str(path), "motorbench HDF5")
 
 

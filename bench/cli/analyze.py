@@ -87,6 +87,7 @@ def step_response(
     temperature: float | None = None,
     temperature_uncertainty: float | None = None,
     copper_coefficient: float = 0.00393,
+    skew: float = 0.0,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -116,6 +117,8 @@ def step_response(
         Half-width of what is known of it, K; 2 where not given.
     copper_coefficient
         Temperature coefficient of the winding's resistance at 20 °C, 1/K.
+    skew
+        Limit of the time by which one channel may be late beside the other, s; at least half a sampling interval counts.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
     accuracy_file
@@ -139,6 +142,7 @@ def step_response(
         scale=_factors(scale),
         accuracy=read_statements(accuracy, accuracy_file),
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
+        skew=skew,
     )
     print_analysis(made, json=json, budget=budget)
 

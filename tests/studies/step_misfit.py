@@ -65,14 +65,10 @@ class Tally:
             gains = (1 + random.uniform(-limit, limit)) / (1 + random.uniform(-limit, limit))
             # Each channel's gain, and for the inductance half a sampling interval between them.
             relative = np.sqrt(2.0 / 3.0) * limit
-            timing = fit.timing * record_step(record) / np.sqrt(12.0) if name == "inductance" and limit else 0.0
             value = fit.value(name)
+            timing = fit.timing * value / np.sqrt(3.0) if name == "inductance" and limit else 0.0
             u = np.sqrt(fit.uncertainty(name) ** 2 + (relative * value) ** 2 + timing**2)
             self.z.setdefault((name, limit), []).append((value * gains - truth) / u)
-
-
-def record_step(record: Sampled) -> float:
-    return float(record.time[1] - record.time[0])
 
 
 def line(name: str, tally: Tally, count: int) -> str:
@@ -100,10 +96,16 @@ def main() -> None:
     given = parser.parse_args()
     print("held % / beyond 3 U, by limit of the gains; warned, withheld, refused %; mean U over the plain fit's; ms")
     heads = [f"{n[0].upper()} {100 * g:g}%" for n in NAMES for g in GAINS]
-    print(f"{'row':<24}" + "".join(f"{h:>8}" for h in heads) + "  warn  held  refd    U(R)   U(L)   mean   max  causes %")
+    print(
+        f"{'row':<24}" + "".join(f"{h:>8}" for h in heads) + "  warn  held  refd    U(R)   U(L)   mean   max  causes %"
+    )
     for name in given.rows:
         tally, random = Tally(), np.random.default_rng(given.seed)
-        for record in sampled(row(name, given.records, given.seed), bits=given.bits, noise=(0.4 if name == "clipped" else 0.15, 2.0)):
+        for record in sampled(
+            row(name, given.records, given.seed),
+            bits=given.bits,
+            noise=(0.4 if name in ("clipped", "voltage clipped") else 0.15, 2.0),
+        ):
             tally.take(record, random)
         print(line(name, tally, given.records), flush=True)
 

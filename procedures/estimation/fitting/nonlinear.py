@@ -97,7 +97,8 @@ def solve(
 ) -> Solution:
     """Minimise Σ residuals(p)² from `start`; `scale` (k,) is a typical size of a change, residuals are of unit variance.
 
-    It ends with a step below `last_step` standard uncertainties, after at most so many `rounds`. Raises EstimationError where it does not converge or the data leave a parameter undetermined.
+    It ends with a step below `last_step` standard uncertainties, after at most so many `rounds`. Raises EstimationError where it does not
+    converge or the data leave a parameter undetermined.
     """
     fitted = ", ".join(names)
     # The squares fall by a step's own square in units of its variance.

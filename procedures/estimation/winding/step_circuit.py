@@ -114,4 +114,4 @@ def whitener(record: StepRecord, resistance: float, inductance: float) -> Whiten
 
 def voltage_shares(record: StepRecord, p: FloatArray, shares: FloatArray) -> FloatArray:
     """Return shares (m, n) in the voltage's samples for shares in the current's."""
-    return gathered_evenly(record.step, shares.T, p[0] / p[1]).T / p[1]
+    return np.asarray(gathered_evenly(record.step, shares.T, p[0] / p[1]).T / p[1])

@@ -27,16 +27,16 @@ def clipped_at(
     if end is not None:
         return sign * top if top >= sign * end - 0.75 * resolution else None
     levels = np.unique(x)[-8:]
-    code = resolution or float(np.median(np.diff(levels))) if levels.size > 1 else resolution
+    code = float(resolution or (np.median(np.diff(levels)) if levels.size > 1 else 0.0))
     at = np.flatnonzero(x >= top - 0.25 * code)
-    if at.size < _LEAST_AT_END or before < 3:
+    if len(at) < _LEAST_AT_END or before < 3:
         return None
     noise = float(np.sqrt(max(np.var(values[:before]) - code**2 / 12.0, 0.0)))
     if noise <= max(_LEAST_NOISE * code, 1e-6 * float(np.ptp(values))):
         return None
-    span = float(at[-1] - at[0] + 1)
-    share = min(at.size / span, 1.0 - 1.0 / span)
-    above = span * float(special.ndtr(special.ndtri(share) - code / noise))
+    span = float(at[-1]) - float(at[0]) + 1.0
+    share = float(np.clip(len(at) / span, 0.0, 1.0 - 1.0 / span))
+    above = span * float(special.ndtr(float(special.ndtri(share)) - code / noise))
     return sign * top if above > _MISSING else None
 
 
@@ -55,7 +55,9 @@ def too_coarse(values: FloatArray, model: FloatArray, resolution: float) -> bool
     inside = (progress > 2.0) & (progress < whole - 2.0) & (rise > 0.0)
     # Two readings in a row, either side of a code's edge, against the rise.
     u = rise[inside] / (_COARSE * np.sqrt(2.0))
-    expected = _COARSE * np.sqrt(2.0) * float(np.sum(np.exp(-(u**2) / 2.0) / np.sqrt(2.0 * np.pi) - u * special.ndtr(-u)))
+    expected = (
+        _COARSE * np.sqrt(2.0) * float(np.sum(np.exp(-(u**2) / 2.0) / np.sqrt(2.0 * np.pi) - u * special.ndtr(-u)))
+    )
     back = np.diff(values) * np.sign(model[-1] - model[0])
     counted = int(np.sum(back[inside] < -0.25 * resolution))
-    return expected > 6.0 and counted < expected - 2.0 * np.sqrt(expected)
+    return bool(expected > 6.0 and counted < expected - 2.0 * np.sqrt(expected))

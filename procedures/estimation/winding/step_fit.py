@@ -9,7 +9,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.nonlinear import Solution, solve
 from procedures.estimation.winding.step_circuit import NAMES, Whitener, response_and_slopes, whitener
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_terms import Scale, Term, as_read, current_with, flowing_with
+from procedures.estimation.winding.step_term import Scale, Term, as_read, current_with, flowing_with
 
 #: A difference quotient is taken over so much of a typical change; one that was taken within so much of a change still holds.
 _DIFFERENCE, _STILL_HOLDS = 1e-4, 0.02

@@ -13,22 +13,15 @@ from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_terms import (
-    TERMS,
-    Direction,
-    Scale,
-    Slope,
-    current_with,
-    directions,
-    figures_of,
-)
+from procedures.estimation.winding.step_term import Scale, Term, current_with, figures_of
+from procedures.estimation.winding.step_terms import TERMS, Direction, directions
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
 #: A term is fitted where its direction is seen by so much, and by this share of what is seen best.
 _WORTH, _WORTH_SHARE = 2.0, 0.3
 #: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
-_COARSE_ALARM = 10.0
+COARSE_ALARM = 10.0
 #: Of many directions, chance makes one seen by so much (its square).
 _CHANCE = 3.0
 _BLOCKS, _BY_CHANCE = 32, 1e-6
@@ -53,6 +46,13 @@ class Judged:
     findings: tuple[Finding, ...]
     named: tuple[Direction, ...]
     score: Score
+
+    @classmethod
+    def of_plain(cls, step: Problem, plain: Fitted) -> "Judged":
+        """Return a plain fit as it is, without any search."""
+        count = len(step.names)
+        nothing = Score(np.empty(0), np.empty((0, count)))
+        return cls(plain, plain.full[step.free], np.ones(count), np.zeros(count), (), (), nothing)
 
 
 def scale_of(record: StepRecord, fitted: Fitted) -> Scale:
@@ -119,10 +119,13 @@ def tested(step: Problem, fitted: Fitted, scale: Scale) -> tuple[list[Direction]
     return named, score
 
 
-def judge(step: Problem, plain: Fitted, *, too_coarse: bool) -> Judged:
-    """Search for what a plain fit does not hold, and return the fit with it, with what it does to the uncertainties."""
+def judge(step: Problem, plain: Fitted, *, alarm: float) -> Judged:
+    """Search for what a plain fit does not hold, and return the fit with it, with what it does to the uncertainties.
+
+    A direction counts as seen beyond `alarm` standard deviations.
+    """
     scale = scale_of(step.record, plain)
-    alarm = _COARSE_ALARM if too_coarse else ALARM
+    accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
     fitted, seen, tried = plain, {}, [plain]
     named, score = tested(step, plain, scale)
     while len(fitted.terms) < _MOST_TERMS:
@@ -133,22 +136,19 @@ def judge(step: Problem, plain: Fitted, *, too_coarse: bool) -> Judged:
         if not found:
             break
         best = min(found, key=lambda f: f.cost)
-        if fitted.cost - best.cost < _ACCEPTED:
+        if fitted.cost - best.cost < accepted:
             break
         seen[best.terms[-1]] = _clearest(best.terms[-1].family, named, score)
         fitted = best
         named, score = tested(step, fitted, scale)
-    findings = [
-        Finding(t.cause, Answer.MODELLED, (), seen[t], t.told(scale, figures_of(fitted.terms, fitted.figures, t)))
-        for t in fitted.terms
-    ]
+    findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
     rivals = [f for f in tried if f is not fitted and f.cost <= fitted.cost + _AS_LIKELY] if fitted.terms else []
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
     modelled = {t.family for t in fitted.terms}
     growth = score.growth([k for k, d in enumerate(named) if d.family in modelled], chance=_CHANCE)[: len(step.names)]
     unexplained = max((abs(z) for z in _left(fitted, named, score)), default=0.0)
-    if unexplained > alarm or (not too_coarse and _structured(step, fitted)):
+    if unexplained > alarm or (alarm < COARSE_ALARM and _structured(step, fitted)):
         extra = _of_parts(step, fitted, scale)
         apart = apart + extra
         share = 2.0 * (apart + np.sqrt(growth * np.diag(fitted.covariance)[: apart.size]))[:2] / np.abs(values[:2])
@@ -156,6 +156,10 @@ def judge(step: Problem, plain: Fitted, *, too_coarse: bool) -> Judged:
             answer = Answer.WITHHELD if beyond else Answer.WIDENED
             findings.append(Finding(Cause.UNEXPLAINED, answer, (name,), unexplained))
     return Judged(fitted, values, growth, apart, tuple(findings), tuple(named), score)
+
+
+def _figures(fitted: Fitted, term: Term, scale: Scale) -> dict[str, float | str]:
+    return {"record": "step", **term.told(scale, figures_of(fitted.terms, fitted.figures, term))}
 
 
 def _left(fitted: Fitted, named: list[Direction], score: Score) -> list[float]:
@@ -168,9 +172,7 @@ def _clearest(family: str, named: list[Direction], score: Score) -> float:
     return max((float(z) for d, z in zip(named, score.z, strict=True) if d.family == family), key=abs, default=0.0)
 
 
-def _candidates(
-    step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: Scale
-) -> Iterator[Fitted]:
+def _candidates(step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: Scale) -> Iterator[Fitted]:
     """Give the fits with one term more, as far as they are possible."""
     modelled = {t.family for t in fitted.terms}
     worth = {d.family: 0.0 for d in named}
@@ -209,8 +211,7 @@ def _spanned(
         low, high = np.minimum(low, theirs - reach), np.maximum(high, theirs + reach)
         for term in rival.terms:
             if term.family not in {t.family for t in fitted.terms}:
-                told = term.told(scale, figures_of(rival.terms, rival.figures, term))
-                findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, told))
+                findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))
     apart = np.maximum(0.25 * (high - low) - 0.5 * spread, 0.0)
     return 0.5 * (low + high), apart, findings
 
@@ -239,7 +240,9 @@ def _of_parts(step: Problem, fitted: Fitted, scale: Scale) -> FloatArray:
     worst = np.zeros(count)
     sizes = np.sqrt(np.diag(fitted.covariance))
     for begin, end in _PARTS:
-        chosen = np.append((since < 0.0) | ((since >= begin) & (since <= end)), np.ones(fitted.residuals.size - size, bool))
+        chosen = np.append(
+            (since < 0.0) | ((since >= begin) & (since <= end)), np.ones(fitted.residuals.size - size, bool)
+        )
         rows = (fitted.slopes * sizes[:, None])[:, chosen]
         inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
         change = np.abs(inverse @ (rows @ fitted.residuals[chosen]))[:count]

@@ -160,7 +160,9 @@ def _check_baseline(voltage: FloatArray, edge: int) -> None:
     end = abs(float(np.median(voltage[-max(3, voltage.size // 10) :])))
     if edge >= needed and abs(float(np.mean(voltage[:edge]))) < _MOST_BEFORE * end:
         return
-    finding = Finding(Cause.NO_BASELINE, Answer.WITHHELD, figures={"samples": float(edge), "needed": float(needed)})
+    finding = Finding(
+        Cause.NO_BASELINE, Answer.WITHHELD, figures={"record": "step", "samples": float(edge), "needed": float(needed)}
+    )
     raise WithheldError(
         f"no baseline: the record shows {edge} samples of the circuit at rest before the step, at least {needed} are needed; trigger "
         "later in the record, so that it begins before the supply is switched on",

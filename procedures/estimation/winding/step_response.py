@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
 from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray, WithheldError
-from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_codes import clipped_at, too_coarse
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
-from procedures.estimation.winding.step_misfit import Judged, judge
+from procedures.estimation.winding.step_misfit import COARSE_ALARM, Judged, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
 
 #: Least and largest value that a converter gives, where known.
@@ -38,11 +38,13 @@ class StepFit(Fit):
 
     @property
     def timing(self) -> float:
-        """By how much the inductance (H) goes with each second that one channel is late, at most: R."""
-        return self.value("resistance")
+        """How late one channel may be beside the other (s): half a sampling interval at least, over the time constant; what the inductance
+        is off by, relatively.
+        """
+        return 0.5 * self.step * self.value("resistance") / self.value("inductance")
 
     def plain_uncertainty(self, name: str) -> float:
-        """Return the standard uncertainty of a parameter as that of a circuit without anything else. Raises KeyError for an unknown name."""
+        """Return the standard uncertainty of a parameter from noise and rounding alone. Raises KeyError for an unknown name."""
         return float(np.sqrt(self.plain[self.names.index(name)]))
 
 
@@ -64,8 +66,8 @@ def _start(record: StepRecord) -> FloatArray:
     resistance, inductance = solution[:2]
     if not resistance > 0:
         raise EstimationError(
-            "the current does not follow the voltage (negative resistance): reverse the current probe, or check that both "
-            "probes are on the stepped circuit"
+            "the current does not follow the voltage (negative resistance): reverse the current probe, couple its channel DC, or "
+            "check that both probes are on the stepped circuit"
         )
     if not inductance > 0.05 * resistance * record.step:
         raise EstimationError("the current follows the voltage within a sample: sample faster, or check the probes")
@@ -81,13 +83,15 @@ def fit_step_response(
     current_resolution: float = 0.0,
     voltage_ends: Ends = None,
     current_ends: Ends = None,
+    alarm: float = ALARM,
 ) -> StepFit:
     """Fit `resistance` (Ω), `inductance` (H), `offset` (A, of the current probe) to a recorded step (V, A; evenly sampled).
 
     The circuit is at rest at the start of the record; the voltage's samples are its input, straight between them, so
     the supply may rise slowly or overshoot. Also `voltage_offset` (V), the probe's reading at rest; where the step is sharper than a
     sampling interval also `delay` (s), its instant against mid-interval. The resolutions (V, A) are one converter step, the ends the
-    least and the largest value that a converter gives, where they are known. `misfit` is what the record shows beside; where the
+    least and the largest value that a converter gives, where they are known; what is seen by less than `alarm` standard deviations is
+    chance. `misfit` is what the record shows beside; where the
     inductance depends on the current, it is that at none. Raises EstimationError where there is no step, the record is too short, or a
     probe is reversed, and WithheldError where nothing of it can be used, for want of a baseline or of range.
     """
@@ -103,14 +107,14 @@ def fit_step_response(
     _check_window(record, plain.full)
     used = slice(None) if record.kept is None else record.kept > 0.0
     coarse = too_coarse(record.current[used], plain.current[used], current_resolution)
-    judged = judge(step, plain, too_coarse=coarse)
+    judged = judge(step, plain, alarm=max(alarm, COARSE_ALARM) if coarse else alarm)
     findings = judged.findings
     if coarse:
-        figures: dict[str, float | str] = {"channel": "current", "resolution": current_resolution}
+        figures: dict[str, float | str] = {"record": "step", "channel": "current", "resolution": current_resolution}
         findings = (Finding(Cause.TOO_COARSE, Answer.WIDENED, figures=figures), *findings)
     if cut is not None:
         lost = 1.0 - float(np.mean(step.record.kept[record.edge :])) if step.record.kept is not None else 0.0
-        told: dict[str, float | str] = {"channel": "current", "level": cut, "lost": lost}
+        told: dict[str, float | str] = {"record": "step", "channel": "current", "level": cut, "lost": lost}
         findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=told), *findings)
     covariance = _covariance(step, judged)
     left = record.current - judged.fitted.current
@@ -127,7 +131,7 @@ def fit_step_response(
         misfit=Misfit.together([Misfit(findings)]),
         step=record.step,
         judged=judged,
-        plain=np.diag(_covariance(step, replace(judged, fitted=plain, growth=np.ones(len(step.names)), apart=np.zeros(len(step.names))))),
+        plain=np.diag(_covariance(step, Judged.of_plain(step, plain))),
     )
 
 
@@ -174,7 +178,7 @@ def _clipped(record: StepRecord, voltage_ends: Ends, current_ends: Ends) -> tupl
 
 
 def _withheld(channel: str, level: float, lost: float) -> WithheldError:
-    figures: dict[str, float | str] = {"channel": channel, "level": level, "lost": lost}
+    figures: dict[str, float | str] = {"record": "step", "channel": channel, "level": level, "lost": lost}
     return WithheldError(
         f"the {channel} is cut off at {level:.4g}: too little of the step is left; use a wider range, or a smaller step",
         Misfit((Finding(Cause.CLIPPED, Answer.WITHHELD, figures=figures),)),
