@@ -23,7 +23,7 @@ from procedures.techniques.temperature_settings import COLD
 
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
-_SKEW = "half a sampling interval, or as stated"
+_SKEW = "as taken"
 _READINGS = {
     "line": ReadingConnection.LINE_TO_LINE,
     "series-parallel": ReadingConnection.SERIES_PARALLEL,
@@ -104,11 +104,11 @@ def analyze_step_response(
         loops[fitted] = outcome.with_errors(loop, "time", "time", gain=of_time)
     late = max(fit.timing, abs(skew) * fit.value("resistance") / fit.value("inductance"))
     loops["inductance"] = outcome.uncertainties.instrument(
-        "time between the channels", loops["inductance"], Accuracy(gain=late, source=_SKEW)
+        "skew of the channels", loops["inductance"], Accuracy(gain=late, source=_SKEW)
     )
+    seconds = late * fit.value("inductance") / fit.value("resistance")
     outcome.assume(
-        f"the channels are taken to be within {late * fit.value('inductance') / fit.value('resistance'):.3g} s of each other, half a sampling "
-        "interval at least; state more with --skew"
+        f"the channels are taken to be within {seconds:.3g} s of each other, half a sampling interval at least; state more with --skew"
     )
     _resistance(outcome, loops["resistance"], temperature, fit.misfit.of("resistance", "loop_resistance"))
     outcome.parameter(

@@ -331,8 +331,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         )
         loop = self._with_probes(inductance, steps[0])
         # Either channel of a scope may be late by half a sampling interval.
-        late = Accuracy(gain=fits[-1].timing, source="half a sampling interval")
-        loop = self.bench.uncertainties.instrument("time between the channels", loop, late)
+        late = Accuracy(gain=fits[-1].timing, source="as taken")
+        loop = self.bench.uncertainties.instrument("skew of the channels", loop, late)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         last = steps[-1]
         tau = time_constant_63(last.current.time, last.current.values)

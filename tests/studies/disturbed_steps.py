@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 Random = np.random.Generator
-POINTS, FINE = 2500, 10
 BASELINE = 0.2
 
 
@@ -38,6 +37,9 @@ class Batch:
     law: str = "atan"
     #: Whether the converters' last codes come with the record.
     known: bool = False
+    #: Samples of a record, and steps of the integration for each.
+    points: int = 2500
+    fine: int = 10
 
     def __post_init__(self) -> None:
         r, n = self.random, self.count
@@ -83,19 +85,20 @@ def _current(batch: Batch, flux: np.ndarray, second: np.ndarray) -> tuple[np.nda
 
 def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time (τ), voltage at the winding and current as the probe gives it (count, samples), free of noise."""
-    n, fine = batch.count, POINTS * FINE
+    n, per, fine = batch.count, batch.fine, batch.points * batch.fine
     step = batch.window / (1 - BASELINE) / fine
-    start = (BASELINE * fine + batch.random.integers(0, FINE, n)).astype(int)
+    start = (BASELINE * fine + batch.random.integers(0, per, n)).astype(int)
     flux, second, low, high = (np.zeros(n) for _ in range(4))
-    currents, voltages = np.zeros((fine // FINE + 1, n)), np.zeros((fine // FINE + 1, n))
+    currents, voltages = np.zeros((fine // per + 1, n)), np.zeros((fine // per + 1, n))
     late = np.round(batch.skew / step).astype(int)
     history = np.zeros((fine + 1, n))
     closed = np.where(np.isfinite(batch.closed), batch.closed, 0.0)
     limited = bool(np.any(np.isfinite(batch.limit)))
-    columns = np.arange(n)
+    columns, held = np.arange(n), np.zeros(n, dtype=bool)
     for k in range(fine + 1):
         now, _ = _current(batch, flux, second)
         history[k] = now
+        held |= now + step >= batch.limit
         since = (k - start) * step
 
         def supply(at: np.ndarray, current: np.ndarray) -> np.ndarray:
@@ -103,14 +106,14 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             e = np.where(at > 0.0, np.where(batch.rise > 0.0, raised, 1.0), 0.0) * (1.0 + batch.source)
             v = e - batch.source * current
             # A current limit holds the current: the voltage is what that takes.
-            return np.where(current >= batch.limit, np.minimum(v, current), v) if limited else v
+            return np.where(held, np.minimum(v, current), v) if limited else v
 
         seen = history[np.clip(k - late, 0, k), columns]
         voltages_now = supply(since, now)
         low = np.where(batch.pole > 0.0, low + (seen - low) * -np.expm1(-step / np.maximum(batch.pole, 1e-12)), seen)
-        if k % FINE == 0:
-            currents[k // FINE] = low - high
-            voltages[k // FINE] = voltages_now
+        if k % per == 0:
+            currents[k // per] = low - high
+            voltages[k // per] = voltages_now
         high = high + (low - high) * -np.expm1(-step * batch.corner)
         # The midpoint's rule, from within a step on which the supply does not switch.
         middle = since + 0.5 * step
@@ -120,7 +123,7 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         one, two = _current(batch, half_flux, half_second)
         flux = flux + step * (supply(middle, one) - one)
         second = second - step * closed * two
-    time = np.arange(fine // FINE + 1)[None] * FINE * step[:, None] - (start * step)[:, None]
+    time = np.arange(fine // per + 1)[None] * per * step[:, None] - (start * step)[:, None]
     return time, voltages.T, currents.T
 
 

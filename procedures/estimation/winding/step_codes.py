@@ -31,7 +31,7 @@ def clipped_at(
     at = np.flatnonzero(x >= top - 0.25 * code)
     if len(at) < _LEAST_AT_END or before < 3:
         return None
-    noise = float(np.sqrt(max(np.var(values[:before]) - code**2 / 12.0, 0.0)))
+    noise = float(np.sqrt(max(float(np.var(values[:before])) - code**2 / 12.0, 0.0)))
     if noise <= max(_LEAST_NOISE * code, 1e-6 * float(np.ptp(values))):
         return None
     span = float(at[-1]) - float(at[0]) + 1.0
@@ -61,3 +61,26 @@ def too_coarse(values: FloatArray, model: FloatArray, resolution: float) -> bool
     back = np.diff(values) * np.sign(model[-1] - model[0])
     counted = int(np.sum(back[inside] < -0.25 * resolution))
     return bool(expected > 6.0 and counted < expected - 2.0 * np.sqrt(expected))
+
+
+def limited_from(voltage: FloatArray, current: FloatArray, begin: int, noise: float) -> int | None:
+    """Return the sample at which a supply's limit ends the rise of the current (n,), None where nothing does.
+
+    The voltage (n,), whose noise is given, falls at once, and from then on the current stands. `begin` is the last sample before the step.
+    """
+    if begin >= voltage.size - 20:
+        return None
+    swing = float(np.median(voltage[begin:]) - np.mean(voltage[:begin]))
+    fall = -np.sign(swing) * np.diff(voltage[begin:])
+    at = int(np.argmax(fall)) + begin
+    if fall[at - begin] < max(8.0 * noise, 0.005 * abs(swing)) or at >= voltage.size - 20:
+        return None
+    length = min(20, at // 2, (voltage.size - at) // 2)
+    rising = abs(float(np.mean(current[at - length // 2 : at]) - np.mean(current[at - 2 * length : at - length])))
+    rest = current[at + 2 :]
+    half = rest.size // 2
+    standing = abs(float(np.mean(rest[half:]) - np.mean(rest[:half])))
+    change = abs(float(np.mean(rest) - np.mean(current[:begin])))
+    scatter = float(np.std(current[:begin])) / np.sqrt(length)
+    stands = standing < 0.005 * change + 4.0 * scatter and rising > 4.0 * scatter
+    return at - 1 if stands and bool(np.max(np.abs(rest - np.mean(rest))) < 0.1 * change) else None

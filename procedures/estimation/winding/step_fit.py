@@ -123,7 +123,13 @@ def fit_with(step: Problem, terms: Sequence[Term], start: Fitted, scale: Scale) 
     at_start = dict(zip(start.terms, np.split(start.figures, _ends(start.terms)), strict=True)) if start.terms else {}
     figures = [at_start.get(term, np.asarray(term.start)) for term in terms]
     known = np.concatenate([step.known[step.free], *(np.asarray(term.known) for term in terms)])
-    begin = np.concatenate([start.full[step.free], *figures])
+    full = start.full.copy()
+    for k, term in enumerate(terms):
+        if term.family == "skew" and term not in at_start:
+            # What the instant of the step has taken of it, the term takes over.
+            figures[k] = np.array([full[4] / scale.time_constant])
+            full[4] = 0.0
+    begin = np.concatenate([full[step.free], *figures])
     sizes = np.concatenate([step.sizes[step.free], np.full(begin.size - int(np.sum(step.free)), 1.0)])
     sizes[0], sizes[1] = start.full[0], start.full[1]
     sought = _Sought(step, tuple(terms), start.full, scale, known, sizes)

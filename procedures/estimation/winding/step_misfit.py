@@ -142,7 +142,12 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> Judged:
         fitted = best
         named, score = tested(step, fitted, scale)
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
-    rivals = [f for f in tried if f is not fitted and f.cost <= fitted.cost + _AS_LIKELY] if fitted.terms else []
+    # A model that holds the accepted one and is hardly better explains nothing else.
+    rivals = [
+        f
+        for f in tried
+        if fitted.terms and not set(f.terms) >= set(fitted.terms) and f.cost <= fitted.cost + _AS_LIKELY
+    ]
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
     modelled = {t.family for t in fitted.terms}
@@ -182,7 +187,8 @@ def _candidates(step: Problem, fitted: Fitted, named: list[Direction], score: Sc
             worth[direction.family], first[direction.family] = abs(float(z)), direction.term
     least = max(_WORTH, _WORTH_SHARE * max((z for f, z in worth.items() if f not in modelled), default=0.0))
     for family, z in worth.items():
-        if family in modelled or z < least:
+        # The instant of the step hides a delay from the test until it is gross.
+        if family in modelled or z < (_WORTH if family == "skew" else least):
             continue
         terms = [t for t in TERMS if t.family == family] if family in ("skew", "saturation") else [first[family]]
         if family == "hum":

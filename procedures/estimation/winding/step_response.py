@@ -13,7 +13,7 @@ from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, 
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
-from procedures.estimation.winding.step_codes import clipped_at, too_coarse
+from procedures.estimation.winding.step_codes import clipped_at, limited_from, too_coarse
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, Judged, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
@@ -97,6 +97,11 @@ def fit_step_response(
     """
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
     cut = None
+    limited = limited_from(record.voltage, record.current, record.edge, record.voltage_noise)
+    if limited is not None:
+        # What the supply did from its limit on is known by single samples only.
+        t, v, i = (np.asarray(x, dtype=np.float64)[:limited] for x in (time, voltage, current))
+        record = read_step(t, v, i, voltage_resolution, current_resolution)
     if clipped := _clipped(record, voltage_ends, current_ends):
         record, cut = clipped
     start = _start(record)
@@ -112,6 +117,10 @@ def fit_step_response(
     if coarse:
         figures: dict[str, float | str] = {"record": "step", "channel": "current", "resolution": current_resolution}
         findings = (Finding(Cause.TOO_COARSE, Answer.WIDENED, figures=figures), *findings)
+    if limited is not None:
+        share = 1.0 - limited / np.size(time)
+        said: dict[str, float | str] = {"record": "step", "channel": "current", "level": float(i[-1]), "lost": share}
+        findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=said), *findings)
     if cut is not None:
         lost = 1.0 - float(np.mean(step.record.kept[record.edge :])) if step.record.kept is not None else 0.0
         told: dict[str, float | str] = {"record": "step", "channel": "current", "level": cut, "lost": lost}
