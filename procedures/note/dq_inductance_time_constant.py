@@ -52,7 +52,6 @@ _ABOVE_ZERO, _MOST_SHARE, _ZERO_ROOM = 5.0, 0.5, 1.5
 _LIMIT = 2.0
 #: A difference that the bridge's resistance makes is worth a notice beyond this.
 _TELLING = 0.02
-_ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
 #: Length (s) of the first record where nothing is known.
 _FIRST_GUESS = 0.05
 
@@ -322,7 +321,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             repeats = fit_repeats([_recorded(s) for s in steps])
         except WithheldError as error:
             nothing = self.bench.uncertainties.limit(name, 0.0, 0.0)
-            self.report(name, nothing, section="3.3.1", estimator=_ESTIMATOR, misfit=error.misfit)
+            self.report(name, nothing, section="3.3.1", estimator="", misfit=error.misfit)
             return
         fits, misfit = repeats.fits, repeats.misfit
         inductance, resistance = (
@@ -335,6 +334,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         loop = self.bench.uncertainties.instrument("skew of the channels", loop, late)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         last = steps[-1]
+        # What a supply's limit ended is not fitted.
+        fitted_part = slice(0, fits[-1].residuals.size)
         tau = time_constant_63(last.current.time, last.current.values)
         tail = slice(-len(last.current.values) // 10, None)
         total_resistance = abs(voltage / float(last.current.values[tail].mean()))
@@ -346,8 +347,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             "time_constant_63": tau,
             "residual_current": fits[-1].residual_rms,
             "fit": curve(
-                time=last.current.time,
-                fitted=last.current.values - fits[-1].residuals,
+                time=last.current.time[fitted_part],
+                fitted=last.current.values[fitted_part] - fits[-1].residuals,
                 residual=fits[-1].residuals,
             ),
         }
@@ -356,7 +357,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             name,
             factors.y_equivalent * loop,
             section="3.3.1",
-            estimator=_ESTIMATOR,
+            estimator="output-error fit of R, L and offsets to recorded voltage and current",
             note_value=factors.y_equivalent * tau * total_resistance,
             winding=float((factors.winding * loop).x) if self.is_delta else None,
             misfit=misfit.of("inductance", name),

@@ -83,6 +83,14 @@ def _current(batch: Batch, flux: np.ndarray, second: np.ndarray) -> tuple[np.nda
     return (flux - k * second) / (1 - k**2), (second - k * flux) / (1 - k**2)
 
 
+def _supply(batch: Batch, held: np.ndarray, at: np.ndarray, current: np.ndarray) -> np.ndarray:
+    """Voltage at the winding at a time since the step and a current; a current limit that has acted holds the current."""
+    raised = -np.expm1(-np.maximum(at, 0.0) / np.maximum(batch.rise, 1e-12))
+    source = np.where(at > 0.0, np.where(batch.rise > 0.0, raised, 1.0), 0.0) * (1.0 + batch.source)
+    v = source - batch.source * current
+    return np.where(held, np.minimum(v, current), v)
+
+
 def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time (τ), voltage at the winding and current as the probe gives it (count, samples), free of noise."""
     n, per, fine = batch.count, batch.fine, batch.points * batch.fine
@@ -93,23 +101,14 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     late = np.round(batch.skew / step).astype(int)
     history = np.zeros((fine + 1, n))
     closed = np.where(np.isfinite(batch.closed), batch.closed, 0.0)
-    limited = bool(np.any(np.isfinite(batch.limit)))
     columns, held = np.arange(n), np.zeros(n, dtype=bool)
     for k in range(fine + 1):
         now, _ = _current(batch, flux, second)
         history[k] = now
         held |= now + step >= batch.limit
         since = (k - start) * step
-
-        def supply(at: np.ndarray, current: np.ndarray) -> np.ndarray:
-            raised = -np.expm1(-np.maximum(at, 0.0) / np.maximum(batch.rise, 1e-12))
-            e = np.where(at > 0.0, np.where(batch.rise > 0.0, raised, 1.0), 0.0) * (1.0 + batch.source)
-            v = e - batch.source * current
-            # A current limit holds the current: the voltage is what that takes.
-            return np.where(held, np.minimum(v, current), v) if limited else v
-
         seen = history[np.clip(k - late, 0, k), columns]
-        voltages_now = supply(since, now)
+        voltages_now = _supply(batch, held, since, now)
         low = np.where(batch.pole > 0.0, low + (seen - low) * -np.expm1(-step / np.maximum(batch.pole, 1e-12)), seen)
         if k % per == 0:
             currents[k // per] = low - high
@@ -118,10 +117,10 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         # The midpoint's rule, from within a step on which the supply does not switch.
         middle = since + 0.5 * step
         one, two = _current(batch, flux, second)
-        half_flux = flux + 0.5 * step * (supply(middle, one) - one)
+        half_flux = flux + 0.5 * step * (_supply(batch, held, middle, one) - one)
         half_second = second - 0.5 * step * closed * two
         one, two = _current(batch, half_flux, half_second)
-        flux = flux + step * (supply(middle, one) - one)
+        flux = flux + step * (_supply(batch, held, middle, one) - one)
         second = second - step * closed * two
     time = np.arange(fine // per + 1)[None] * per * step[:, None] - (start * step)[:, None]
     return time, voltages.T, currents.T

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
-from procedures.estimation.winding.step_response import Ends, StepFit, fit_step_response
+from procedures.estimation.winding.step_clipping import Ends
+from procedures.estimation.winding.step_response import StepFit, fit_step_response
 
 #: Repeats contradict each other where chance makes them differ so much less often than this.
 _CHANCE = 1e-3

@@ -1,6 +1,6 @@
 """Resistance and inductance from the recorded voltage and current of a step (§3.3.1, erratum E10)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -8,21 +8,16 @@ from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
 from procedures.estimation.fitting.first_order import respond_evenly
-from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray, WithheldError
+from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
-from procedures.estimation.winding.step_codes import clipped_at, limited_from, too_coarse
-from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
+from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, without_end
+from procedures.estimation.winding.step_codes import limited_from, too_coarse
+from procedures.estimation.winding.step_fit import Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, Judged, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
-
-#: Least and largest value that a converter gives, where known.
-Ends = tuple[float, float] | None
-
-#: Of a step whose top is cut off at least this share is left; samples count that the model puts so many standard deviations below.
-_LEAST_SEEN, _CLEAR_OF_END, _CHOICES = 0.55, 4.0, 6
 
 #: Noise, as a share of the step, through which 63 % of it are read off.
 _JITTER = 0.01
@@ -91,8 +86,7 @@ def fit_step_response(
     the supply may rise slowly or overshoot. Also `voltage_offset` (V), the probe's reading at rest; where the step is sharper than a
     sampling interval also `delay` (s), its instant against mid-interval. The resolutions (V, A) are one converter step, the ends the
     least and the largest value that a converter gives, where they are known; what is seen by less than `alarm` standard deviations is
-    chance. `misfit` is what the record shows beside; where the
-    inductance depends on the current, it is that at none. Raises EstimationError where there is no step, the record is too short, or a
+    chance. `misfit` is what the record shows beside; `residuals` end where a supply's limit ended the step. Where the inductance depends on the current, it is that at none. Raises EstimationError where there is no step, the record is too short, or a
     probe is reversed, and WithheldError where nothing of it can be used, for want of a baseline or of range.
     """
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
@@ -102,12 +96,12 @@ def fit_step_response(
         # What the supply did from its limit on is known by single samples only.
         t, v, i = (np.asarray(x, dtype=np.float64)[:limited] for x in (time, voltage, current))
         record = read_step(t, v, i, voltage_resolution, current_resolution)
-    if clipped := _clipped(record, voltage_ends, current_ends):
+    if clipped := without_end(record, voltage_ends, current_ends):
         record, cut = clipped
     start = _start(record)
     step, plain = fit_plain(problem(record, *start[:3]), start)
     if cut is not None:
-        step, plain = _beside(step, plain, cut)
+        step, plain = fit_what_is_left(step, plain, cut)
     record = step.record
     _check_window(record, plain.full)
     used = slice(None) if record.kept is None else record.kept > 0.0
@@ -160,60 +154,6 @@ def _covariance(step: Problem, judged: Judged) -> FloatArray:
     sizes = np.sqrt(np.diag(covariance))
     wider = 1.0 + judged.apart / sizes
     return np.asarray(covariance * np.outer(wider, wider))
-
-
-def _clipped(record: StepRecord, voltage_ends: Ends, current_ends: Ends) -> tuple[StepRecord, float] | None:
-    """Return the record without the samples at the end of the current's range, and that end (A); None where it has none.
-
-    Raises WithheldError where the voltage is cut off: what drove the circuit is not known then.
-    """
-    for name, values, resolution, ends in (
-        ("voltage", record.voltage, record.voltage_resolution, voltage_ends),
-        ("current", record.current, record.current_resolution, current_ends),
-    ):
-        upwards = float(np.mean(values[values.size // 2 :])) > float(np.mean(values[: record.edge]))
-        end = None if ends is None else ends[1 if upwards else 0]
-        level = clipped_at(values, record.edge, resolution, upwards, end)
-        if level is None:
-            continue
-        if name == "voltage":
-            raise _withheld(name, level, 1.0)
-        first = int(np.argmax(record.current >= level if upwards else record.current <= level))
-        kept = (np.arange(values.size) < first).astype(np.float64)
-        if first <= record.edge + 5:
-            raise _withheld(name, level, 1.0)
-        return replace(record, kept=kept), level
-    return None
-
-
-def _withheld(channel: str, level: float, lost: float) -> WithheldError:
-    figures: dict[str, float | str] = {"record": "step", "channel": channel, "level": level, "lost": lost}
-    return WithheldError(
-        f"the {channel} is cut off at {level:.4g}: too little of the step is left; use a wider range, or a smaller step",
-        Misfit((Finding(Cause.CLIPPED, Answer.WITHHELD, figures=figures),)),
-    )
-
-
-def _beside(step: Problem, plain: Fitted, level: float) -> tuple[Problem, Fitted]:
-    """Return the fit of what is not cut off, chosen by what the model gives and not by the readings, which would take their noise's side.
-
-    Raises WithheldError where too little is left.
-    """
-    for _ in range(_CHOICES):
-        record, offset = step.record, plain.full[2]
-        whole, room = float(plain.current[-1]) - offset, level - offset
-        if room / whole < _LEAST_SEEN:
-            raise _withheld("current", level, 1.0 - room / whole)
-        margin = _CLEAR_OF_END * record.current_noise / abs(whole)
-        kept = ((plain.current - offset) / whole < room / whole - margin).astype(np.float64)
-        if np.sum(kept[record.edge :]) < 10:
-            raise _withheld("current", level, 1.0)
-        unchanged = record.kept is not None and bool(np.all(kept == record.kept))
-        step = replace(step, record=replace(record, kept=kept))
-        step, plain = fit_plain(step, plain.full)
-        if unchanged:
-            break
-    return step, plain
 
 
 def _check_window(record: StepRecord, full: FloatArray) -> None:
