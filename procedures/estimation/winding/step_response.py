@@ -86,7 +86,8 @@ def fit_step_response(
     the supply may rise slowly or overshoot. Also `voltage_offset` (V), the probe's reading at rest; where the step is sharper than a
     sampling interval also `delay` (s), its instant against mid-interval. The resolutions (V, A) are one converter step, the ends the
     least and the largest value that a converter gives, where they are known; what is seen by less than `alarm` standard deviations is
-    chance. `misfit` is what the record shows beside; `residuals` end where a supply's limit ended the step. Where the inductance depends on the current, it is that at none. Raises EstimationError where there is no step, the record is too short, or a
+    chance. `misfit` is what the record shows beside; `residuals` end where a supply's limit ended the step. Where the inductance
+    depends on the current, it is that at none. Raises EstimationError where there is no step, the record is too short, or a
     probe is reversed, and WithheldError where nothing of it can be used, for want of a baseline or of range.
     """
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
