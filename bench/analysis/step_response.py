@@ -12,15 +12,18 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import WHOLE, CaptureChannel, CaptureError, CapturePart, read_captures
+from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text, text_of
-from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.resistance import COPPER_REFERENCE, at_temperature
-from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
+from procedures.estimation.winding.step_response import StepFit, fit_step_response, time_constant_63
 from procedures.techniques.temperature_settings import COLD
 
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
+_SKEW = "as taken"
 _READINGS = {
     "line": ReadingConnection.LINE_TO_LINE,
     "series-parallel": ReadingConnection.SERIES_PARALLEL,
@@ -40,13 +43,16 @@ def analyze_step_response(
     accuracy: Sequence[Statement] = (),
     selection: CapturePart = WHOLE,
     temperature: Temperature | None = None,
+    skew: float = 0.0,
 ) -> dict[str, Any]:
     """Return resistance and inductance of a recorded step: of the loop as it was, and of one leg of the equivalent wye.
 
     `reading` is how the step was applied ("line", "series-parallel", "phase"); `axis` where the rotor was locked, if known;
     `voltage`, `current` name the channels where their units do not tell; `scale` multiplies channels, by name. `accuracy`
     states the errors of voltage, current and time base; with `temperature` the resistance is referred to 25 °C by copper's
-    coefficient. `selection` is the part of the record to take. Raises CaptureError naming file and line.
+    coefficient. `selection` is the part of the record to take; `skew` (s) is by how much one channel may be late beside the other, half a
+    sampling interval where that is more. A record that gives no figure for a cause with a name gives `withheld` ones. Raises CaptureError
+    naming file and line.
     """
     if isinstance(reading, str):
         if reading not in _READINGS:
@@ -67,8 +73,18 @@ def analyze_step_response(
     i = pick(capture, current, ("A",), "current", ("curr", "i"))
     applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
-    fit = estimated(capture, lambda: _fit(time, v, i))
     outcome = AnalysisOutcome("dq_inductance_time_constant", "3.3.1", capture, applied)
+    name = f"{axis}_axis_inductance" if axis else "inductance"
+    try:
+        fit = estimated(capture, lambda: _fit(time, v, i))
+    except CaptureError as error:
+        if not isinstance(error.__cause__, WithheldError):
+            raise
+        for parameter in ("loop_resistance", "loop_inductance", name):
+            outcome.parameter(
+                parameter, outcome.uncertainties.limit(parameter, 0.0, 0.0), misfit=error.__cause__.misfit
+            )
+        return outcome.as_dict()
     outcome.assume(
         f"voltage is '{v.name}' in V, current is '{i.name}' in A",
         f"winding in {connection}, step applied {reading.value}: leg of the equivalent wye = {factor.y_equivalent:.4g} × loop",
@@ -83,14 +99,27 @@ def analyze_step_response(
     if moved and not any(moved.values()):
         outcome.assume("the offset of the voltage channel is fitted along: it does not reach the results")
     loops = {}
-    for name, of_time in zip(_FITTED, (0.0, 1.0), strict=True):
-        loop = outcome.estimate(f"step fit of the {name}", fit, name)
-        loop = outcome.with_errors(loop, "voltage", v.name, gain=1.0, offset=moved[name] / shift if moved else 0.0)
+    for fitted, of_time in zip(_FITTED, (0.0, 1.0), strict=True):
+        loop = outcome.estimate(f"step fit of the {fitted}", fit, fitted)
+        loop = outcome.with_errors(loop, "voltage", v.name, gain=1.0, offset=moved[fitted] / shift if moved else 0.0)
         loop = outcome.with_errors(loop, "current", i.name, gain=-1.0)
-        loops[name] = outcome.with_errors(loop, "time", "time", gain=of_time)
-    _resistance(outcome, loops["resistance"], temperature)
-    outcome.parameter("loop_inductance", loops["inductance"], estimator=_ESTIMATOR, convention="loop")
-    name = f"{axis}_axis_inductance" if axis else "inductance"
+        loops[fitted] = outcome.with_errors(loop, "time", "time", gain=of_time)
+    late = max(fit.timing, abs(skew) * fit.value("resistance") / fit.value("inductance"))
+    loops["inductance"] = outcome.uncertainties.instrument(
+        "skew of the channels", loops["inductance"], Accuracy(gain=late, source=_SKEW)
+    )
+    seconds = late * fit.value("inductance") / fit.value("resistance")
+    outcome.assume(
+        f"the channels are taken to be within {seconds:.3g} s of each other, half a sampling interval at least; state more with --skew"
+    )
+    _resistance(outcome, loops["resistance"], temperature, fit.misfit.of("resistance", "loop_resistance"))
+    outcome.parameter(
+        "loop_inductance",
+        loops["inductance"],
+        estimator=_ESTIMATOR,
+        convention="loop",
+        misfit=fit.misfit.of("inductance", "loop_inductance"),
+    )
     winding = factor.winding * fit.value("inductance")
     outcome.parameter(
         name,
@@ -98,6 +127,7 @@ def analyze_step_response(
         estimator=_ESTIMATOR,
         winding=winding,
         convention="y_equivalent",
+        misfit=fit.misfit.of("inductance", name),
     )
     if applied.offset("current", i.name):
         outcome.assume("the offset of the current channel is fitted along: it does not reach the results")
@@ -121,14 +151,21 @@ def analyze_step_response(
     return outcome.as_dict()
 
 
-def _fit(time: FloatArray, v: CaptureChannel, i: CaptureChannel, shift: float = 0.0) -> Fit:
+def _fit(time: FloatArray, v: CaptureChannel, i: CaptureChannel, shift: float = 0.0) -> StepFit:
     """Return the fit; `shift` (V) is added to the voltage."""
+    ends = v.ends
     return fit_step_response(
-        time, v.values + shift, i.values, voltage_resolution=v.resolution, current_resolution=i.resolution
+        time,
+        v.values + shift,
+        i.values,
+        voltage_resolution=v.resolution,
+        current_resolution=i.resolution,
+        voltage_ends=(ends[0] + shift, ends[1] + shift) if ends else None,
+        current_ends=i.ends,
     )
 
 
-def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temperature | None) -> None:
+def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temperature | None, misfit: Misfit) -> None:
     """Add the loop's resistance, at 25 °C where the temperature is known."""
     convention = "loop"
     if temperature is None:
@@ -142,4 +179,4 @@ def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temp
             f"{temperature.coefficient:g} 1/K at 20 °C: loop resistance referred to 25 °C, the time constant as recorded"
         )
         convention = "loop, at 25 °C"
-    outcome.parameter("loop_resistance", loop, estimator=_ESTIMATOR, convention=convention)
+    outcome.parameter("loop_resistance", loop, estimator=_ESTIMATOR, convention=convention, misfit=misfit)

@@ -36,6 +36,11 @@ class CaptureChannel:
     clipped: bool | None = None
     coupling: str = ""
 
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """The least and the largest value that the converter gives, where the file says that it reached them."""
+        return (float(np.min(self.values)), float(np.max(self.values))) if self.clipped else None
+
 
 @dataclass(frozen=True)
 class Capture:

@@ -114,6 +114,7 @@ def step_response(
     from_: Annotated[float | None, Parameter(name="--from")] = None,
     to: float | None = None,
     time_column: str | None = None,
+    skew: float = 0.0,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -151,6 +152,8 @@ def step_response(
         Last instant of the record to take, s.
     time_column
         Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+    skew
+        Limit of the time by which one channel may be late beside the other, s; at least half a sampling interval counts.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
     accuracy_file
@@ -176,6 +179,7 @@ def step_response(
         accuracy=read_statements(accuracy, accuracy_file),
         selection=CapturePart(from_, to, time_column),
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
+        skew=skew,
     )
     return print_analysis(made, json=json, budget=budget)
 

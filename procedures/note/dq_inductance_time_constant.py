@@ -28,10 +28,12 @@ from procedures.core.bench import Role
 from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.estimation.fitting.repeats import mean_of_estimates, mean_of_readings
+from procedures.estimation.fitting.fit import WithheldError
+from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.estimation.winding.step_look import look_at_step
-from procedures.estimation.winding.step_response import apparent_inductance, fit_step_response, time_constant_63
+from procedures.estimation.winding.step_repeats import StepReading, fit_repeats
+from procedures.estimation.winding.step_response import apparent_inductance, time_constant_63
 from procedures.techniques.acquisition import configure, record
 from procedures.techniques.alignment import Alignment, aligning
 from procedures.verification.settings import SupplyWiringSettings
@@ -315,25 +317,25 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return 1.3 * _TIME_CONSTANTS * inductance / resistance
 
     def _conclude(self, name: str, axis: str, voltage: float, steps: list[RecordedStep]) -> None:
-        fits = [
-            fit_step_response(
-                s.current.time,
-                s.voltage.values,
-                s.current.values,
-                voltage_resolution=s.voltage.resolution,
-                current_resolution=s.current.resolution,
-            )
-            for s in steps
-        ]
-        inductance = self._mean(
-            f"step fits of L_{axis}", [(f.value("inductance"), f.uncertainty("inductance")) for f in fits]
-        )
-        resistance = self._mean(
-            f"step fits of R_{axis}", [(f.value("resistance"), f.uncertainty("resistance")) for f in fits]
+        try:
+            repeats = fit_repeats([_recorded(s) for s in steps])
+        except WithheldError as error:
+            nothing = self.bench.uncertainties.limit(name, 0.0, 0.0)
+            self.report(name, nothing, section="3.3.1", estimator="", misfit=error.misfit)
+            return
+        fits, misfit = repeats.fits, repeats.misfit
+        inductance, resistance = (
+            self.bench.uncertainties.statistical(f"step fits of {symbol}_{axis}", *repeats.mean(fitted)[:3])
+            for symbol, fitted in (("L", "inductance"), ("R", "resistance"))
         )
         loop = self._with_probes(inductance, steps[0])
+        # Either channel of a scope may be late by half a sampling interval.
+        late = Accuracy(gain=fits[-1].timing, source="as taken")
+        loop = self.bench.uncertainties.instrument("skew of the channels", loop, late)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         last = steps[-1]
+        # What a supply's limit ended is not fitted.
+        fitted_part = slice(0, fits[-1].residuals.size)
         tau = time_constant_63(last.current.time, last.current.values)
         tail = slice(-len(last.current.values) // 10, None)
         total_resistance = abs(voltage / float(last.current.values[tail].mean()))
@@ -345,8 +347,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             "time_constant_63": tau,
             "residual_current": fits[-1].residual_rms,
             "fit": curve(
-                time=last.current.time,
-                fitted=last.current.values - fits[-1].residuals,
+                time=last.current.time[fitted_part],
+                fitted=last.current.values[fitted_part] - fits[-1].residuals,
                 residual=fits[-1].residuals,
             ),
         }
@@ -358,11 +360,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             estimator="output-error fit of R, L and offsets to recorded voltage and current",
             note_value=factors.y_equivalent * tau * total_resistance,
             winding=float((factors.winding * loop).x) if self.is_delta else None,
+            misfit=misfit.of("inductance", name),
         )
-
-    def _mean(self, source: str, estimates: list[tuple[float, float]]) -> UncertainReal:
-        value, uncertainty, freedom = mean_of_estimates([e[0] for e in estimates], [e[1] for e in estimates])
-        return self.bench.uncertainties.statistical(source, value, uncertainty, freedom)
 
     def _with_probes(self, quantity: UncertainReal, recorded: RecordedStep) -> UncertainReal:
         """Put on the gains of the voltage and the current channel; their offsets are fitted."""
@@ -394,6 +393,17 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                     q=errors[1],
                 ),
             )
+
+
+def _recorded(taken: RecordedStep) -> StepReading:
+    """Return a step as the estimator takes it."""
+    v, i = taken.voltage, taken.current
+    return StepReading(i.time, v.values, i.values, v.resolution, i.resolution, _ends(v), _ends(i))
+
+
+def _ends(wave: Waveform) -> tuple[float, float] | None:
+    """Return the ends of a channel's range, where its samples reached them."""
+    return (float(wave.values.min()), float(wave.values.max())) if wave.clipped else None
 
 
 def _wanted(taken: RecordedStep) -> float:

@@ -16,6 +16,14 @@ class EstimationError(ValueError):
     """The data do not determine the estimate; the message says what is wrong with them and what to do."""
 
 
+class WithheldError(EstimationError):
+    """No estimate is given for a cause that has a name: `misfit` says which."""
+
+    def __init__(self, message: str, misfit: Misfit) -> None:
+        super().__init__(message)
+        self.misfit = misfit
+
+
 @dataclass(frozen=True)
 class Fit:
     """Least-squares estimates with their covariance (Type A: from the scatter of the data, and their resolution).

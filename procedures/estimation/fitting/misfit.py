@@ -1,6 +1,6 @@
 """What a record shows that the fitted model does not hold: causes by name, the test that finds them, what follows."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -116,22 +116,30 @@ class Score:
         """Which directions are seen beyond chance, shape (m,)."""
         return np.asarray(np.abs(self.z) > ALARM)
 
-    def growth(self, modelled: Sequence[int] = ()) -> FloatArray:
-        """Return by what each estimate's variance grows (k,) for directions that are not in the model, as far as they are seen."""
+    def growth(self, modelled: Sequence[int] = (), *, chance: float = 1.0) -> FloatArray:
+        """Return by what each estimate's variance grows (k,) for directions that are not in the model, as far as they are seen: by the
+        part of z² beyond `chance`.
+        """
         left = np.setdiff1d(np.arange(self.z.size), np.asarray(modelled, dtype=int))
         if not left.size:
             return np.ones(self.bias.shape[1])
-        seen = np.maximum(0.0, self.z[left] ** 2 - 1.0)
-        return np.asarray(1.0 + np.max(self.bias[left] ** 2 * seen[:, None], axis=0))
+        seen = np.maximum(0.0, self.z[left] ** 2 - chance)[:, None]
+        # What is not seen at all adds nothing, however much it might do.
+        bias = np.where(seen > 0.0, self.bias[left], 0.0)
+        return np.asarray(1.0 + np.max(bias**2 * seen, axis=0))
 
 
 def score_test(
-    residuals: FloatArray, slopes: FloatArray, directions: FloatArray, variance: FloatArray | float = 1.0
+    residuals: FloatArray,
+    slopes: FloatArray,
+    directions: FloatArray,
+    variance: FloatArray | float | Callable[[FloatArray], FloatArray] = 1.0,
 ) -> Score:
     """Test whitened residuals (n,) of a fit for directions (m, n) = ∂model/∂cause that its model does not hold.
 
     `slopes` (k, n) are ∂model/∂estimate. All are whitened and include the rows of prior knowledge, without which a free delay hides a
-    curvature. `variance` (m,) or one is that of a unit direction's component, 1 and what noise that is not white adds.
+    curvature. `variance` (m,) or one is that of a unit direction's component, 1 and what noise that is not white adds; or what gives it for
+    the unit directions (m, n) across the slopes.
     Source: Rao's score test; Breusch and Godfrey for regressions.
     """
     normal = slopes @ slopes.T
@@ -144,8 +152,9 @@ def score_test(
     # A direction that the estimates make up for all but wholly cannot be seen at all.
     total = np.sqrt(np.einsum("mn,mn->m", directions, directions))
     told = length > 1e-6 * np.maximum(total, 1e-300)
-    spread = np.sqrt(np.broadcast_to(np.asarray(variance, dtype=np.float64), length.shape))
     safe = np.where(told, length, 1.0)
+    given = variance(across / safe[:, None]) if callable(variance) else np.asarray(variance, dtype=np.float64)
+    spread = np.sqrt(np.broadcast_to(given, length.shape))
     z = np.where(told, across @ residuals / (safe * spread), 0.0)
     uncertainty = np.sqrt(np.maximum(np.diag(inverse), 1e-300))
     bias = np.where(told[:, None], np.abs(shift) * spread[:, None] / (safe[:, None] * uncertainty), np.inf)

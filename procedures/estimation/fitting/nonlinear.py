@@ -86,14 +86,23 @@ def _newton_step(normal: FloatArray, gradient: FloatArray) -> FloatArray | None:
     return np.asarray(np.linalg.solve(normal, -gradient), dtype=np.float64)
 
 
-def solve(evaluate: Evaluate, start: FloatArray, scale: FloatArray, names: Sequence[str]) -> Solution:
+def solve(
+    evaluate: Evaluate,
+    start: FloatArray,
+    scale: FloatArray,
+    names: Sequence[str],
+    *,
+    rounds: int = _ROUNDS,
+    last_step: float = _LAST_STEP,
+) -> Solution:
     """Minimise Σ residuals(p)² from `start`; `scale` (k,) is a typical size of a change, residuals are of unit variance.
 
-    Raises EstimationError where it does not converge or the data leave a parameter undetermined.
+    It ends with a step below `last_step` standard uncertainties, after at most so many `rounds`. Raises EstimationError where it does not
+    converge or the data leave a parameter undetermined.
     """
     fitted = ", ".join(names)
     # The squares fall by a step's own square in units of its variance.
-    found = minimise(evaluate, start, scale, least=_LAST_STEP**2, floor=1.0, rounds=_ROUNDS)
+    found = minimise(evaluate, start, scale, least=last_step**2, floor=1.0, rounds=rounds)
     if not (found.settled and np.all(np.isfinite(found.values))):
         raise EstimationError(f"the fit of {fitted} does not converge; check that the record shows what it should")
     q, r = np.linalg.qr((found.slopes * scale[:, None]).T)

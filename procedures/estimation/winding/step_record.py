@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
-from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import white_noise
 from procedures.estimation.fitting.smoothing import Piece, Smoothed, cubics, smooth
 
@@ -16,13 +17,17 @@ _CLEAR = 20.0
 #: A source's resistance shows where the voltage follows the current by more than so many standard deviations of the noise; shorter
 #: records do not show it.
 _TAKEN, _LEAST_TO_FOLLOW = 3.0, 200
+#: Before the step lie at least so many samples and this share of the record, and the voltage there is below this share of its end.
+_LEAST_BEFORE, _SHARE_BEFORE, _MOST_BEFORE = 20, 0.01, 0.3
 
 
 @dataclass(frozen=True)
 class StepRecord:
     """A step as recorded, shape (n,): `drive` is the voltage (V) less its `baseline`, zero before sample `edge`.
 
-    `noise_left` are the directions of the noise left in `drive` where it was smoothed; None where it is as sampled.
+    `voltage` is as sampled; `noise_left` are the directions of the noise left in `drive` where it was smoothed, None where it is as
+    sampled. The resolutions are one converter step of each channel. Samples of the current whose `kept` is 0 do not count; None where all
+    do.
     """
 
     time: FloatArray
@@ -34,6 +39,10 @@ class StepRecord:
     voltage_noise: float
     current_noise: float
     noise_left: tuple[Piece, ...] | None
+    voltage: FloatArray
+    voltage_resolution: float
+    current_resolution: float
+    kept: FloatArray | None = None
 
     @cached_property
     def sharp(self) -> bool:
@@ -112,7 +121,8 @@ def read_step(
 ) -> StepRecord:
     """Return the step in a record (s, V, A; one converter step of each channel, 0 if unknown).
 
-    Raises EstimationError where either channel shows no step or the samples are not evenly spaced.
+    Raises EstimationError where either channel shows no step or the samples are not evenly spaced, WithheldError where the record does
+    not show the circuit at rest before.
     """
     t, v, i = (series(n, x, least=20) for n, x in (("time", time), ("voltage", voltage), ("current", current)))
     same_length(time=t, voltage=v, current=i)
@@ -128,6 +138,7 @@ def read_step(
     edge = _edge(v, v_noise, voltage_resolution)
     if edge >= v.size - max(3, v.size // 20):
         raise EstimationError("the step comes at the very end of the record; move the trigger towards its beginning")
+    _check_baseline(v, edge)
     # Exact data have no noise; weights need some.
     v_noise = max(v_noise, 1e-9 * float(np.max(np.abs(v))))
     i_noise = max(i_noise, 1e-9 * change)
@@ -138,4 +149,22 @@ def read_step(
     if smoothed is not None:
         drive[edge:] = smoothed.values
         left = tuple(Piece(edge + begin, directions) for begin, directions in smoothed.pieces)
-    return StepRecord(t, drive, i, step, edge, baseline, v_noise, i_noise, left)
+    return StepRecord(
+        t, drive, i, step, edge, baseline, v_noise, i_noise, left, v, voltage_resolution, current_resolution
+    )
+
+
+def _check_baseline(voltage: FloatArray, edge: int) -> None:
+    """Raise WithheldError unless the record begins before the step: what flowed at its beginning, no fit finds out."""
+    needed = max(_LEAST_BEFORE, int(np.ceil(_SHARE_BEFORE * voltage.size)))
+    end = abs(float(np.median(voltage[-max(3, voltage.size // 10) :])))
+    if edge >= needed and abs(float(np.mean(voltage[:edge]))) < _MOST_BEFORE * end:
+        return
+    finding = Finding(
+        Cause.NO_BASELINE, Answer.WITHHELD, figures={"record": "step", "samples": float(edge), "needed": float(needed)}
+    )
+    raise WithheldError(
+        f"no baseline: the record shows {edge} samples of the circuit at rest before the step, at least {needed} are needed; trigger "
+        "later in the record, so that it begins before the supply is switched on",
+        Misfit((finding,)),
+    )

@@ -1,36 +1,55 @@
 """Resistance and inductance from the recorded voltage and current of a step (§3.3.1, erratum E10)."""
 
-from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
-from procedures.estimation.fitting.first_order import (
-    gathered_evenly,
-    recursion,
-    respond_evenly,
-    response_and_slope_evenly,
-)
+from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
-from procedures.estimation.fitting.nonlinear import solve
 from procedures.estimation.fitting.smoothing import components
+from procedures.estimation.winding.step_circuit import voltage_shares
+from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, without_end
+from procedures.estimation.winding.step_codes import limited_from, too_coarse
+from procedures.estimation.winding.step_fit import Problem, fit_plain, problem
+from procedures.estimation.winding.step_misfit import COARSE_ALARM, Judged, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
-
-Filter = Callable[[FloatArray], FloatArray]
-
-NAMES = ("resistance", "inductance", "offset", "voltage_offset", "delay")
 
 #: Noise, as a share of the step, through which 63 % of it are read off.
 _JITTER = 0.01
 
 
-def _start(record: StepRecord) -> tuple[float, float, float]:
-    """Resistance, inductance and current offset from ∫v dt = R·∫i dt + L·i, linear and indifferent to the supply's shape."""
-    offset = float(np.mean(record.current[: record.edge])) if record.edge else float(record.current[0])
-    v, i = record.drive[record.edge :], record.current[record.edge :] - offset
+@dataclass(frozen=True, kw_only=True)
+class StepFit(Fit):
+    """A fitted step: `step` is its sampling interval (s), `judged` what it was tested for."""
+
+    step: float
+    judged: Judged
+    plain: FloatArray
+
+    @property
+    def timing(self) -> float:
+        """How late one channel may be beside the other (s): half a sampling interval at least, over the time constant; what the inductance
+        is off by, relatively.
+        """
+        return 0.5 * self.step * self.value("resistance") / self.value("inductance")
+
+    def plain_uncertainty(self, name: str) -> float:
+        """Return the standard uncertainty of a parameter from noise and rounding alone. Raises KeyError for an unknown name."""
+        return float(np.sqrt(self.plain[self.names.index(name)]))
+
+
+def _start(record: StepRecord) -> FloatArray:
+    """Resistance, inductance and current offset from ∫v dt = R·∫i dt + L·i, linear and indifferent to the supply's shape; the voltage's
+    offset and the delay are none.
+    """
+    offset = float(np.mean(record.current[: record.edge]))
+    last = record.time.size if record.kept is None else int(np.flatnonzero(record.kept)[-1]) + 1
+    v, i = record.drive[record.edge : last], record.current[record.edge : last] - offset
 
     def integral(x: FloatArray) -> FloatArray:
         return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * record.step
@@ -42,77 +61,12 @@ def _start(record: StepRecord) -> tuple[float, float, float]:
     resistance, inductance = solution[:2]
     if not resistance > 0:
         raise EstimationError(
-            "the current does not follow the voltage (negative resistance): reverse the current probe, or check that both "
-            "probes are on the stepped circuit"
+            "the current does not follow the voltage (negative resistance): reverse the current probe, couple its channel DC, or "
+            "check that both probes are on the stepped circuit"
         )
     if not inductance > 0.05 * resistance * record.step:
         raise EstimationError("the current follows the voltage within a sample: sample faster, or check the probes")
-    return float(resistance), float(inductance), offset
-
-
-def _drive(record: StepRecord, p: FloatArray) -> FloatArray:
-    """Return what drives the current's change (A/s): the voltage without the probe's offset, over the inductance."""
-    drive = record.drive.copy()
-    drive[record.edge :] -= p[3]
-    return np.asarray(drive / p[1], dtype=np.float64)
-
-
-def _late(record: StepRecord, p: FloatArray) -> tuple[slice, FloatArray, FloatArray]:
-    """Return the samples after the step, the time since (s), and the current (A) that a delay of 1 s takes off them."""
-    after = slice(record.jump, None)
-    since = record.time[after] - record.time[record.jump]
-    rise = (record.drive[record.jump] - record.drive[record.jump - 1]) / p[1]
-    return after, since, rise * np.exp(-p[0] / p[1] * since)
-
-
-def _model(record: StepRecord, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the current (A, shape (n,)) of a circuit at rest before the step, and its derivatives (5, n) by the parameters:
-    resistance, inductance, offset, voltage offset and delay.
-    """
-    resistance, inductance, offset, _, delay = p
-    rate = resistance / inductance
-    response, by_rate = response_and_slope_evenly(record.step, _drive(record, p), rate)
-    after, since, missing = _late(record, p)
-    if delay:
-        response[after] -= delay * missing
-        by_rate[after] += delay * missing * since
-    extra = np.zeros_like(response)
-    extra[record.edge :] = -1.0 / inductance
-    slopes = np.zeros((5, response.size))
-    slopes[0] = by_rate / inductance
-    slopes[1] = (response + rate * by_rate) / -inductance
-    slopes[2] = 1.0
-    slopes[3] = respond_evenly(record.step, extra, rate)
-    slopes[4, after] = -missing
-    return offset + response, slopes
-
-
-def _whitener(record: StepRecord, resistance: float, inductance: float) -> Callable[[FloatArray], FloatArray]:
-    """Return the filter (n, …) that makes white, of standard deviation 1, the current's noise, plus, where the voltage could not
-    be smoothed, the voltage's through the circuit.
-    """
-    if record.noise_left is not None:
-        return lambda rows: rows / record.current_noise
-    x = resistance / inductance * record.step
-    a = float(np.exp(-x))
-    hold = (1 - a) / x
-    first, last = (hold - a) / resistance, (1 - hold) / resistance
-    vi, vv = record.current_noise**2, record.voltage_noise**2
-    zero = vi * (1 + a**2) + vv * (first**2 + last**2)
-    one = -vi * a + vv * first * last
-    if abs(one) < 1e-9 * zero:
-        root, scale = 0.0, zero
-    else:
-        half = zero / (2 * one)
-        root = float(-half + np.sign(half) * np.sqrt(max(half**2 - 1, 0.0)))
-        scale = -one / root
-
-    def whitened(rows: FloatArray) -> FloatArray:
-        gain = rows.copy()
-        gain[1:] -= a * rows[:-1]
-        return recursion(root, gain / np.sqrt(scale))
-
-    return whitened
+    return np.array([resistance, inductance, offset, 0.0, 0.0])
 
 
 def fit_step_response(
@@ -122,65 +76,92 @@ def fit_step_response(
     *,
     voltage_resolution: float = 0.0,
     current_resolution: float = 0.0,
-) -> Fit:
+    voltage_ends: Ends = None,
+    current_ends: Ends = None,
+    alarm: float = ALARM,
+) -> StepFit:
     """Fit `resistance` (Ω), `inductance` (H), `offset` (A, of the current probe) to a recorded step (V, A; evenly sampled).
 
     The circuit is at rest at the start of the record; the voltage's samples are its input, straight between them, so
-    the supply may rise slowly or overshoot. With at least five samples before the step also `voltage_offset` (V), the
-    probe's reading at rest; where the step is sharper than a sampling interval also `delay` (s), its instant against
-    mid-interval. The resolutions (V, A) are one converter step. Raises EstimationError where there is no step, the
-    record is too short, or a probe is reversed.
+    the supply may rise slowly or overshoot. Also `voltage_offset` (V), the probe's reading at rest; where the step is sharper than a
+    sampling interval also `delay` (s), its instant against mid-interval. The resolutions (V, A) are one converter step, the ends the
+    least and the largest value that a converter gives, where they are known; what is seen by less than `alarm` standard deviations is
+    chance. `misfit` is what the record shows beside; `residuals` end where a supply's limit ended the step. Where the inductance
+    depends on the current, it is that at none. Raises EstimationError where there is no step, the record is too short, or a
+    probe is reversed, and WithheldError where nothing of it can be used, for want of a baseline or of range.
     """
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
-    resistance, inductance, offset = _start(record)
-    prior_voltage = record.voltage_noise / np.sqrt(record.edge) if record.edge else 0.0
-    prior_delay = record.step / np.sqrt(12.0) if record.sharp else 0.0
-    free = np.array([True, True, True, prior_voltage > 0, prior_delay > 0])
-    names = tuple(m for m, f in zip(NAMES, free, strict=True) if f)
-    full = np.array([resistance, inductance, offset, 0.0, 0.0])
-    level = float(np.max(np.abs(record.current - offset)))
-    scale = np.array([resistance, inductance, level, prior_voltage or 1.0, prior_delay or 1.0])
-    for _ in range(1 if record.noise_left is not None else 2):
-        whitened = _whitener(record, full[0], full[1])
+    cut = None
+    limited = limited_from(record.voltage, record.current, record.edge, record.voltage_noise)
+    if limited is not None:
+        # What the supply did from its limit on is known by single samples only.
+        t, v, i = (np.asarray(x, dtype=np.float64)[:limited] for x in (time, voltage, current))
+        record = read_step(t, v, i, voltage_resolution, current_resolution)
+    if clipped := without_end(record, voltage_ends, current_ends):
+        record, cut = clipped
+    start = _start(record)
+    step, plain = fit_plain(problem(record, *start[:3]), start)
+    if cut is not None:
+        step, plain = fit_what_is_left(step, plain, cut)
+    record = step.record
+    _check_window(record, plain.full)
+    used = slice(None) if record.kept is None else record.kept > 0.0
+    coarse = too_coarse(record.current[used], plain.current[used], current_resolution)
+    judged = judge(step, plain, alarm=max(alarm, COARSE_ALARM) if coarse else alarm)
+    findings = judged.findings
+    if coarse:
+        figures: dict[str, float | str] = {"record": "step", "channel": "current", "resolution": current_resolution}
+        findings = (Finding(Cause.TOO_COARSE, Answer.WIDENED, figures=figures), *findings)
+    if limited is not None:
+        share = 1.0 - limited / np.size(time)
+        said: dict[str, float | str] = {"record": "step", "channel": "current", "level": float(i[-1]), "lost": share}
+        findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=said), *findings)
+    if cut is not None:
+        lost = 1.0 - float(np.mean(step.record.kept[record.edge :])) if step.record.kept is not None else 0.0
+        told: dict[str, float | str] = {"record": "step", "channel": "current", "level": cut, "lost": lost}
+        findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=told), *findings)
+    covariance = _covariance(step, judged)
+    left = record.current - judged.fitted.current
+    values = judged.values.copy()
+    if "voltage_offset" in step.names:
+        values[step.names.index("voltage_offset")] += record.baseline
+    return StepFit(
+        step.names,
+        values,
+        covariance,
+        float(record.time.size - 3),
+        left,
+        float(np.sqrt(np.mean(left**2))),
+        misfit=Misfit.together([Misfit(findings)]),
+        step=record.step,
+        judged=judged,
+        plain=np.diag(_covariance(step, Judged.of_plain(step, plain))),
+    )
 
-        def evaluate(p: FloatArray, base: FloatArray = full, white: Filter = whitened) -> tuple[FloatArray, FloatArray]:
-            q = base.copy()
-            q[free] = p
-            q[:2] = np.maximum(q[:2], 1e-3 * scale[:2])
-            current, slopes = _model(record, q)
-            # What is known beforehand of the voltage's offset and the delay, as two readings more.
-            known = np.zeros((5, 2))
-            known[3, 0] = 1.0 / prior_voltage if free[3] else 0.0
-            known[4, 1] = 1.0 / prior_delay if free[4] else 0.0
-            residuals = np.append(white(record.current - current), q @ known)
-            rows = np.empty((len(names), residuals.size))
-            rows[:, :-2] = -white(slopes[free].T).T
-            rows[:, -2:] = known[free]
-            return residuals, rows
 
-        solution = solve(evaluate, full[free], scale[free], names)
-        full = full.copy()
-        full[free] = solution.values
-    _check_window(record, full)
-    freedom = float(record.time.size - 3)
-    covariance = max(1.0, solution.cost / freedom) * solution.covariance
-    gain = solution.gain[:, :-2]
-    shift = gain @ whitened(_lasting_errors(record, full, voltage_resolution, current_resolution))
+def _covariance(step: Problem, judged: Judged) -> FloatArray:
+    """Return the covariance of the parameters: of white noise and of what does not average out, grown by what was found."""
+    record, fitted, count = step.record, judged.fitted, len(step.names)
+    grown = np.sqrt(judged.growth[:count])
+    covariance = fitted.covariance[:count, :count] * np.outer(grown, grown)
+    gain = fitted.gain[:count, : record.time.size]
+    shift = gain @ step.white.apply(_lasting_errors(record, fitted.full).T).T
     covariance = covariance + shift @ shift.T
     if record.noise_left is not None:
         # Noise is left in a smoothed voltage; what it shifts is asked of the few parameters, not of the many shapes.
-        through = gathered_evenly(record.step, gain.T, full[0] / full[1]) / (full[1] * record.current_noise)
-        shift = record.voltage_noise * components(record.noise_left, through.T)
+        through = voltage_shares(record, fitted.full, step.white.back(gain))
+        shift = record.voltage_noise * components(record.noise_left, through)
         covariance = covariance + shift @ shift.T
-    left = record.current - _model(record, full)[0]
-    full[3] += record.baseline
-    return Fit(names, full[free], covariance, freedom, left, float(np.sqrt(np.mean(left**2))))
+    sizes = np.sqrt(np.diag(covariance))
+    wider = 1.0 + judged.apart / sizes
+    return np.asarray(covariance * np.outer(wider, wider))
 
 
 def _check_window(record: StepRecord, full: FloatArray) -> None:
     """Raise EstimationError unless the record is long and fine enough for what was found."""
     tau = full[1] / full[0]
-    window = record.time[-1] - record.time[record.edge]
+    last = -1 if record.kept is None else int(np.flatnonzero(record.kept)[-1])
+    window = record.time[last] - record.time[record.edge]
     if tau < 0.5 * record.step:
         raise EstimationError(f"the time constant ({tau:g} s) is less than half a sampling interval; sample faster")
     if window < 0.7 * tau:
@@ -189,19 +170,16 @@ def _check_window(record: StepRecord, full: FloatArray) -> None:
         )
 
 
-def _lasting_errors(
-    record: StepRecord, full: FloatArray, voltage_resolution: float, current_resolution: float
-) -> FloatArray:
+def _lasting_errors(record: StepRecord, full: FloatArray) -> FloatArray:
     """Errors of the current's model (A, shape (n, m)) of one standard deviation each, that do not average out over the record.
 
     Rounding without dither may shift the level of the current and of the voltage.
     """
     rate, inductance = full[0] / full[1], full[1]
     after = (np.arange(record.time.size) >= record.edge).astype(np.float64)
-    through = respond_evenly(
-        record.step, undithered(record.voltage_noise, voltage_resolution) / inductance * after, rate
-    )
-    return np.column_stack((undithered(record.current_noise, current_resolution) * after, through))
+    drive = undithered(record.voltage_noise, record.voltage_resolution) / inductance * after
+    through = respond_evenly(record.step, drive, rate)
+    return np.column_stack((undithered(record.current_noise, record.current_resolution) * after, through))
 
 
 def time_constant_63(time: ArrayLike, current: ArrayLike) -> float:

@@ -60,6 +60,7 @@ def test_the_accuracy_file_of_the_documentation(call: Call, tmp_path: Path) -> N
         "probe 7, voltage: gain, as stated",
         "current channels: gain, as stated",
         "time base: gain, as stated",
+        "skew of the channels: gain, as taken",
     }
 
 

@@ -1,0 +1,86 @@
+"""What a converter's codes tell of a record: that its range ended, or that its steps are too coarse for its noise."""
+
+import numpy as np
+from scipy import special
+
+from procedures.estimation.fitting.fit import FloatArray
+
+#: A range's end shows where noise before the converter is at least this share of a code, and where chance would have put so many
+#: samples above the last code.
+_LEAST_NOISE, _MISSING = 0.3, 10.0
+_LEAST_AT_END = 5
+#: Noise below this share of a code does not carry the signal from one to the next.
+_COARSE = 0.1
+
+
+def clipped_at(
+    values: FloatArray, before: int, resolution: float, upwards: bool, end: float | None = None
+) -> float | None:
+    """Return the value at which a signal (n,) is cut off, None where it is not.
+
+    `before` is how many samples lie before the step, from which the noise is read; `end` the last value that the converter gives, where
+    it is known. Where it is not, the codes must end more abruptly than the noise does.
+    """
+    x = values if upwards else -values
+    top = float(np.max(x))
+    sign = 1.0 if upwards else -1.0
+    if end is not None:
+        return sign * top if top >= sign * end - 0.75 * resolution else None
+    levels = np.unique(x)[-8:]
+    code = float(resolution or (np.median(np.diff(levels)) if levels.size > 1 else 0.0))
+    at = np.flatnonzero(x >= top - 0.25 * code)
+    if len(at) < _LEAST_AT_END or before < 3:
+        return None
+    noise = float(np.sqrt(max(float(np.var(values[:before])) - code**2 / 12.0, 0.0)))
+    if noise <= max(_LEAST_NOISE * code, 1e-6 * float(np.ptp(values))):
+        return None
+    span = float(at[-1]) - float(at[0]) + 1.0
+    share = float(np.clip(len(at) / span, 0.0, 1.0 - 1.0 / span))
+    above = span * float(special.ndtr(float(special.ndtri(share)) - code / noise))
+    return sign * top if above > _MISSING else None
+
+
+def too_coarse(values: FloatArray, model: FloatArray, resolution: float) -> bool:
+    """Whether the noise before the converter is less than a tenth of a code, told by how seldom a rising signal (n,) falls back.
+
+    `model` (n,) is the signal without noise.
+    """
+    if resolution <= 0.0:
+        return False
+    rise = np.diff(model) / resolution
+    whole = (model[-1] - model[0]) / resolution
+    if whole < 0.0:
+        rise, whole = -rise, -whole
+    progress = np.abs(model[1:] - model[0]) / resolution
+    inside = (progress > 2.0) & (progress < whole - 2.0) & (rise > 0.0)
+    # Two readings in a row, either side of a code's edge, against the rise.
+    u = rise[inside] / (_COARSE * np.sqrt(2.0))
+    expected = (
+        _COARSE * np.sqrt(2.0) * float(np.sum(np.exp(-(u**2) / 2.0) / np.sqrt(2.0 * np.pi) - u * special.ndtr(-u)))
+    )
+    back = np.diff(values) * np.sign(model[-1] - model[0])
+    counted = int(np.sum(back[inside] < -0.25 * resolution))
+    return bool(expected > 6.0 and counted < expected - 2.0 * np.sqrt(expected))
+
+
+def limited_from(voltage: FloatArray, current: FloatArray, begin: int, noise: float) -> int | None:
+    """Return the sample at which a supply's limit ends the rise of the current (n,), None where nothing does.
+
+    The voltage (n,), whose noise is given, falls at once, and from then on the current stands. `begin` is the last sample before the step.
+    """
+    if begin >= voltage.size - 20:
+        return None
+    swing = float(np.median(voltage[begin:]) - np.mean(voltage[:begin]))
+    fall = -np.sign(swing) * np.diff(voltage[begin:])
+    at = int(np.argmax(fall)) + begin
+    if fall[at - begin] < max(8.0 * noise, 0.005 * abs(swing)) or at >= voltage.size - 20:
+        return None
+    length = min(20, at // 2, (voltage.size - at) // 2)
+    rising = abs(float(np.mean(current[at - length // 2 : at]) - np.mean(current[at - 2 * length : at - length])))
+    rest = current[at + 2 :]
+    half = rest.size // 2
+    standing = abs(float(np.mean(rest[half:]) - np.mean(rest[:half])))
+    change = abs(float(np.mean(rest) - np.mean(current[:begin])))
+    scatter = float(np.std(current[:begin])) / np.sqrt(length)
+    stands = standing < 0.005 * change + 4.0 * scatter and rising > 4.0 * scatter
+    return at - 1 if stands and bool(np.max(np.abs(rest - np.mean(rest))) < 0.1 * change) else None

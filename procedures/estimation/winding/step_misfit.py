@@ -1,0 +1,257 @@
+"""What a current step shows beside resistance and inductance: found by a score test, put into the model, or told."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
+from procedures.estimation.fitting.noise import undithered
+from procedures.estimation.fitting.smoothing import components
+from procedures.estimation.winding.step_circuit import voltage_shares
+from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
+from procedures.estimation.winding.step_record import StepRecord
+from procedures.estimation.winding.step_term import Scale, Term, current_with, figures_of
+from procedures.estimation.winding.step_terms import TERMS, Direction, directions
+
+#: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
+_ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
+#: A term is fitted where its direction is seen by so much, and by this share of what is seen best.
+_WORTH, _WORTH_SHARE = 2.0, 0.3
+#: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
+COARSE_ALARM = 10.0
+#: Of many directions, chance makes one seen by so much (its square).
+_CHANCE = 3.0
+_BLOCKS, _BY_CHANCE = 32, 1e-6
+#: Parts of a record after the step, in time constants: what is explained gives the same on all.
+_PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
+#: How much of the parts' excess is added; an expanded uncertainty above this share of the value is no figure.
+_EXCESS, _NO_FIGURE = 1.5, 0.2
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A fit after the search: resistance and inductance (2,) with their `covariance` factor, and what was found.
+
+    `values` are those of the fitted parameters, `growth` (k,) is by what the variances of their noise grow, `apart` (k,) a standard
+    uncertainty beside them, from other explanations.
+    """
+
+    fitted: Fitted
+    values: FloatArray
+    growth: FloatArray
+    apart: FloatArray
+    findings: tuple[Finding, ...]
+    named: tuple[Direction, ...]
+    score: Score
+
+    @classmethod
+    def of_plain(cls, step: Problem, plain: Fitted) -> "Judged":
+        """Return a plain fit as it is, without any search."""
+        count = len(step.names)
+        nothing = Score(np.empty(0), np.empty((0, count)))
+        return cls(plain, plain.full[step.free], np.ones(count), np.zeros(count), (), (), nothing)
+
+
+def scale_of(record: StepRecord, fitted: Fitted) -> Scale:
+    """Return the units of the terms' figures."""
+    end = float(np.mean(fitted.current[-max(3, fitted.current.size // 50) :])) - fitted.full[2]
+    begin = float(record.time[max(record.jump if record.sharp else record.edge, 0)])
+    level = end if end else float(np.ptp(record.current))
+    length = float(record.time[-1] - record.time[0])
+    return Scale(fitted.full[1] / fitted.full[0], level, begin, length)
+
+
+class _Variance:
+    """The variance of a unit direction's component: that of white noise, of rounding, and of what is left in a smoothed voltage."""
+
+    def __init__(self, step: Problem, fitted: Fitted) -> None:
+        self._step, self._full = step, fitted.full
+        # Codes are whole multiples of a step from one another, not from zero.
+        self._current = fitted.current - step.record.current[0]
+
+    def __call__(self, unit: FloatArray) -> FloatArray:
+        """Return it for unit directions (m, n + priors)."""
+        record = self._step.record
+        shares = self._step.white.back(unit[:, : record.time.size])
+        variance = np.ones(len(unit))
+        rounding = undithered(record.current_noise, record.current_resolution)
+        if rounding > 0.02 * record.current_noise:
+            variance += rounding**2 * _of_runs(self._current / record.current_resolution, shares)
+        if record.noise_left is None:
+            return variance
+        through = voltage_shares(record, self._full, shares)
+        variance += record.voltage_noise**2 * np.sum(components(record.noise_left, through) ** 2, axis=1)
+        rounding = undithered(record.voltage_noise, record.voltage_resolution)
+        if rounding > 0.02 * record.voltage_noise:
+            after = slice(record.edge, None)
+            variance += rounding**2 * _of_runs(record.drive[after] / record.voltage_resolution, through[:, after])
+        return variance
+
+
+def _of_runs(codes: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return Σ (Σ of the shares of one run)², for a signal in codes (n,) and shares (m, n).
+
+    What rounding without dither does goes with the signal's place between two codes: it is one error, not many, while the signal itself
+    stays in one half of a code.
+    """
+    starts = np.flatnonzero(np.append(True, np.diff(np.floor(2.0 * codes)) != 0.0))
+    return np.asarray(np.sum(np.add.reduceat(shares, starts, axis=1) ** 2, axis=1))
+
+
+def tested(step: Problem, fitted: Fitted, scale: Scale) -> tuple[list[Direction], Score]:
+    """Return the directions that a record was tested for, and what was seen of them."""
+    record = step.record
+    if fitted.terms:
+        # Channel and circuit as they were found; what is read beside the current does not flow.
+        inside = [t for t in fitted.terms if not isinstance(t.beside(record.time[:2], scale, np.ones(2)), np.ndarray)]
+        figures = [figures_of(fitted.terms, fitted.figures, t) for t in inside]
+        bare = fitted.full * np.array([1.0, 1.0, 0.0, 1.0, 1.0])
+        flowing = current_with(record, bare, inside, np.concatenate(figures) if figures else np.empty(0), scale)
+    else:
+        flowing = fitted.current - fitted.full[2]
+    named, rows = directions(record, fitted.full, flowing, scale)
+    white = np.zeros((len(rows), fitted.residuals.size))
+    white[:, : record.time.size] = step.white.apply(rows)
+    score = score_test(fitted.residuals, fitted.slopes, white, _Variance(step, fitted))
+    return named, score
+
+
+def judge(step: Problem, plain: Fitted, *, alarm: float) -> Judged:
+    """Search for what a plain fit does not hold, and return the fit with it, with what it does to the uncertainties.
+
+    A direction counts as seen beyond `alarm` standard deviations.
+    """
+    scale = scale_of(step.record, plain)
+    accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
+    fitted, seen, tried = plain, {}, [plain]
+    named, score = tested(step, plain, scale)
+    while len(fitted.terms) < _MOST_TERMS:
+        if not any(abs(z) > alarm for z in _left(fitted, named, score)):
+            break
+        found = list(_candidates(step, fitted, named, score, scale))
+        tried += found
+        if not found:
+            break
+        best = min(found, key=lambda f: f.cost)
+        if fitted.cost - best.cost < accepted:
+            break
+        seen[best.terms[-1]] = _clearest(best.terms[-1].family, named, score)
+        fitted = best
+        named, score = tested(step, fitted, scale)
+    findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
+    # A model that holds the accepted one and is hardly better explains nothing else.
+    rivals = [
+        f
+        for f in tried
+        if fitted.terms and not set(f.terms) >= set(fitted.terms) and f.cost <= fitted.cost + _AS_LIKELY
+    ]
+    values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
+    findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
+    modelled = {t.family for t in fitted.terms}
+    growth = score.growth([k for k, d in enumerate(named) if d.family in modelled], chance=_CHANCE)[: len(step.names)]
+    unexplained = max((abs(z) for z in _left(fitted, named, score)), default=0.0)
+    if unexplained > alarm or (alarm < COARSE_ALARM and _structured(step, fitted)):
+        extra = _of_parts(step, fitted, scale)
+        apart = apart + extra
+        share = 2.0 * (apart + np.sqrt(growth * np.diag(fitted.covariance)[: apart.size]))[:2] / np.abs(values[:2])
+        for name, beyond in zip(step.names[:2], share > _NO_FIGURE, strict=True):
+            answer = Answer.WITHHELD if beyond else Answer.WIDENED
+            findings.append(Finding(Cause.UNEXPLAINED, answer, (name,), unexplained))
+    return Judged(fitted, values, growth, apart, tuple(findings), tuple(named), score)
+
+
+def _figures(fitted: Fitted, term: Term, scale: Scale) -> dict[str, float | str]:
+    return {"record": "step", **term.told(scale, figures_of(fitted.terms, fitted.figures, term))}
+
+
+def _left(fitted: Fitted, named: list[Direction], score: Score) -> list[float]:
+    """Return how far the directions that are not in the model are seen."""
+    modelled = {t.family for t in fitted.terms}
+    return [float(z) for d, z in zip(named, score.z, strict=True) if d.family not in modelled]
+
+
+def _clearest(family: str, named: list[Direction], score: Score) -> float:
+    return max((float(z) for d, z in zip(named, score.z, strict=True) if d.family == family), key=abs, default=0.0)
+
+
+def _candidates(step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: Scale) -> Iterator[Fitted]:
+    """Give the fits with one term more, as far as they are possible."""
+    modelled = {t.family for t in fitted.terms}
+    worth = {d.family: 0.0 for d in named}
+    first = {d.family: d.term for d in named}
+    for direction, z in zip(named, score.z, strict=True):
+        if abs(z) >= worth[direction.family]:
+            worth[direction.family], first[direction.family] = abs(float(z)), direction.term
+    least = max(_WORTH, _WORTH_SHARE * max((z for f, z in worth.items() if f not in modelled), default=0.0))
+    for family, z in worth.items():
+        # The instant of the step hides a delay from the test until it is gross.
+        if family in modelled or z < (_WORTH if family == "skew" else least):
+            continue
+        terms = [t for t in TERMS if t.family == family] if family in ("skew", "saturation") else [first[family]]
+        if family == "hum":
+            terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
+        for term in terms:
+            try:
+                found = fit_with(step, (*fitted.terms, term), fitted, scale)
+            except EstimationError:
+                continue
+            if all(t.possible(figures_of(found.terms, found.figures, t)) for t in found.terms):
+                yield found
+
+
+def _spanned(
+    step: Problem, fitted: Fitted, rivals: list[Fitted], scale: Scale
+) -> tuple[FloatArray, FloatArray, list[Finding]]:
+    """Return values whose interval, with a standard uncertainty beside the fit's own, holds all fits that are as likely."""
+    count = len(step.names)
+    own = fitted.full[step.free]
+    spread = 2.0 * np.sqrt(np.diag(fitted.covariance)[:count])
+    low, high = own - spread, own + spread
+    findings = []
+    for rival in rivals:
+        theirs = rival.full[step.free]
+        reach = 2.0 * np.sqrt(np.diag(rival.covariance)[:count])
+        low, high = np.minimum(low, theirs - reach), np.maximum(high, theirs + reach)
+        for term in rival.terms:
+            if term.family not in {t.family for t in fitted.terms}:
+                findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))
+    apart = np.maximum(0.25 * (high - low) - 0.5 * spread, 0.0)
+    return 0.5 * (low + high), apart, findings
+
+
+def _structured(step: Problem, fitted: Fitted) -> bool:
+    """Whether sums over blocks of the residuals are larger than noise and rounding make them."""
+    size = step.record.time.size
+    length = max(size // _BLOCKS, 2)
+    starts = np.arange(0, size - length + 1, length)
+    sums = np.add.reduceat(fitted.residuals[:size], starts)
+    limit = float(special.chdtri(starts.size, _BY_CHANCE))
+    if float(sums @ sums) / length <= limit:
+        return False
+    rows = np.zeros((starts.size, fitted.residuals.size))
+    for row, begin in zip(rows, starts, strict=True):
+        row[begin : begin + length] = 1.0
+    z = score_test(fitted.residuals, fitted.slopes, rows, _Variance(step, fitted)).z
+    return bool(z @ z > limit)
+
+
+def _of_parts(step: Problem, fitted: Fitted, scale: Scale) -> FloatArray:
+    """Return a standard uncertainty (k,) from how far fits of parts of the record lie apart beyond their own uncertainties."""
+    record, count = step.record, len(step.names)
+    since = (record.time - scale.begin) / scale.time_constant
+    size = record.time.size
+    worst = np.zeros(count)
+    sizes = np.sqrt(np.diag(fitted.covariance))
+    for begin, end in _PARTS:
+        chosen = np.append(
+            (since < 0.0) | ((since >= begin) & (since <= end)), np.ones(fitted.residuals.size - size, bool)
+        )
+        rows = (fitted.slopes * sizes[:, None])[:, chosen]
+        inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
+        change = np.abs(inverse @ (rows @ fitted.residuals[chosen]))[:count]
+        chance = 2.0 * np.sqrt(np.maximum(np.diag(inverse)[:count] - 1.0, 0.0))
+        worst = np.maximum(worst, np.maximum(change - chance, 0.0))
+    return np.asarray(0.5 * _EXCESS * worst * sizes[:count])

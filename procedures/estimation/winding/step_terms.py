@@ -1,0 +1,228 @@
+"""What may act on a current step beside resistance and inductance: each as a term of the model, and as a direction to test for."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from procedures.estimation.fitting.first_order import respond_evenly
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.winding.step_record import StepRecord
+from procedures.estimation.winding.step_term import Scale, Term, high_pass
+
+#: Time constants of eddy currents that are looked for, in those of the winding.
+EDDIES = (0.03, 0.1, 0.3)
+MAINS = (50.0, 60.0)
+
+
+class _Skew(Term):
+    """The current's channel is late by so many time constants of the winding."""
+
+    cause, family = Cause.SKEW, "skew"
+
+    def channel(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray:
+        late = float(figures[0]) * scale.time_constant / step
+        at = np.arange(current.size)
+        return np.asarray(np.interp(at - late, at, current))
+
+    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+        return {"time": float(figures[0]) * scale.time_constant}
+
+
+class _Pole(Term):
+    """The current's channel is a low pass of so many time constants of the winding; where negative, the voltage's is."""
+
+    cause, family = Cause.BANDWIDTH, "skew"
+
+    def channel(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray:
+        lag = float(figures[0]) * scale.time_constant
+        if lag > 1e-3 * step:
+            return respond_evenly(step, current / lag, 1.0 / lag)
+        return np.asarray(current - lag * np.gradient(current, step))
+
+    def possible(self, figures: FloatArray) -> bool:
+        return bool(abs(figures[0]) < 0.7)
+
+    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+        lag = float(figures[0]) * scale.time_constant
+        return {
+            "time_constant": abs(lag),
+            "bandwidth": 1.0 / (2.0 * np.pi * max(abs(lag), 1e-300)),
+            "channel": "current" if lag > 0.0 else "voltage",
+        }
+
+
+class _Saturation(Term):
+    """Inductance L₀/(1 + a·(i/I)²) of the current, I being the step's; where a is negative it rises with the current."""
+
+    cause, family = Cause.SATURATION, "saturation"
+
+    def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
+        a = float(np.clip(figures[0], -0.45, 4.0))
+        x = current / scale.current
+        if abs(a) < 1e-6:
+            return np.asarray(current * (a * x**2 / 3.0))
+        root = np.sqrt(abs(a))
+        linked = np.arctan(root * x) / root if a > 0.0 else np.arctanh(np.clip(root * x, -0.99, 0.99)) / root
+        return np.asarray(current - scale.current * linked)
+
+    def share(self, at: float, figures: FloatArray) -> float:
+        """Return the inductance at a current, in steps, over that at none."""
+        return 1.0 / (1.0 + float(figures[0]) * at**2)
+
+    def possible(self, figures: FloatArray) -> bool:
+        return bool(-0.45 < figures[0] < 4.0)
+
+    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+        # Where one percent of the inductance is gone, to first order of either law.
+        smaller = float(scale.current * np.sqrt(0.01 / max(abs(figures[0]), 0.01)))
+        return {"current": scale.current, "share": self.share(1.0, figures), "smaller": smaller}
+
+
+class _FluxSaturation(_Saturation):
+    """Inductance L₀·(1 − a·(λ/L₀I)²) of the flux linkage: λ = L₀·I/√a·tanh(√a·i/I)."""
+
+    def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
+        a = float(np.clip(figures[0], -0.45, 4.0))
+        x = current / scale.current
+        if abs(a) < 1e-6:
+            return np.asarray(current * (a * x**2 / 3.0))
+        root = np.sqrt(abs(a))
+        linked = np.tanh(root * x) / root if a > 0.0 else np.tan(np.clip(root * x, -1.2, 1.2)) / root
+        return np.asarray(current - scale.current * linked)
+
+    def share(self, at: float, figures: FloatArray) -> float:
+        a = float(figures[0])
+        root = np.sqrt(abs(a)) * at
+        return float(1.0 - np.tanh(root) ** 2 if a > 0.0 else 1.0 + np.tan(root) ** 2)
+
+    def possible(self, figures: FloatArray) -> bool:
+        return bool(-0.45 < figures[0] < 4.0)
+
+
+@dataclass(frozen=True)
+class _Eddy(Term):
+    """A closed circuit that is coupled to the winding: k², and the logarithm of its time constant in `lag` of the winding's."""
+
+    cause: ClassVar[Cause] = Cause.SECOND_TIME_CONSTANT
+    family: ClassVar[str] = "eddy"
+    lag: float = 0.1
+
+    start: tuple[float, ...] = (0.0, 0.0)
+    # A record that shows the coupling need not show the time constant.
+    known: tuple[float, ...] = (np.inf, 1.0)
+
+    def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
+        rate = 1.0 / (self._lag(figures) * scale.time_constant)
+        return np.asarray(float(np.clip(figures[0], -0.7, 0.95)) * high_pass(current, step, rate))
+
+    def possible(self, figures: FloatArray) -> bool:
+        return bool(0.0 <= figures[0] < 0.95)
+
+    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+        return {"time_constant": self._lag(figures) * scale.time_constant, "coupling": float(abs(figures[0]) ** 0.5)}
+
+    def _lag(self, figures: FloatArray) -> float:
+        return self.lag * float(np.exp(np.clip(figures[1], -3.0, 3.0)))
+
+
+class _Coupling(Term):
+    """The current's channel is a high pass: its corner in units of the winding's."""
+
+    cause, family = Cause.AC_COUPLED, "coupling"
+
+    def channel(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray:
+        return high_pass(current, step, float(figures[0]) / scale.time_constant)
+
+    def possible(self, figures: FloatArray) -> bool:
+        return bool(figures[0] > 0.0)
+
+    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+        return {"corner": float(figures[0]) / (2.0 * np.pi * scale.time_constant)}
+
+
+class _Slope(Term):
+    """The current's channel drifts: by so many steps over the record."""
+
+    cause, family = Cause.SLOPE, "slope"
+
+    def beside(self, time: FloatArray, scale: Scale, figures: FloatArray) -> FloatArray | float:
+        return np.asarray(float(figures[0]) * scale.current * (time - scale.begin) / scale.length)
+
+    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+        return {"slope": float(figures[0]) * scale.current / scale.length}
+
+
+@dataclass(frozen=True)
+class _Hum(Term):
+    """Mains hum on the current's channel: sine and cosine, in steps."""
+
+    cause: ClassVar[Cause] = Cause.HUM
+    family: ClassVar[str] = "hum"
+    frequency: float = MAINS[0]
+
+    start: tuple[float, ...] = (0.0, 0.0)
+    known: tuple[float, ...] = (np.inf, np.inf)
+
+    def beside(self, time: FloatArray, scale: Scale, figures: FloatArray) -> FloatArray | float:
+        angle = 2.0 * np.pi * self.frequency * (time - scale.begin)
+        return np.asarray(scale.current * (figures[0] * np.sin(angle) + figures[1] * np.cos(angle)))
+
+    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+        return {"frequency": self.frequency, "amplitude": abs(scale.current) * float(np.hypot(*figures))}
+
+
+#: All that is looked for. Skew and pole, and the two laws of saturation, are one direction each.
+TERMS: tuple[Term, ...] = (
+    _Skew(),
+    _Pole(),
+    _Saturation(),
+    _FluxSaturation(),
+    _Eddy(),
+    _Coupling(),
+    _Slope(),
+    *(_Hum(frequency) for frequency in MAINS),
+)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """What to test a record for: the `family` of terms that it stands for, and the term that is fitted first."""
+
+    family: str
+    cause: Cause
+    term: Term
+
+
+def directions(
+    record: StepRecord, p: FloatArray, current: FloatArray, scale: Scale
+) -> tuple[list[Direction], FloatArray]:
+    """Return the directions to test for, and ∂current/∂term of each (m, n), at none of it.
+
+    `current` (A, shape (n,)) is the fitted one without offset and what is read beside it.
+    """
+    rate, size = p[0] / p[1], current.size
+    after = slice(max(record.edge - 1, 0), None)
+    part = current[after]
+    # Nothing flows before the step.
+    missing = np.empty((part.size, 1 + len(EDDIES)))
+    missing[:, 0] = part * (part / scale.current) ** 2 / 3.0
+    for column, lag in enumerate(EDDIES, 1):
+        missing[:, column] = high_pass(part, record.step, 1.0 / (lag * scale.time_constant))
+    missing -= rate * respond_evenly(record.step, missing, rate)
+    angles = [2.0 * np.pi * f * (record.time - scale.begin) for f in MAINS if f * record.step < 0.4]
+    rows = np.zeros((3 + len(EDDIES) + 1 + 2 * len(angles), size))
+    rows[0, after] = -np.gradient(part)
+    rows[1 : 2 + len(EDDIES), after] = missing.T
+    rows[2 + len(EDDIES), after] = -np.cumsum(part)
+    rows[3 + len(EDDIES)] = (record.time - scale.begin) / scale.length
+    for k, angle in enumerate(angles):
+        rows[4 + len(EDDIES) + 2 * k] = np.sin(angle)
+        rows[5 + len(EDDIES) + 2 * k] = np.cos(angle)
+    named = [Direction("skew", Cause.SKEW, _Skew()), Direction("saturation", Cause.SATURATION, _Saturation())]
+    named += [Direction("eddy", Cause.SECOND_TIME_CONSTANT, _Eddy(lag)) for lag in EDDIES]
+    named += [Direction("coupling", Cause.AC_COUPLED, _Coupling()), Direction("slope", Cause.SLOPE, _Slope())]
+    for frequency in MAINS[: len(angles)]:
+        named += 2 * [Direction("hum", Cause.HUM, _Hum(frequency))]
+    return named, rows

@@ -1,0 +1,183 @@
+"""Disturbed current steps, integrated without the estimator's model: what is said of them, and that intervals hold the truth."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from procedures.core.misfit_text import sentence
+from procedures.estimation.fitting.fit import WithheldError
+from procedures.estimation.fitting.misfit import Answer, Cause
+from procedures.estimation.winding.step_codes import clipped_at, too_coarse
+from procedures.estimation.winding.step_repeats import StepReading, fit_repeats
+from procedures.estimation.winding.step_response import StepFit, fit_step_response
+from tests.studies.disturbed_steps import Batch, Sampled, row, sampled
+
+
+def fitted(record: Sampled) -> StepFit:
+    return fit_step_response(
+        record.time,
+        record.voltage,
+        record.current,
+        voltage_resolution=record.voltage_step,
+        current_resolution=record.current_step,
+        voltage_ends=record.voltage_ends,
+        current_ends=record.current_ends,
+    )
+
+
+def alike(count: int = 3, seed: int = 1) -> Batch:
+    """Batch of like circuits: τ = 5 ms, a sharp step."""
+    batch = Batch(count, np.random.default_rng(seed), points=1500, fine=4)
+    batch.tau[:], batch.window[:], batch.rise[:], batch.source[:] = 5e-3, 7.0, 0.0, 0.05
+    return batch
+
+
+def with_(name: str, value: float) -> Batch:
+    batch = alike()
+    getattr(batch, name)[:] = value
+    return batch
+
+
+def off(fit: StepFit, record: Sampled, name: str) -> float:
+    """Error in standard uncertainties, that of half a sampling interval between the channels with it."""
+    truth = record.inductance if name == "inductance" else record.resistance
+    timing = fit.timing * truth / np.sqrt(3.0) if name == "inductance" else 0.0
+    return abs(fit.value(name) - truth) / float(np.hypot(fit.uncertainty(name), timing))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "cause"),
+    [
+        ("skew", 0.02, Cause.SKEW),
+        ("pole", 0.1, Cause.BANDWIDTH),
+        ("knee", 1.5, Cause.SATURATION),
+        ("corner", 0.1, Cause.AC_COUPLED),
+        ("hum", 0.02, Cause.HUM),
+        ("slope", 0.02, Cause.SLOPE),
+    ],
+)
+def test_a_gross_disturbance_is_named_modelled_and_its_interval_holds(name: str, value: float, cause: Cause) -> None:
+    for record in sampled(with_(name, value), bits=12, noise=(0.5, 2.0)):
+        fit = fitted(record)
+        assert cause in {f.cause for f in fit.misfit.findings if f.answer is Answer.MODELLED}
+        assert all(sentence(f).render() for f in fit.misfit.findings)
+        for estimate in ("resistance", "inductance"):
+            assert off(fit, record, estimate) < 4.0
+
+
+def test_eddy_currents_are_a_second_time_constant() -> None:
+    batch = alike()
+    batch.coupling[:], batch.closed[:] = 0.4, 5.0
+    for record in sampled(batch, bits=12, noise=(0.5, 2.0)):
+        fit = fitted(record)
+        assert Cause.SECOND_TIME_CONSTANT in {f.cause for f in fit.misfit.findings}
+        assert off(fit, record, "inductance") < 4.0
+
+
+def test_saturation_offers_the_smaller_step() -> None:
+    (record, *_) = sampled(with_("knee", 1.5), bits=12, noise=(0.5, 2.0))
+    (found,) = (f for f in fitted(record).misfit.findings if f.cause is Cause.SATURATION)
+    # L(i) = L₀/(1 + (i/1.5)²) of a step of 1 A.
+    assert found.figures["share"] == pytest.approx(1.0 / (1.0 + 1.0 / 1.5**2), rel=0.05)
+    assert found.figures["smaller"] == pytest.approx(0.15, rel=0.2)
+    assert "zero current" in sentence(found).render()
+
+
+def test_the_corner_of_a_coupling_is_named() -> None:
+    (record, *_) = sampled(with_("corner", 0.1), bits=12, noise=(0.5, 2.0))
+    (found,) = (f for f in fitted(record).misfit.findings if f.cause is Cause.AC_COUPLED)
+    assert found.figures["corner"] == pytest.approx(0.1 / (2 * np.pi * 5e-3), rel=0.05)
+
+
+def test_clean_records_are_not_accused() -> None:
+    warned = [bool(fitted(record).misfit) for record in sampled(row("clean", 40, 5))]
+    assert sum(warned) <= 3
+
+
+@settings(max_examples=4, deadline=None)
+@given(begin=st.floats(0.0, 3.0), seed=st.integers(0, 50))
+def test_a_record_that_begins_with_the_step_or_later_is_withheld(begin: float, seed: int) -> None:
+    batch = alike(1, seed)
+    batch.begin[:] = max(begin, 1e-9)
+    (record,) = sampled(batch, bits=12)
+    with pytest.raises(WithheldError, match="no baseline") as told:
+        fitted(record)
+    assert [f.cause for f in told.value.misfit.findings] == [Cause.NO_BASELINE]
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_what_is_cut_off_is_left_out(known: bool) -> None:
+    batch = with_("cut", 0.9)
+    batch.known = known
+    for record in sampled(batch, bits=8, noise=(0.5, 1.0)):
+        fit = fitted(record)
+        assert fit.misfit.findings[0].cause is Cause.CLIPPED
+        assert off(fit, record, "inductance") < 4.0
+
+
+def test_a_record_of_which_half_is_cut_off_gives_no_figure() -> None:
+    for record in sampled(with_("cut", 0.45), bits=8, noise=(0.5, 1.0)):
+        with pytest.raises(WithheldError, match="cut off"):
+            fitted(record)
+
+
+def test_a_voltage_that_is_cut_off_gives_no_figure() -> None:
+    for record in sampled(with_("voltage_cut", 0.9), bits=8, noise=(0.5, 1.0)):
+        with pytest.raises(WithheldError, match="voltage is cut off"):
+            fitted(record)
+
+
+def test_a_supply_that_limits_the_current_ends_the_record() -> None:
+    for record in sampled(with_("limit", 0.8), bits=12, noise=(0.5, 2.0)):
+        fit = fitted(record)
+        assert fit.misfit.findings[0].cause is Cause.CLIPPED
+        assert off(fit, record, "inductance") < 4.0
+
+
+@pytest.mark.parametrize(("noise", "said"), [(0.02, True), (0.3, False)])
+def test_a_converter_too_coarse_for_its_noise_is_told(noise: float, said: bool) -> None:
+    model = 200.0 * -np.expm1(-np.linspace(0.0, 6.0, 2000))
+    values = np.round(model + np.random.default_rng(1).normal(0.0, noise, model.size))
+    assert too_coarse(values, model, 1.0) is said
+    assert not too_coarse(values, model, 0.0)
+
+
+def test_an_end_of_range_is_not_seen_where_noise_ends_by_itself() -> None:
+    random = np.random.default_rng(2)
+    values = np.append(random.normal(0.0, 0.7, 500), 100.0 + random.normal(0.0, 0.7, 1500))
+    assert clipped_at(np.round(values), 500, 1.0, True) is None
+    assert clipped_at(np.minimum(np.round(values), 100.0), 500, 1.0, True) == 100.0
+    assert clipped_at(-np.minimum(np.round(values), 100.0), 500, 1.0, False) == -100.0
+
+
+def readings(batch: Batch) -> list[StepReading]:
+    return [
+        StepReading(r.time, r.voltage, r.current, r.voltage_step, r.current_step)
+        for r in sampled(batch, bits=12, noise=(0.5, 0.5001))
+    ]
+
+
+def test_repeats_average_their_noise_and_say_nothing_where_they_agree() -> None:
+    repeats = fit_repeats(readings(alike(4)))
+    assert not repeats.misfit
+    mean = repeats.mean("inductance")
+    assert mean.ratio == 0.0
+    assert mean.uncertainty < repeats.fits[0].uncertainty("inductance")
+
+
+def test_repeats_that_contradict_each_other_say_so() -> None:
+    steps = readings(alike(4))
+    moved = steps[3]._replace(current=np.asarray(steps[3].current) * 1.01)
+    repeats = fit_repeats([*steps[:3], moved])
+    assert Cause.REPEATS_DIFFER in {f.cause for f in repeats.misfit.findings}
+    mean = repeats.mean("resistance")
+    assert abs(mean.value - 1.0) < 3.0 * mean.uncertainty
+
+
+def test_what_no_single_record_shows_repeats_show_together() -> None:
+    batch = alike(16)
+    batch.slope[:] = 1.2e-4
+    repeats = fit_repeats(readings(batch))
+    assert repeats.misfit
+    assert abs(repeats.mean("resistance").value - 1.0) < 3.0 * repeats.mean("resistance").uncertainty

@@ -1,0 +1,215 @@
+"""Current steps with one disturbance or two, integrated in fine steps; nothing of the estimator is used."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+Random = np.random.Generator
+BASELINE = 0.2
+
+
+@dataclass
+class Batch:
+    """Circuits of R = 1 Ω and L = τ, a column each: what acts on them, None or 0 where nothing does.
+
+    Times are in τ, currents and voltages in units of the step's; `tau` (s) places them on the mains' time scale.
+    """
+
+    count: int
+    random: Random
+    tau: np.ndarray = field(init=False)
+    window: np.ndarray = field(init=False)
+    rise: np.ndarray = field(init=False)
+    source: np.ndarray = field(init=False)
+    skew: np.ndarray = field(init=False)
+    pole: np.ndarray = field(init=False)
+    knee: np.ndarray = field(init=False)
+    coupling: np.ndarray = field(init=False)
+    closed: np.ndarray = field(init=False)
+    corner: np.ndarray = field(init=False)
+    hum: np.ndarray = field(init=False)
+    slope: np.ndarray = field(init=False)
+    limit: np.ndarray = field(init=False)
+    cut: np.ndarray = field(init=False)
+    voltage_cut: np.ndarray = field(init=False)
+    odd: np.ndarray = field(init=False)
+    begin: np.ndarray = field(init=False)
+    law: str = "atan"
+    #: Whether the converters' last codes come with the record.
+    known: bool = False
+    #: Samples of a record, and steps of the integration for each.
+    points: int = 2500
+    fine: int = 10
+
+    def __post_init__(self) -> None:
+        r, n = self.random, self.count
+        self.tau = self.spread(3e-4, 1e-2)
+        self.window = r.uniform(5.0, 9.0, n)
+        self.rise = np.where(r.uniform(size=n) < 0.5, 0.0, self.spread(0.01, 0.1))
+        self.source = r.uniform(0.0, 0.2, n)
+        for name in ("skew", "pole", "coupling", "corner", "hum", "slope", "odd", "begin"):
+            setattr(self, name, np.zeros(n))
+        for name in ("knee", "closed", "limit", "cut", "voltage_cut"):
+            setattr(self, name, np.full(n, np.inf))
+
+    def spread(self, low: float, high: float) -> np.ndarray:
+        """Magnitudes, as likely in each decade."""
+        return np.exp(self.random.uniform(np.log(low), np.log(high), self.count))
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A record as a scope gives it, with its converters' steps."""
+
+    time: np.ndarray
+    voltage: np.ndarray
+    current: np.ndarray
+    voltage_step: float
+    current_step: float
+    resistance: float
+    inductance: float
+    voltage_ends: tuple[float, float] | None = None
+    current_ends: tuple[float, float] | None = None
+
+
+def _current(batch: Batch, flux: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Currents of the winding and of the closed circuit from their flux linkages, both of inductance 1."""
+    k = batch.coupling
+    if np.any(np.isfinite(batch.knee)):
+        x = flux / batch.knee
+        if batch.law == "atan":
+            return np.where(np.isfinite(batch.knee), batch.knee * np.tan(np.minimum(x, 1.5)), flux), second
+        return np.where(np.isfinite(batch.knee), batch.knee * np.arctanh(np.minimum(x, 0.999)), flux), second
+    return (flux - k * second) / (1 - k**2), (second - k * flux) / (1 - k**2)
+
+
+def _supply(batch: Batch, held: np.ndarray, at: np.ndarray, current: np.ndarray) -> np.ndarray:
+    """Voltage at the winding at a time since the step and a current; a current limit that has acted holds the current."""
+    raised = -np.expm1(-np.maximum(at, 0.0) / np.maximum(batch.rise, 1e-12))
+    source = np.where(at > 0.0, np.where(batch.rise > 0.0, raised, 1.0), 0.0) * (1.0 + batch.source)
+    v = source - batch.source * current
+    return np.where(held, np.minimum(v, current), v)
+
+
+def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return time (τ), voltage at the winding and current as the probe gives it (count, samples), free of noise."""
+    n, per, fine = batch.count, batch.fine, batch.points * batch.fine
+    step = batch.window / (1 - BASELINE) / fine
+    start = (BASELINE * fine + batch.random.integers(0, per, n)).astype(int)
+    flux, second, low, high = (np.zeros(n) for _ in range(4))
+    currents, voltages = np.zeros((fine // per + 1, n)), np.zeros((fine // per + 1, n))
+    late = np.round(batch.skew / step).astype(int)
+    history = np.zeros((fine + 1, n))
+    closed = np.where(np.isfinite(batch.closed), batch.closed, 0.0)
+    columns, held = np.arange(n), np.zeros(n, dtype=bool)
+    for k in range(fine + 1):
+        now, _ = _current(batch, flux, second)
+        history[k] = now
+        held |= now + step >= batch.limit
+        since = (k - start) * step
+        seen = history[np.clip(k - late, 0, k), columns]
+        voltages_now = _supply(batch, held, since, now)
+        low = np.where(batch.pole > 0.0, low + (seen - low) * -np.expm1(-step / np.maximum(batch.pole, 1e-12)), seen)
+        if k % per == 0:
+            currents[k // per] = low - high
+            voltages[k // per] = voltages_now
+        high = high + (low - high) * -np.expm1(-step * batch.corner)
+        # The midpoint's rule, from within a step on which the supply does not switch.
+        middle = since + 0.5 * step
+        one, two = _current(batch, flux, second)
+        half_flux = flux + 0.5 * step * (_supply(batch, held, middle, one) - one)
+        half_second = second - 0.5 * step * closed * two
+        one, two = _current(batch, half_flux, half_second)
+        flux = flux + step * (_supply(batch, held, middle, one) - one)
+        second = second - step * closed * two
+    time = np.arange(fine // per + 1)[None] * per * step[:, None] - (start * step)[:, None]
+    return time, voltages.T, currents.T
+
+
+def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float] = (0.15, 2.0)) -> list[Sampled]:
+    """Return the records: hum, slope, offset, noise and the converter put on; `noise` is in codes, 80 % of the range is used."""
+    random = batch.random
+    time, voltage, current = integrated(batch)
+    result = []
+    for k in range(batch.count):
+        seconds = time[k] * batch.tau[k]
+        angle = 2 * np.pi * random.choice([50.0, 60.0]) * seconds + random.uniform(0, 6.3)
+        i = current[k] + batch.hum[k] * np.sin(angle) + batch.slope[k] * time[k] / (time[k, -1] - time[k, 0])
+        # What no term stands for: a ringing of the probe.
+        i = i + batch.odd[k] * np.exp(-np.maximum(time[k], 0) / 0.7) * np.sin(9.0 * np.maximum(time[k], 0))
+        b = bits or int(random.choice([8, 12]))
+        code = 1.0 / (0.8 * 2**b)
+        share = float(np.exp(random.uniform(*np.log(noise))))
+        channels, ends = [], []
+        for signal, cut in ((voltage[k], batch.voltage_cut[k]), (i, batch.cut[k])):
+            offset = random.uniform(-0.05, 0.05)
+            read = np.round((signal + offset + random.normal(0, share * code, signal.size)) / code) * code
+            last = np.round((cut + offset) / code) * code if np.isfinite(cut) else np.inf
+            channels.append(np.minimum(read, last))
+            ends.append((-np.inf, last) if batch.known else None)
+        keep = slice(int(np.searchsorted(time[k], batch.begin[k])) if batch.begin[k] else 0, None)
+        result.append(
+            Sampled(seconds[keep], channels[0][keep], channels[1][keep], code, code, 1.0, float(batch.tau[k]), *ends)
+        )
+    return result
+
+
+def row(name: str, count: int, seed: int) -> Batch:
+    """Return a batch by the name of its disturbance, from negligible to gross."""
+    batch = Batch(count, np.random.default_rng([seed, *name.encode()]))
+    signs = batch.random.choice([-1.0, 1.0], count)
+    for part in name.split(" + "):
+        match part.split(",")[0]:
+            case "clean":
+                pass
+            case "skew":
+                batch.skew = batch.spread(1e-4, 5e-2)
+            case "pole":
+                batch.pole = batch.spread(1e-4, 0.15)
+            case "saturation":
+                batch.knee = batch.spread(1.2, 40.0)
+                batch.law = "tanh" if "tanh" in part else "atan"
+            case "eddy":
+                batch.coupling, batch.closed = batch.spread(0.03, 0.5), batch.spread(2.0, 30.0)
+            case "hum":
+                batch.hum = batch.spread(1e-4, 0.03)
+            case "slope":
+                batch.slope = signs * batch.spread(1e-4, 0.03)
+            case "high-pass":
+                batch.corner = batch.spread(1e-4, 0.3)
+            case "clipped":
+                batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
+            case "voltage clipped":
+                batch.voltage_cut, batch.known = batch.random.uniform(0.8, 1.0, count), "known" in part
+            case "current limit":
+                batch.limit = batch.random.uniform(0.6, 1.0, count)
+            case "late":
+                batch.begin = batch.spread(1e-3, 2.0)
+            case "ringing":
+                batch.odd = batch.spread(1e-4, 0.03)
+            case other:
+                raise ValueError(f"no row '{other}'")
+    return batch
+
+
+ROWS = (
+    "clean",
+    "skew",
+    "pole",
+    "saturation, atan",
+    "saturation, tanh",
+    "eddy",
+    "hum",
+    "slope",
+    "high-pass",
+    "clipped, codes known",
+    "clipped",
+    "voltage clipped, codes known",
+    "voltage clipped",
+    "current limit",
+    "late",
+    "skew + hum",
+    "saturation + high-pass",
+    "pole + slope",
+    "ringing",
+)
