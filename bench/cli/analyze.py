@@ -150,6 +150,8 @@ def coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: bool = False,
+    speed_filter: str | None = None,
+    torque_filter: str | None = None,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -171,6 +173,10 @@ def coast_down(
         Name of the speed's column.
     speed_in_rpm
         A speed without unit is in rpm.
+    speed_filter
+        Time constant of the filter that the speed went through, as in 20ms.
+    torque_filter
+        Time constant of the filter that the torque went through, as in 20ms.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: speed, torque, time.
     accuracy_file
@@ -190,6 +196,8 @@ def coast_down(
         torque=torque,
         speed=speed,
         speed_in_rpm=speed_in_rpm,
+        speed_filter=_seconds("--speed-filter", speed_filter),
+        torque_filter=_seconds("--torque-filter", torque_filter),
         accuracy=read_statements(accuracy, accuracy_file),
     )
     print_analysis(made, json=json, budget=budget)
@@ -252,6 +260,19 @@ def _some(files: Sequence[Path]) -> Sequence[Path]:
     if not files:
         raise UsageError(text("name at least one file"))
     return files
+
+
+def _seconds(option: str, given: str | None) -> float:
+    """Return a time (s) from a number with its unit: s, ms, us or µs; without one it is in s."""
+    if given is None:
+        return 0.0
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0), ("", 1.0)):
+        if given.endswith(unit):
+            try:
+                return float(given.removesuffix(unit)) * factor
+            except ValueError:
+                break
+    raise UsageError(text("{option} {word}: give a time, as in 20ms or 0.02s", option=option, word=given))
 
 
 def _factors(given: Sequence[str]) -> dict[str, float]:

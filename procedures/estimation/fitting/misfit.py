@@ -33,6 +33,7 @@ class Cause(StrEnum):
     COGGING = "cogging"
     ECCENTRICITY = "eccentricity"
     REGRIP = "regrip"
+    TURNING_POINTS = "turning-points"
     PROBE_FACTOR = "probe-factor"
     CHANNELS_DIFFER = "channels-differ"
     REPEATS_DIFFER = "repeats-differ"
@@ -122,7 +123,9 @@ class Score:
         if not left.size:
             return np.ones(self.bias.shape[1])
         seen = np.maximum(0.0, self.z[left] ** 2 - 1.0)
-        return np.asarray(1.0 + np.max(self.bias[left] ** 2 * seen[:, None], axis=0))
+        # What cannot be seen at all has no score, and no bias that a score would tell of.
+        bias = np.where(seen[:, None] > 0.0, self.bias[left], 0.0)
+        return np.asarray(1.0 + np.max(bias**2 * seen[:, None], axis=0))
 
 
 def score_test(
