@@ -19,6 +19,8 @@ COPPER, COPPER_REFERENCE = 0.00393, 20.0
 _SLOPE = ("resistance", "offset", "meter")
 #: A voltage drifts where chance alone would do so in this share of records, and so many readings more are left over.
 _CHANCE, _LEAST_FREEDOM = 1e-3, 3
+#: Scores beyond this are as good as certain, and not infinite.
+_MOST = 40.0
 
 
 class PhaseResistance(NamedTuple, Generic[Number]):
@@ -122,14 +124,18 @@ def _with_drift(v: FloatArray, i: FloatArray) -> Fit:
     if freedom < _LEAST_FREEDOM:
         return fit
     further = least_squares((*_SLOPE, "emf", "change"), np.column_stack((plain, order, order * i)), v)
-    t = further.value("emf") / max(further.uncertainty("emf"), 1e-300)
-    if abs(t) < special.stdtrit(freedom, 1.0 - 0.5 * _CHANCE):
+    t = {name: further.value(name) / max(further.uncertainty(name), 1e-300) for name in ("emf", "change")}
+    limit = float(special.stdtrit(freedom, 1.0 - 0.5 * _CHANCE))
+    clearest = max(t, key=lambda name: abs(t[name]))
+    if abs(t[clearest]) < limit:
         return fit
-    # Of the two drifts that readings of alternating sign cannot tell apart the figure holds both.
-    off = fit.value("resistance") - further.value("resistance")
     covariance = further.covariance[:3, :3].copy()
-    covariance[0, 0] += (0.5 * off) ** 2
-    finding = Finding(Cause.SLOPE, Answer.WIDENED, score=float(special.ndtri(special.stdtr(freedom, abs(t)))))
+    # Half of what the two drifts do, and where the resistance itself changes, all that it does: no course of either is known.
+    off = 0.5 * (fit.value("resistance") - further.value("resistance"))
+    changes = further.value("change") if abs(t["change"]) >= limit else 0.0
+    covariance[0, 0] += off**2 + changes**2
+    score = min(float(special.ndtri(special.stdtr(freedom, abs(t[clearest])))), _MOST)
+    finding = Finding(Cause.SLOPE, Answer.WIDENED, score=score)
     return replace(further, names=_SLOPE, values=further.values[:3], covariance=covariance, misfit=Misfit((finding,)))
 
 
