@@ -14,6 +14,8 @@ from procedures.estimation.fitting.smoothing import smooth
 
 #: A reading this many standard deviations and this share of the top speed from its neighbours is none of the shaft's.
 _WILD, _WILD_SHARE, _END_SHARE, _NEIGHBOURS = 9.0, 0.01, 0.1, 5
+#: Nor is one that is off by more than so many times what the speed changes over two readings there.
+_STEEP = 2.0
 #: Readings of standstill between readings above this share of the top speed are no standstill.
 _TURNING_SHARE = 0.1
 #: A ramp that lost more than this share of its readings is none.
@@ -68,9 +70,10 @@ def wild(speed: FloatArray, noise: float) -> NDArray[np.bool_]:
     if count < 2:
         return np.zeros(n, dtype=bool)
     places = np.arange(n)
-    expected = np.empty((count, n))
+    expected, climb = np.empty((count, n)), np.empty((count, n))
     for k in range(1, count + 1):
         expected[k - 1] = 0.5 * (speed[np.maximum(places - k, 0)] + speed[np.minimum(places + k, n - 1)])
+        climb[k - 1] = np.abs(speed[np.minimum(places + k, n - 1)] - speed[np.maximum(places - k, 0)]) / k
         # Beside an end there is one side only, which goes on straight.
         first, last = places < count, places >= n - count
         expected[k - 1, first] = 2.0 * speed[places[first] + k] - speed[places[first] + 2 * k]
@@ -80,7 +83,7 @@ def wild(speed: FloatArray, noise: float) -> NDArray[np.bool_]:
     usual = max(noise, 1.4826 * float(np.median(off)))
     limit = np.full(n, max(_WILD * usual, _WILD_SHARE * float(np.max(np.abs(speed)))))
     limit[:count] = limit[n - count :] = max(float(limit[n // 2]), _END_SHARE * float(np.max(np.abs(speed))))
-    return np.asarray(off > limit)
+    return np.asarray(off > np.maximum(limit, _STEEP * np.median(climb, axis=0)))
 
 
 def turning(ramp: SpeedRamp, number: int) -> Run:
@@ -122,12 +125,16 @@ def _longest(
     edges = np.flatnonzero(np.diff(np.concatenate(([0], bridged.astype(np.int8), [0]))))
     stretches = [(int(b), int(e)) for b, e in zip(edges[::2], edges[1::2], strict=True)]
     joined: list[tuple[int, int]] = []
+    fast, last = _TURNING_SHARE * top, 0.0
     for begin, end in stretches:
-        fast = _TURNING_SHARE * top
-        if joined and forwards[joined[-1][1] - 1] > fast and forwards[begin] > fast:
+        true = forwards[begin:end][(turns & kept)[begin:end]]
+        if not true.size:
+            continue
+        if joined and last > fast and true[0] > fast:
             joined[-1] = (joined[-1][0], end)
         else:
             joined.append((begin, end))
+        last = float(true[-1])
     # What lies outside is standstill, where friction holds instead of braking.
     begin, end = max(joined, key=lambda each: each[1] - each[0], default=(0, 0))
     return slice(begin, end), kept & turns
