@@ -143,21 +143,6 @@ def respond(time: FloatArray, drive: FloatArray, rate: float, start: float = 0.0
     return recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
 
 
-def response_and_slope(time: FloatArray, drive: FloatArray, rate: float, start: float) -> tuple[FloatArray, FloatArray]:
-    """Return what `respond` does, and its derivative by the rate (s times the response's unit)."""
-    steps = np.diff(time)
-    step = float(time[-1] - time[0]) / steps.size
-    if rate >= 0.0 and np.all(np.abs(steps - step) < 1e-6 * step):
-        response, slope = response_and_slope_evenly(step, drive, rate)
-        since = time - time[0]
-        left = start * np.exp(-rate * since)
-        return response + left, slope - since * left
-    w = segment_weights(rate * steps)
-    response = recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
-    inner = w.decay_slope * response[:-1] + steps * (w.first_slope * drive[:-1] + w.last_slope * drive[1:])
-    return response, recursion_unevenly(rate * steps, steps * inner, 0.0)
-
-
 def recursion_unevenly(x: FloatArray, gain: FloatArray, start: FloatArray | float) -> FloatArray:
     """Return y (…, n + 1) of y[k + 1] = exp(−x[k])·y[k] + gain[k] for x (n,) and gain (…, n), from y[0] = `start` (…)."""
     result = np.empty((*gain.shape[:-1], x.size + 1))

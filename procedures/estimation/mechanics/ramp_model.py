@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from procedures.estimation.fitting.first_order import recursion_unevenly, segment_weights
+from procedures.estimation.fitting.first_order import recursion_unevenly, respond, segment_weights
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.nonlinear import minimise
 from procedures.estimation.mechanics.ramp_terms import Terms
@@ -266,11 +266,12 @@ class RampModel:
 
     def _filter(self, k: int, values: FloatArray, rising: FloatArray) -> FloatArray:
         """Return values (…, n) behind the filter, which has followed them as they rose at first."""
-        tau = self._filter_time(k)
-        x = np.diff(self.runs[k].time) / tau
-        w = segment_weights(x)
-        gain = x * (w.first * values[..., :-1] + w.last * values[..., 1:])
-        return recursion_unevenly(x, gain, values[..., 0] - tau * rising)
+        tau, time = self._filter_time(k), self.runs[k].time
+        starts = np.atleast_1d(values[..., 0] - tau * rising)
+        rows = [
+            respond(time, row / tau, 1.0 / tau, start) for row, start in zip(np.atleast_2d(values), starts, strict=True)
+        ]
+        return np.array(rows).reshape(values.shape)
 
 
 def noise_of(run: Run) -> float:
