@@ -1,7 +1,7 @@
 """Coast-down captures: friction against inertia, or both with a torque (§3.5)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,21 +17,27 @@ from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, Capture
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import text
 from procedures.estimation.fitting.fit import Fit
-from procedures.estimation.mechanics.inertia import SHARED, SpeedRamp, fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.turning import SpeedRamp
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 _RATES = ("coulomb_deceleration", "viscous_rate")
 #: What stands for the channel of a torque that no column has.
 _GIVEN = "as given"
+#: No sensor's filter is slower (s).
+_LONGEST_FILTER = 5.0
 
 
 @dataclass(frozen=True)
 class _Record:
-    """One file: time (s), speed (rad/s), and the torque's channel, or the torque (N·m) where no column has it."""
+    """One file: time (s), speed (rad/s), and the torque's channel, or the torque (N·m) where no column has it; `filters` are the time
+    constants (s) of speed and torque.
+    """
 
     time: FloatArray
     speed: CaptureChannel
     torque: CaptureChannel | float
+    filters: tuple[float, float] = (0.0, 0.0)
 
     @property
     def torque_name(self) -> str:
@@ -48,7 +54,8 @@ class _Record:
             time = error.on("time", "time", time, by)
             speed = error.on("speed", self.speed.name, speed, by)
             torque = error.on("torque", self.torque_name, torque, by)
-        return SpeedRamp(time, speed, torque if torque.ndim else float(torque), self.speed.resolution)
+        given = torque if torque.ndim else float(torque)
+        return SpeedRamp(time, speed, given, self.speed.resolution, *self.filters)
 
 
 def analyze_coast_down(
@@ -59,6 +66,8 @@ def analyze_coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: bool = False,
+    speed_filter: float = 0.0,
+    torque_filter: float = 0.0,
     accuracy: Sequence[Statement] = (),
     selection: CapturePart = WHOLE,
 ) -> dict[str, Any]:
@@ -66,12 +75,19 @@ def analyze_coast_down(
 
     With `inertia` (kg·m²) the frictions follow. With several files, or a torque column (N·m), all ramps are fitted together:
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
-    column; a speed without unit is rad/s unless `speed_in_rpm`. `accuracy` states the errors of speed, torque and time base.
-    `selection` is the part of the record to take. Raises CaptureError naming file and line.
+    column; a speed without unit is rad/s unless `speed_in_rpm`. `speed_filter` and `torque_filter` are the time constants (s) of
+    first-order filters that the readings went through. `accuracy` states the errors of speed, torque and time base. `selection` is the part
+    of the record to take. Raises CaptureError naming file and line.
     """
     captures = [read_capture(path, selection=selection) for path in paths_of(file)]
     if not captures:
         raise CaptureError("capture", text("no file given"))
+    for name, constant in (("speed filter", speed_filter), ("torque filter", torque_filter)):
+        if not 0.0 <= constant <= _LONGEST_FILTER:
+            raise CaptureError(
+                name,
+                text("{constant:g} s is not within 0 … {longest:g} s", constant=constant, longest=_LONGEST_FILTER),
+            )
     if inertia is not None and (inertia <= 0 or not np.isfinite(inertia)):
         raise CaptureError("inertia", text("{inertia:g} kg·m² is not above zero", inertia=inertia))
     records, assumed = [], []
@@ -80,7 +96,8 @@ def analyze_coast_down(
         assumed += note
         shaft = [c for c in capture.channels if _is_torque(c)]
         level = torque if torque is not None and k == 0 and len(captures) > 1 else 0.0
-        records.append(_Record(capture.times(), channel, shaft[0] if shaft else level))
+        filters = speed_filter, torque_filter
+        records.append(_Record(capture.times(), channel, shaft[0] if shaft else level, filters))
     applied = Applied(accuracy, _uses(records), captures)
     outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied)
     outcome.assume(*assumed)
@@ -94,7 +111,10 @@ def analyze_coast_down(
         found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
     estimator = "fit of whole ramps together" if driven else "fit of the whole coast-down"
     for name, quantity in found.items():
-        outcome.parameter(name, quantity, estimator=estimator)
+        outcome.parameter(name, quantity, estimator=estimator, misfit=fit.misfit.of(name))
+    square = QUADRATIC if driven else "quadratic_rate"
+    low, high = fit.interval(square)
+    outcome.detail(**{square: {"value": fit.value(square), "low": low, "high": high}})
     if driven:
         outcome.assume(
             "torque of a record without a torque column is 0", "torque is that on the shaft, positive where it drives"
@@ -111,23 +131,31 @@ def analyze_coast_down(
             "a coast-down alone gives friction ÷ inertia only; give the inertia, or a driven ramp with its torque"
         )
     else:
-        _frictions(outcome, found, inertia, inertia_uncertainty)
+        _frictions(outcome, found, fit, inertia, inertia_uncertainty)
     return outcome.as_dict()
 
 
-def _frictions(outcome: AnalysisOutcome, rates: dict[str, UncertainReal], inertia: float, uncertainty: float) -> None:
+def _frictions(
+    outcome: AnalysisOutcome, rates: dict[str, UncertainReal], fit: Fit, inertia: float, uncertainty: float
+) -> None:
     """Add the frictions that follow from a known inertia."""
     outcome.assume(f"inertia {inertia:g} kg·m² with a standard uncertainty of {uncertainty:g} kg·m²")
     known = outcome.uncertainties.standard("inertia as given", inertia, uncertainty)
     for name, rate in (("coulomb_friction", "coulomb_deceleration"), ("viscous_friction", "viscous_rate")):
-        outcome.parameter(name, known * rates[rate], estimator="fit of the whole coast-down × inertia")
+        outcome.parameter(
+            name,
+            known * rates[rate],
+            estimator="fit of the whole coast-down × inertia",
+            misfit=fit.misfit.of(rate, name),
+        )
 
 
 def _fit(records: Sequence[_Record], error: ErrorInput | None = None, by: float = 0.0, *, driven: bool) -> Fit:
     parts = [part for record in records for part in _split(record.ramp(error, by))]
     if driven:
         return fit_ramps(parts)
-    return fit_coast_down(parts[0].time, parts[0].speed, speed_resolution=parts[0].speed_resolution)
+    only = parts[0]
+    return fit_coast_down(only.time, only.speed, speed_resolution=only.speed_resolution, speed_filter=only.speed_filter)
 
 
 def _uses(records: Sequence[_Record]) -> dict[str, Sequence[str]]:
@@ -175,4 +203,4 @@ def _split(ramp: SpeedRamp) -> list[SpeedRamp]:
     rest = torque[begin:]
     quiet = float(np.mean(np.abs(rest))) < 0.1 * level
     parts = [(slice(0, end), torque[:end]), (slice(begin, None), np.zeros(rest.size) if quiet else rest)]
-    return [SpeedRamp(ramp.time[s], ramp.speed[s], t, ramp.speed_resolution) for s, t in parts]
+    return [replace(ramp, time=ramp.time[s], speed=ramp.speed[s], torque=t) for s, t in parts]

@@ -85,6 +85,7 @@ def analyze_rotor_sweep(
             estimator="fit of mean and second harmonic to the whole sweep",
             winding=factor.winding * axes.value(name),
             convention="y_equivalent",
+            misfit=fit.misfit.of(name),
         )
     low, high = extremes(inductance.values)
     by_note = motor_class(low, high, threshold)

@@ -194,6 +194,8 @@ def coast_down(
     from_: Annotated[float | None, Parameter(name="--from")] = None,
     to: float | None = None,
     time_column: str | None = None,
+    speed_filter: str | None = None,
+    torque_filter: str | None = None,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
@@ -223,6 +225,10 @@ def coast_down(
         Last instant of the record to take, s.
     time_column
         Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+    speed_filter
+        Time constant of the filter that the speed went through, as in 20ms.
+    torque_filter
+        Time constant of the filter that the torque went through, as in 20ms.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: speed, torque, time.
     accuracy_file
@@ -243,6 +249,8 @@ def coast_down(
         torque=torque,
         speed=speed,
         speed_in_rpm=speed_in_rpm,
+        speed_filter=_seconds("--speed-filter", speed_filter),
+        torque_filter=_seconds("--torque-filter", torque_filter),
         accuracy=read_statements(accuracy, accuracy_file),
         selection=CapturePart(from_, to, time_column),
     )
@@ -319,6 +327,19 @@ def _some(files: Sequence[Path]) -> Sequence[Path]:
     if not files:
         raise UsageError(text("name at least one file"))
     return files
+
+
+def _seconds(option: str, given: str | None) -> float:
+    """Return a time (s) from a number with its unit: s, ms, us or µs; without one it is in s."""
+    if given is None:
+        return 0.0
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0), ("", 1.0)):
+        if given.endswith(unit):
+            try:
+                return float(given.removesuffix(unit)) * factor
+            except ValueError:
+                break
+    raise UsageError(text("{option} {word}: give a time, as in 20ms or 0.02s", option=option, word=given))
 
 
 def _factors(given: Sequence[str]) -> dict[str, float]:

@@ -27,6 +27,7 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
+from procedures.estimation.fitting.misfit import NO_MISFIT
 from procedures.estimation.winding import rotor_sweep
 from procedures.estimation.winding.connections import phase_factor
 from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
@@ -60,7 +61,7 @@ class DqInductanceExtremesSettings(WiringSettings):
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.MEDIUM, description="measurement time")
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
-    electrical_turns: float = Field(default=1.5, ge=1.0, le=100.0, description="electrical turns of the sweep")
+    electrical_turns: float = Field(default=2.0, ge=1.0, le=100.0, description="electrical turns of the sweep")
     readings_per_period: int = Field(default=40, ge=8, le=1000, description="readings a period of the inductance")
     turning_speed: float | None = Field(
         default=None, gt=0.0, le=10.0, description="speed of the hand, rad/s; chosen when not given"
@@ -306,6 +307,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 estimator=estimator,
                 note_value=factors.winding * notes[axis],
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
+                misfit=sweep.fit.misfit.of(name) if sweep.fit else NO_MISFIT,
             )
 
 

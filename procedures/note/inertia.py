@@ -1,6 +1,7 @@
 """Inertia and friction from a driven ramp and a coast-down (§3.5)."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar
@@ -17,9 +18,11 @@ from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
-from procedures.estimation.fitting.fit import Fit
+from procedures.estimation.fitting.fit import Fit, coverage_interval
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.noise import white_noise
 from procedures.estimation.mechanics import inertia as estimation
+from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.techniques.driven_shaft import driving_speed_rad
 
 #: Share of the dynamometer's torque at which the search for the ramp's torque begins.
@@ -54,7 +57,7 @@ class InertiaSettings(Settings):
     )
     ramp_time: float = Field(default=1.0, gt=0.05, le=120.0, description="time aimed at for the driven ramp, s")
     coast_share: float = Field(
-        default=0.5, gt=0.02, lt=1.0, description="the coast is followed down to this share of the top speed"
+        default=0.2, gt=0.02, lt=1.0, description="the coast is followed down to this share of the top speed"
     )
     longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time to follow the coast, s")
     settling: float = Field(
@@ -62,6 +65,18 @@ class InertiaSettings(Settings):
         ge=0.0,
         le=5.0,
         description="readings this soon after a switch are left out: the transducer's filter, s",
+    )
+    speed_filter: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=5.0,
+        description="time constant of the speed signal's first-order filter, s; 0 without one",
+    )
+    torque_filter: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=5.0,
+        description="time constant of the torque signal's first-order filter, s; 0 without one",
     )
     sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
     torque: float | None = Field(
@@ -151,13 +166,13 @@ class Inertia(Procedure[InertiaSettings]):
 
     @step("3.5/4", "Solve both equations for inertia and no-load torque")
     def solve(self, ramps: Ramps, tare: Ramps | None) -> None:
-        """Fit J, Coulomb and viscous friction to both whole curves; the two-point figures stand beside."""
+        """Fit J, Coulomb, viscous and quadratic friction to both whole curves; the two-point figures stand beside."""
         zero = self._zero(ramps.driven)
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
-        self.findings["ramps"] = _curves(ramps, total)
+        self.findings["ramps"] = _curves(_to_fit(ramps, self.settings), total)
         if tare and own:
-            self.findings["tare_ramps"] = _curves(tare, own)
+            self.findings["tare_ramps"] = _curves(_to_fit(tare, self.settings), own)
         simple, no_load = self._two_points(ramps)
         simple_tare, tare_drag = (
             self._two_points(tare) if tare else (self.settings.tare_inertia, self.settings.tare_coulomb_friction)
@@ -167,7 +182,9 @@ class Inertia(Procedure[InertiaSettings]):
             "dynamometer": {name: own.value(name) if own else getattr(self.settings, f"tare_{name}") for name in NAMES},
             "no_load_torque": no_load - tare_drag,
             "two_point_inertia": simple - simple_tare,
+            "quadratic_friction": _quadratic(total, own),
         }
+        misfit = Misfit.together([total.misfit, own.misfit] if own else [total.misfit])
         coupled = self._quantities("ramps", total, ramps.driven, zero)
         if own and tare:
             dynamometer = self._quantities("tare ramps", own, tare.driven, zero)
@@ -179,8 +196,9 @@ class Inertia(Procedure[InertiaSettings]):
                 name,
                 self._over_speed(name, motor, ramps.driven),
                 section="3.5",
-                estimator="fit of inertia, Coulomb and viscous friction to both whole ramps, tare subtracted",
+                estimator="fit of inertia, Coulomb, viscous and quadratic friction to both whole ramps, tare subtracted",
                 note_value={"inertia": simple - simple_tare, "coulomb_friction": no_load - tare_drag}.get(name),
+                misfit=misfit.of(name),
             )
         self._report_with_load(alone["inertia"], coupled["inertia"], ramps.driven)
         self._say_what_two_points_cost(
@@ -297,7 +315,7 @@ class Inertia(Procedure[InertiaSettings]):
                     "small by the number of pole pairs"
                 ),
             )
-        return estimation.fit_ramps(_to_fit(ramps))
+        return estimation.fit_ramps(_to_fit(ramps, self.settings))
 
     def _two_points(self, ramps: Ramps) -> tuple[float, float]:
         """Return the note's figures, from points near the ends of each ramp."""
@@ -362,20 +380,31 @@ class Inertia(Procedure[InertiaSettings]):
             )
 
 
-def _to_fit(ramps: Ramps) -> list[estimation.SpeedRamp]:
-    """Return both ramps as the estimator takes them."""
+def _to_fit(ramps: Ramps, settings: InertiaSettings) -> list[SpeedRamp]:
+    """Return both ramps, the driven one first, as the estimator takes them."""
+    filters = settings.speed_filter, settings.torque_filter
     driven, coast = ramps.driven, ramps.coast
     return [
-        estimation.SpeedRamp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution),
-        estimation.SpeedRamp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution),
+        SpeedRamp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution, *filters),
+        SpeedRamp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution, *filters),
     ]
 
 
-def _curves(ramps: Ramps, fit: Fit) -> dict[str, Any]:
+def _quadratic(coupled: Fit, own: Fit | None) -> dict[str, float]:
+    """Return the motor's friction over the square of speed (N·m·s²), where the tare is known, with the interval from the scatter."""
+    name = estimation.QUADRATIC
+    value = coupled.value(name) - (own.value(name) if own else 0.0)
+    uncertainty = math.hypot(coupled.uncertainty(name), own.uncertainty(name) if own else 0.0)
+    freedom = min(coupled.degrees_of_freedom, own.degrees_of_freedom if own else math.inf)
+    low, high = coverage_interval(value, uncertainty, freedom)
+    return {"value": value, "standard_uncertainty": uncertainty, "low": low, "high": high}
+
+
+def _curves(ramps: Sequence[SpeedRamp], fit: Fit) -> dict[str, Any]:
     """Return what was read and what was fitted on both ramps, for whoever draws them."""
     made: dict[str, Any] = {}
-    fitted = estimation.fitted_speeds(_to_fit(ramps), fit)
-    for name, ramp, (time, speed) in zip(("driven", "coast"), (ramps.driven, ramps.coast), fitted, strict=True):
+    fitted = estimation.fitted_speeds(ramps, fit)
+    for name, ramp, (time, speed) in zip(("driven", "coast"), ramps, fitted, strict=True):
         made[name] = {
             **curve(time=ramp.time, speed=ramp.speed),
             "fit": curve(time=time, fitted=speed),

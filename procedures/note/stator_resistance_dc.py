@@ -155,6 +155,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         )
         for name, accuracy in zip(("supply, current", "voltmeter"), accuracies, strict=True):
             quantity = unc.instrument(name, quantity, Accuracy(gain=accuracy.gain, source=accuracy.source))
+        self.tell_misfit(fit.misfit.of("resistance", "stator_resistance"))
         self.findings[label] = {
             "current": currents,
             "voltage": voltages,

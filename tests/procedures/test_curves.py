@@ -3,7 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.core.curves import curve
-from procedures.estimation.mechanics.inertia import SpeedRamp, fit_ramps, fitted_speeds
+from procedures.estimation.mechanics.inertia import fit_ramps, fitted_speeds
+from procedures.estimation.mechanics.turning import SpeedRamp
 
 
 @given(size=st.integers(0, 2000), points=st.integers(2, 400))

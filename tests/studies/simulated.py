@@ -9,7 +9,8 @@ from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.fitting.fit import Fit, coverage_interval
-from procedures.estimation.mechanics.inertia import SpeedRamp, fit_ramps, two_point
+from procedures.estimation.mechanics.inertia import fit_ramps, two_point
+from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.estimation.winding.rotor_sweep import axis_inductances, extremes, fit_rotor_sweep, saliency_significant
 from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
@@ -204,14 +205,32 @@ def ramps(random: Random) -> list[SpeedRamp]:
     return [SpeedRamp(_UP, noisy[0], TORQUE), SpeedRamp(_DOWN, noisy[1])]
 
 
+def _fan_speed(parameters: np.ndarray, time: np.ndarray, torque: float, start: float) -> np.ndarray:
+    """Return the speed with quadratic friction as the fourth parameter, by fourth-order steps from sample to sample."""
+    inertia, coulomb, viscous, quadratic = parameters
+    speeds, h = np.empty(time.size), float(time[1] - time[0])
+    w = start
+
+    def rate(w: float) -> float:
+        return float((torque - coulomb - viscous * w - quadratic * w * w) / inertia)
+
+    for k in range(time.size):
+        speeds[k] = w
+        k1 = rate(w)
+        k2 = rate(w + h / 2 * k1)
+        k3 = rate(w + h / 2 * k2)
+        w += h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(w + h * k3))
+    return speeds
+
+
 def inertia_case(name: str) -> Case:
-    """The bound is the inverse of the numerical Fisher matrix of J, Tc, B and both initial speeds."""
+    """The bound is the inverse of the numerical Fisher matrix of J, Tc, B, quadratic friction and both initial speeds."""
 
     def both(p: np.ndarray) -> np.ndarray:
-        return np.concatenate((ramp_speed(p[:3], _UP, TORQUE, p[3]), ramp_speed(p[:3], _DOWN, 0.0, p[4])))
+        return np.concatenate((_fan_speed(p[:4], _UP, TORQUE, p[4]), _fan_speed(p[:4], _DOWN, 0.0, p[5])))
 
-    at = np.append(MECHANICS, (5.0, _TOP))
-    steps = np.diag(1e-5 * at)
+    at = np.append(MECHANICS, (0.0, 5.0, _TOP))
+    steps = np.diag(1e-5 * np.append(MECHANICS, (VISCOUS / _TOP, 5.0, _TOP)))
     slopes = np.column_stack([(both(at + h) - both(at - h)) / (2 * h.sum()) for h in steps])
     bounds = np.diag(np.linalg.inv(slopes.T @ slopes)) * SPEED_NOISE**2
     index = ("inertia", "coulomb_friction", "viscous_friction").index(name)

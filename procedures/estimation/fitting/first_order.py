@@ -45,7 +45,7 @@ def weights(x: float) -> Weights[float]:
     return Weights(decay, mean - last, last, -decay, mean_slope - last_slope, last_slope)
 
 
-def _segment_weights(x: FloatArray) -> Weights[FloatArray]:
+def segment_weights(x: FloatArray) -> Weights[FloatArray]:
     """Return the weights of segments of x (n,)."""
     decay, short = np.exp(-x), np.abs(x) < _SHORT
     safe = np.where(short, 1.0, x)
@@ -139,38 +139,24 @@ def respond(time: FloatArray, drive: FloatArray, rate: float, start: float = 0.0
     if rate >= 0.0 and np.all(np.abs(steps - step) < 1e-6 * step):
         result = respond_evenly(step, drive, rate)
         return result + start * np.exp(-rate * (time - time[0])) if start else result
-    w = _segment_weights(rate * steps)
-    return _recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
+    w = segment_weights(rate * steps)
+    return recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
 
 
-def response_and_slope(time: FloatArray, drive: FloatArray, rate: float, start: float) -> tuple[FloatArray, FloatArray]:
-    """Return what `respond` does, and its derivative by the rate (s times the response's unit)."""
-    steps = np.diff(time)
-    step = float(time[-1] - time[0]) / steps.size
-    if rate >= 0.0 and np.all(np.abs(steps - step) < 1e-6 * step):
-        response, slope = response_and_slope_evenly(step, drive, rate)
-        since = time - time[0]
-        left = start * np.exp(-rate * since)
-        return response + left, slope - since * left
-    w = _segment_weights(rate * steps)
-    response = _recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
-    inner = w.decay_slope * response[:-1] + steps * (w.first_slope * drive[:-1] + w.last_slope * drive[1:])
-    return response, _recursion_unevenly(rate * steps, steps * inner, 0.0)
-
-
-def _recursion_unevenly(x: FloatArray, gain: FloatArray, start: float) -> FloatArray:
-    """Return y (n + 1,) of y[k + 1] = exp(−x[k])·y[k] + gain[k] from y[0] = `start`."""
-    result = np.empty(gain.size + 1)
-    result[0] = start
+def recursion_unevenly(x: FloatArray, gain: FloatArray, start: FloatArray | float) -> FloatArray:
+    """Return y (…, n + 1) of y[k + 1] = exp(−x[k])·y[k] + gain[k] for x (n,) and gain (…, n), from y[0] = `start` (…)."""
+    result = np.empty((*gain.shape[:-1], x.size + 1))
+    result[..., 0] = start
     age = np.concatenate(((0.0,), np.cumsum(np.abs(x))))
     begin = 0
-    while begin < gain.size:
+    while begin < x.size:
         # Blocks short enough that the growing exponential of the closed form keeps its precision.
         end = max(int(np.searchsorted(age, age[begin] + 20.0)) - 1, begin + 1)
         decayed = np.exp(-np.cumsum(x[begin:end]))
         if end == begin + 1:
-            result[end] = decayed[0] * result[begin] + gain[begin]
+            result[..., end] = decayed[0] * result[..., begin] + gain[..., begin]
         else:
-            result[begin + 1 : end + 1] = decayed * (result[begin] + np.cumsum(gain[begin:end] / decayed))
+            summed = np.cumsum(gain[..., begin:end] / decayed, axis=-1)
+            result[..., begin + 1 : end + 1] = decayed * (result[..., begin, None] + summed)
         begin = end
     return result

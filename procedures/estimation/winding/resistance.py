@@ -1,18 +1,26 @@
 """Stator resistance from line readings, its temperature, and the slope of voltage over current (§3.2)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import special
 
 from procedures.estimation.fitting.checks import Number, estimate_of, positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 
 #: Copper's temperature coefficient (1/K) and the temperature (°C) at which it holds.
 COPPER, COPPER_REFERENCE = 0.00393, 20.0
+_SLOPE = ("resistance", "offset", "meter")
+#: A voltage drifts where chance alone would do so in this share of records, and so many readings more are left over.
+_CHANCE, _LEAST_FREEDOM = 1e-3, 3
+#: Scores beyond this are as good as certain, and not infinite.
+_MOST = 40.0
 
 
 class PhaseResistance(NamedTuple, Generic[Number]):
@@ -88,7 +96,9 @@ def at_temperature(
 def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
     """Fit V = resistance·I + offset − meter·sign(I) to four-wire readings (V, A, shape (n,)).
 
-    `offset` takes thermal EMF and the voltmeter's zero, `meter` the zero of the current's meter, which reads amounts.
+    `offset` takes thermal EMF and the voltmeter's zero, `meter` the zero of the current's meter, which reads amounts. Readings stand in
+    the order of time, evenly spaced: a voltage that drifts along, as thermal EMF of contacts that warm up does, or a resistance that
+    changes where the current is larger, is in the model where the readings show it, see `misfit`.
     Raises EstimationError on too few points, currents of one sign or of one amount only, and a falling voltage.
     """
     v, i = series("voltage", voltage, least=4), series("current", current, least=4)
@@ -97,12 +107,36 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
         raise EstimationError("all currents have one sign; take readings with both polarities")
     if np.ptp(np.abs(i)) <= 1e-9 * np.max(np.abs(i)):
         raise EstimationError("all currents are alike; take readings at several currents")
-    fit = least_squares(("resistance", "offset", "meter"), np.column_stack((i, np.ones_like(i), -np.sign(i))), v)
+    fit = _with_drift(v, i)
     if fit.value("resistance") <= 0:
         raise EstimationError(
             "the voltage falls as the current rises: one of the two meters is connected the wrong way round"
         )
     return fit
+
+
+def _with_drift(v: FloatArray, i: FloatArray) -> Fit:
+    """Return the fit of the slope, with what drifts in the order of readings where that is more than chance."""
+    plain = np.column_stack((i, np.ones_like(i), -np.sign(i)))
+    fit = least_squares(_SLOPE, plain, v)
+    order = np.linspace(-1.0, 1.0, v.size)
+    freedom = v.size - plain.shape[1] - 2
+    if freedom < _LEAST_FREEDOM:
+        return fit
+    further = least_squares((*_SLOPE, "emf", "change"), np.column_stack((plain, order, order * i)), v)
+    t = {name: further.value(name) / max(further.uncertainty(name), 1e-300) for name in ("emf", "change")}
+    limit = float(special.stdtrit(freedom, 1.0 - 0.5 * _CHANCE))
+    clearest = max(t, key=lambda name: abs(t[name]))
+    if abs(t[clearest]) < limit:
+        return fit
+    covariance = further.covariance[:3, :3].copy()
+    # Half of what the two drifts do, and where the resistance itself changes, all that it does: no course of either is known.
+    off = 0.5 * (fit.value("resistance") - further.value("resistance"))
+    changes = further.value("change") if abs(t["change"]) >= limit else 0.0
+    covariance[0, 0] += off**2 + changes**2
+    score = min(float(special.ndtri(special.stdtr(freedom, abs(t[clearest])))), _MOST)
+    finding = Finding(Cause.SLOPE, Answer.WIDENED, score=score)
+    return replace(further, names=_SLOPE, values=further.values[:3], covariance=covariance, misfit=Misfit((finding,)))
 
 
 def drift(blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> Fit:

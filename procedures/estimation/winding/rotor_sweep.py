@@ -1,6 +1,6 @@
 """d- and q-axis inductance from readings over a turn of the rotor (§3.3.2, erratum E3)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -9,6 +9,8 @@ from scipy import special
 
 from procedures.estimation.fitting.checks import positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.winding.sweep_terms import added_terms
 
 MotorClass = Literal["SPMSM", "IPMSM"]
 #: Residuals that resemble their neighbours more than this are no noise.
@@ -22,7 +24,8 @@ class SweepFit(Fit):
 
     `course` (n,) is 2θ + phase at each reading (rad), so that its multiples of 2π are the d axis; `periods` of the inductance
     were seen; `constant_squares` is Σ(L − mean L)², `tried` how many independent courses of
-    2θ the data were compared with, `course_parameters` how many parameters 2θ itself took from the data.
+    2θ the data were compared with, `course_parameters` how many parameters 2θ itself took from the data; `turns` where the readings
+    swing by more than their scatter.
     """
 
     course: FloatArray
@@ -30,6 +33,7 @@ class SweepFit(Fit):
     constant_squares: float
     tried: float
     course_parameters: int
+    turns: bool = False
 
 
 def _harmonic(course: FloatArray, inductance: FloatArray) -> tuple[FloatArray, float]:
@@ -110,7 +114,8 @@ def fit_rotor_sweep(
 
     `cycles_per_angle` is the inductance's periods per radian of `angle`; or give `pole_pairs` for a mechanical angle (1 for
     an electrical one). With neither, the angle is mechanical and the pole pairs are searched. `resolution` is one step of
-    the readings (H). Raises EstimationError on too few readings or less than half a period. Source: spec limits, var(Ld) =
+    the readings (H). A meter's drift and what goes with the mechanical angle are taken out where the readings show them, see `misfit`.
+    Raises EstimationError on too few readings or less than half a period. Source: spec limits, var(Ld) =
     3σ²/(4M).
     """
     theta, values = series("angle", angle, least=4), series("inductance", inductance, least=4)
@@ -138,7 +143,17 @@ def fit_rotor_sweep(
             f"the angles cover {rate * np.ptp(theta) / (2 * np.pi):.2f} periods of the inductance; "
             "turn the rotor over at least one (half an electrical turn)"
         )
-    return sweep_fit(rate * theta, values, None, tried, resolution)
+    plain = sweep_fit(rate * theta, values, None, tried, resolution)
+    mechanical = cycles_per_angle is None and pole_pairs != 1
+    if not saliency_significant(plain)[0]:
+        return plain
+    added = added_terms(theta, plain.course, values, mechanical=mechanical)
+    if not added.findings:
+        return plain
+    # What goes with time or with the mechanical angle is taken off, and its own uncertainty put on.
+    fit = sweep_fit(rate * theta, values - added.shape, None, tried, resolution)
+    grown = fit.covariance * added.growth + np.diag([added.doubt**2, added.doubt**2, 0.0])
+    return replace(fit, covariance=grown, misfit=Misfit(added.findings))
 
 
 def saliency_significant(fit: Fit, level: float = 0.05) -> tuple[bool, float]:
@@ -148,6 +163,8 @@ def saliency_significant(fit: Fit, level: float = 0.05) -> tuple[bool, float]:
     """
     if not isinstance(fit, SweepFit):
         raise TypeError("saliency is tested on the fit of a rotor sweep")
+    if fit.turns:
+        return True, 0.0
     squares = float(fit.residuals @ fit.residuals)
     if squares <= 1e-20 * fit.constant_squares:
         return (fit.constant_squares > 0), 0.0 if fit.constant_squares > 0 else 1.0

@@ -8,6 +8,7 @@ from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.nonlinear import minimise
 from procedures.estimation.winding.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
+from procedures.estimation.winding.turning_points import held_to_turning_points
 
 ComplexArray = NDArray[np.complex128]
 _CHIRPS, _FINE = np.linspace(-0.6, 0.6, 25), 16
@@ -140,7 +141,8 @@ def fit_timed_sweep(
     θ(t) is a polynomial whose degree the data choose (corrected Akaike criterion), rising all along. At least one
     electrical turn (two periods of L) must be covered. `resolution` is one step of the readings (H). Raises
     EstimationError on fewer than 12 readings; a motor without saliency gives an amplitude that is not significant, or a small one
-    of fewer periods: the induced voltage goes round once where the inductance goes round twice.
+    of fewer periods: the induced voltage goes round once where the inductance goes round twice. The fit is held against the readings'
+    turning points, see `misfit`.
     """
     t, values = series("time", time, least=12), series("inductance", inductance, least=12)
     same_length(time=t, inductance=values)
@@ -180,4 +182,4 @@ def fit_timed_sweep(
             f"the readings show only {fit.periods:.1f} periods of the inductance; turn the shaft over at least one electrical "
             "turn (two periods) during the sweep"
         )
-    return fit
+    return held_to_turning_points(fit, values, resolution)

@@ -11,7 +11,6 @@ from procedures.estimation.fitting.first_order import (
     recursion,
     respond,
     respond_evenly,
-    response_and_slope,
     response_and_slope_evenly,
     weights,
 )
@@ -60,18 +59,6 @@ def test_the_slope_by_the_rate_is_that_of_differences(rate: float, seed: int) ->
     assert response == pytest.approx(respond_evenly(STEP, given_drive, rate))
     by_differences = (
         respond_evenly(STEP, given_drive, rate + change) - respond_evenly(STEP, given_drive, rate - change)
-    ) / (2.0 * change)
-    assert slope == pytest.approx(by_differences, abs=1e-5 * np.abs(slope).max())
-
-
-@given(st.floats(-20.0, 2e3), st.integers(0, 99), st.booleans())
-def test_so_it_is_at_uneven_samples(rate: float, seed: int, even: bool) -> None:
-    given_drive, change = drive(seed), 1e-5 * max(abs(rate), 1.0)
-    time = np.cumsum(np.full(400, STEP) if even else np.random.default_rng(seed).uniform(1e-5, 2.0 * STEP, 400))
-    response, slope = response_and_slope(time, given_drive, rate, 3.0)
-    assert response == pytest.approx(respond(time, given_drive, rate, 3.0))
-    by_differences = (
-        respond(time, given_drive, rate + change, 3.0) - respond(time, given_drive, rate - change, 3.0)
     ) / (2.0 * change)
     assert slope == pytest.approx(by_differences, abs=1e-5 * np.abs(slope).max())
 

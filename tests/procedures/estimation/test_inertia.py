@@ -4,13 +4,13 @@ from GTC import ureal
 
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.mechanics.inertia import (
-    SpeedRamp,
     fit_coast_down,
     fit_ramps,
     subtract_tare,
     torque_from_power,
     two_point,
 )
+from procedures.estimation.mechanics.turning import SpeedRamp
 from tests.studies.simulated import COULOMB, INERTIA, MECHANICS, TORQUE, VISCOUS, ramp_speed, ramps
 
 UP, DOWN = np.linspace(0, 0.3, 100), np.linspace(0, 0.5, 120)
@@ -28,7 +28,7 @@ def exact(sign: float = 1.0) -> list[SpeedRamp]:
 def test_exact_ramps_give_exact_parameters_in_both_directions(sign: float) -> None:
     fit = fit_ramps(exact(sign))
     assert fit.values[:3] == pytest.approx(MECHANICS, rel=1e-5)
-    assert fit.names[3:] == ("initial_speed_1", "initial_speed_2")
+    assert fit.names[3:] == ("initial_speed_1", "initial_speed_2", "quadratic_friction")
 
 
 def test_standstill_before_and_after_is_left_out() -> None:

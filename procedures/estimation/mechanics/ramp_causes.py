@@ -1,0 +1,204 @@
+"""What ramps may show beyond inertia and friction: directions to look in, and the terms that explain what is seen."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import special
+
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import Cause, Score, score_test
+from procedures.estimation.fitting.noise import undithered
+from procedures.estimation.mechanics.ramp_model import RampModel, Solved, noise_of
+from procedures.estimation.mechanics.ramp_terms import Stribeck, Terms
+from procedures.estimation.mechanics.turning import Run
+
+#: Speeds of the Stribeck term that are looked for, shares of the top speed, and those that are fitted, by both laws.
+_STRIBECK_SEEN = (0.03, 0.1, 0.25)
+_STRIBECK_FITTED, _POWERS = (0.02, 0.035, 0.06, 0.1, 0.16, 0.25, 0.35), (1.0, 2.0)
+_FILTERS_SEEN, _FILTERS_FITTED = 3, 9
+#: Orders of the shaft's angle that are looked for, and how often chance alone may find one of them.
+_ORDERS, _CHANCE = 120, 1e-3
+#: From this order on it is cogging, below it a coupling or an encoder that runs out.
+_COGGING = 4
+
+
+@dataclass(frozen=True)
+class Look:
+    """What directions say: `causes` (m,) by name, and their `score`."""
+
+    causes: tuple[Cause, ...]
+    score: Score
+
+    def clearest(self, cause: Cause | None = None) -> float:
+        """Return the score farthest from chance, of a cause or of all; 0 where none was looked for."""
+        z = [value for name, value in zip(self.causes, self.score.z, strict=True) if cause in (None, name)]
+        return float(max(z, key=abs)) if z else 0.0
+
+
+@dataclass(frozen=True)
+class Periodic:
+    """Something that comes again so many times (`order`) a turn, its size `falling` with the speed or growing with it."""
+
+    order: int
+    falling: bool
+    score: float
+    shapes: tuple[FloatArray, ...]
+
+    @property
+    def cause(self) -> Cause:
+        """What it is likely to be."""
+        return Cause.COGGING if self.order >= _COGGING else Cause.ECCENTRICITY
+
+
+def look(model: RampModel, solved: Solved) -> Look:
+    """Test the fit for what its model does not hold."""
+    causes: list[Cause] = []
+    directions: list[FloatArray] = []
+    at = [model.trajectory(k, solved.values) for k in range(len(model.runs))]
+    inertia = model.inertia(solved.values)
+
+    def add(cause: Cause, shapes: dict[int, FloatArray]) -> None:
+        whole = np.zeros(solved.residuals.size)
+        for k, shape in shapes.items():
+            whole[model.part(k)] = shape
+        whole[: model.spread.size] /= model.spread
+        causes.append(cause)
+        directions.append(whole)
+
+    if model.terms.stribeck is None:
+        for share in _STRIBECK_SEEN:
+            law = Stribeck(share * model.top, 1.0)
+            shapes = {k: model.caused(k, each, -law.shape(each.speed)[0] / inertia) for k, each in enumerate(at)}
+            add(Cause.STRIBECK, shapes)
+    for k, run in enumerate(model.runs):
+        if not (run.speed_filter or model.terms.speed_filter):
+            for tau in filter_times(run, _FILTERS_SEEN):
+                add(Cause.SPEED_FILTER, {k: np.exp(-run.time / tau)})
+        if run.varies and not model.terms.torque_filter:
+            add(Cause.TORQUE_FILTER, {k: model.later(k, at[k], inertia)})
+    if not directions:
+        return Look((), Score(np.zeros(0), np.zeros((0, model.size))))
+    # Speeds that stay in one step of the readings share its rounding error.
+    coarse = max((undithered(noise_of(run), run.resolution) / noise_of(run)) ** 2 * _stay(run) for run in model.runs)
+    return Look(tuple(causes), score_test(solved.residuals, solved.slopes, np.array(directions), variance=1.0 + coarse))
+
+
+def _stay(run: Run) -> float:
+    """Return how many speeds in a row are one step of the readings, on average."""
+    return run.speed.size / (1.0 + np.count_nonzero(np.diff(run.speed)))
+
+
+def filter_times(run: Run, count: int) -> FloatArray:
+    """Return time constants (s) from three readings to a quarter of a ramp."""
+    shortest = 3.0 * float(run.time[-1]) / run.time.size
+    return np.geomspace(shortest, max(0.25 * float(run.time[-1]), 2.0 * shortest), count)
+
+
+@dataclass(frozen=True)
+class Family:
+    """Terms that stand for one cause; `grid` (m,) are values of what is no parameter of the fit, a speed or a time, one where none is."""
+
+    cause: Cause
+    grid: FloatArray
+    terms: Terms
+    power: float = 0.0
+    shapes: tuple[FloatArray, ...] = ()
+
+    def at(self, value: float) -> Terms:
+        """Return the terms at a value of the grid, or between."""
+        if self.cause is Cause.STRIBECK:
+            return replace(self.terms, stribeck=Stribeck(value, self.power))
+        if self.cause is Cause.SPEED_FILTER:
+            return replace(self.terms, speed_filter=value)
+        if self.cause is Cause.TORQUE_FILTER:
+            return replace(self.terms, torque_filter=True)
+        return replace(self.terms, added=(*self.terms.added, *self.shapes))
+
+
+def families(model: RampModel, found: Periodic | None) -> Iterator[Family]:
+    """Give for each cause that is not in the model yet the terms that may stand for it."""
+    terms, one = model.terms, np.ones(1)
+    if terms.stribeck is None:
+        for power in _POWERS:
+            yield Family(Cause.STRIBECK, model.top * np.array(_STRIBECK_FITTED), terms, power)
+    free = [run for run in model.runs if not run.speed_filter]
+    if free and not terms.speed_filter:
+        longest = max(filter_times(run, 2)[1] for run in free)
+        shortest = min(filter_times(run, 2)[0] for run in free)
+        yield Family(Cause.SPEED_FILTER, np.geomspace(shortest, longest, _FILTERS_FITTED), terms)
+    if not terms.torque_filter and any(run.varies for run in model.runs):
+        yield Family(Cause.TORQUE_FILTER, one, terms)
+    if found is not None:
+        yield Family(found.cause, one, terms, shapes=found.shapes)
+
+
+def periodic(model: RampModel, solved: Solved) -> Periodic | None:
+    """Return what comes again with the shaft's angle more than chance has it, where anything does.
+
+    A torque that comes again so many times a turn moves the speed by as much less as the shaft is faster; a sensor that is not centred
+    by as much more.
+    """
+    count = len(model.runs)
+    power = np.zeros((2, _ORDERS))
+    for k, run in enumerate(model.runs):
+        part = model.part(k)
+        speed = solved.speeds[part]
+        angle = _angle(run, speed)
+        for row, weight in enumerate(_weights(speed)):
+            left = solved.residuals[part] * weight
+            norm = 0.5 * float(weight @ weight)
+            turn, power_of = np.exp(1j * angle), left.astype(complex)
+            for order in range(_ORDERS):
+                power_of = power_of * turn
+                power[row, order] += np.abs(np.sum(power_of)) ** 2 / norm
+    limit = float(special.chdtri(2 * count, _CHANCE / power.size))
+    row, place = divmod(int(np.argmax(power)), _ORDERS)
+    score = float(power[row, place])
+    if score <= limit:
+        return None
+    order, shapes = place + 1, []
+    for multiple in (order, 2 * order):
+        for k, run in enumerate(model.runs):
+            part = model.part(k)
+            speed = solved.speeds[part]
+            turning = np.exp(1j * multiple * _angle(run, speed)) * _weights(speed)[row] * noise_of(run)
+            for shape in (turning.real, turning.imag):
+                whole = np.zeros(model.measured.size)
+                whole[part] = shape
+                shapes.append(whole)
+    return Periodic(order, row == 0, float(np.sqrt(score)), tuple(shapes))
+
+
+def _weights(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    largest = float(np.max(np.abs(speed)))
+    return 0.05 * largest / np.maximum(np.abs(speed), 0.02 * largest), np.abs(speed) / largest
+
+
+def _angle(run: Run, speed: FloatArray) -> FloatArray:
+    return np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.time)))
+
+
+def scatter_of_parts(model: RampModel, solved: Solved, parts: int = 5) -> float:
+    """Return how probable it is by chance that the residuals' sums over parts of each ramp are as large."""
+    rows = []
+    for k in range(len(model.runs)):
+        for places in np.array_split(np.arange(model.edges[k], model.edges[k + 1]), parts):
+            row = np.zeros(solved.residuals.size)
+            row[places] = 1.0 / np.sqrt(max(places.size, 1))
+            rows.append(row)
+    sums = np.array(rows)
+    across = sums - sums @ solved.slopes.T @ solved.covariance @ solved.slopes
+    sizes, directions = np.linalg.eigh(across @ across.T)
+    told = sizes > 1e-3
+    components = directions[:, told].T @ across @ solved.residuals
+    freedom = max(int(np.count_nonzero(told)), 1)
+    return float(special.chdtrc(float(freedom), float(np.sum(components**2 / sizes[told]))))
+
+
+def excess(
+    values: Sequence[FloatArray], variances: Sequence[FloatArray], at: FloatArray, own: FloatArray
+) -> FloatArray:
+    """Return how far estimates (k,) from parts of the record lie off, beyond what their variances allow for."""
+    off = [np.square(v - at) - np.maximum(u - own, 0.0) for v, u in zip(values, variances, strict=True)]
+    return np.sqrt(np.maximum(np.max(off, axis=0), 0.0)) if off else np.zeros_like(at)

@@ -1,0 +1,256 @@
+"""The fit of ramps, with terms for what they show beyond inertia and friction, and intervals that hold what no term explains."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
+from procedures.estimation.fitting.noise import undithered
+from procedures.estimation.mechanics.ramp_causes import (
+    Family,
+    Look,
+    Periodic,
+    excess,
+    families,
+    look,
+    periodic,
+    scatter_of_parts,
+)
+from procedures.estimation.mechanics.ramp_model import RampModel, Solved, noise_of
+from procedures.estimation.mechanics.ramp_terms import Terms
+from procedures.estimation.mechanics.turning import Run, dropouts
+
+#: A term is one where χ² falls by so much; terms within so much of the best one cannot be told from it.
+_ACCEPTED, _RIVAL = 9.0, 12.0
+_MOST_TERMS = 3
+#: How often what no parameter stands for is sought closer, and by how much.
+_REFINED, _CLOSER = 2, 0.3
+#: Sums over parts beyond what this share of clean records show are the sign of something unknown.
+_CHANCE = 3e-4
+#: By how much more than the parts of a record differ its figures may be off.
+_PARTS_GROW = 1.5
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Estimates (k,) and covariance (k, k) of inertia, the three frictions and the initial speeds, and what was found."""
+
+    values: FloatArray
+    covariance: FloatArray
+    speeds: FloatArray
+    freedom: int
+    misfit: Misfit
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A fit and what its estimates move (k,) for a standard deviation of what was found by trial."""
+
+    model: RampModel
+    solved: Solved
+    moved: FloatArray
+
+    @property
+    def cost(self) -> float:
+        return self.solved.cost
+
+
+def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Explained:
+    """Fit ramps, add what they show as long as it explains them, and widen what nothing explains."""
+    model = RampModel(runs, unit_torque=unit_torque)
+    shared = 3 if unit_torque else 4
+    best = _Fitted(model, model.solve(model.start(start)), np.zeros(shared))
+    told: list[Finding] = []
+    rivals: list[_Fitted] = []
+    moved = [best.moved]
+    seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
+    for _ in range(_MOST_TERMS):
+        if not (np.any(seen.score.alarms) or found):
+            break
+        tried = _tried(best, found)
+        if not tried:
+            break
+        cause, further = min(tried, key=lambda each: each[1].cost)
+        added = further.model.size - best.model.size
+        if best.cost - further.cost < _ACCEPTED + 2.0 * (added - 1):
+            break
+        rivals = [each for _, each in tried if each is not further and each.cost < further.cost + _RIVAL]
+        moved.append(further.moved)
+        told.append(_finding(cause, best, further, found, seen))
+        best = further
+        seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
+    values, covariance = best.solved.values, best.solved.covariance.copy()
+    count = shared + len(runs)
+    covariance += _coarse(best, runs)
+    for each in moved:
+        covariance[:shared, :shared] += np.outer(each, each)
+    covariance = _spanned(covariance, best, rivals, shared)
+    unexplained = bool(np.any(seen.score.alarms) or found) or scatter_of_parts(best.model, best.solved) < _CHANCE
+    if unexplained:
+        score = seen.clearest() if np.any(seen.score.alarms) else 0.0
+        told.append(Finding(Cause.UNEXPLAINED, Answer.WIDENED, score=score))
+        freedom = best.model.measured.size - best.model.size
+        covariance = covariance * max(1.0, best.cost / freedom)
+    if told:
+        # What explains one record may have taken the place of what is not known here.
+        covariance = _grown(covariance, _from_parts(best, shared))
+    growth = seen.score.growth()
+    scale = np.ones(values.size)
+    scale[: growth.size] = np.sqrt(growth[: values.size])
+    scale[shared:] = 1.0
+    covariance = covariance * np.outer(scale, scale)
+    told = _windage(best, covariance, shared) + told + dropouts(runs)
+    return Explained(
+        values[:count],
+        covariance[:count, :count],
+        best.solved.speeds,
+        best.model.measured.size - count,
+        Misfit(tuple(told)),
+    )
+
+
+def _tried(best: _Fitted, found: Periodic | None) -> list[tuple[Cause, _Fitted]]:
+    """Return the best fits with one more term each, those left out that no physics makes."""
+    fits = [(family.cause, _best_of(best, family)) for family in families(best.model, found)]
+    return [(cause, each) for cause, each in fits if each is not None]
+
+
+def _best_of(best: _Fitted, family: Family) -> _Fitted | None:
+    """Return the best fit of a family; what its grid leaves open moves the estimates."""
+    shared = best.moved.size
+    last, costs, fits = best.solved.values, [], []
+    for value in family.grid:
+        fitted = _fitted(best.model, family.at(float(value)), last)
+        possible = fitted is not None and _possible(family.cause, fitted)
+        costs.append(fitted.cost if possible and fitted is not None else np.inf)
+        fits.append(fitted)
+        last = last if fitted is None else fitted.solved.values
+    place = int(np.argmin(costs))
+    chosen = fits[place]
+    if chosen is None or not np.isfinite(costs[place]):
+        return None
+    inner = 0 < place < len(costs) - 1
+    if not inner or not np.all(np.isfinite(costs[place - 1 : place + 2])):
+        return chosen
+    # A parabola through three, and once more through closer ones.
+    step, middle = float(np.log(family.grid[place + 1] / family.grid[place])), float(np.log(family.grid[place]))
+    for _ in range(_REFINED):
+        low, at, high = costs[place - 1 : place + 2]
+        middle += 0.5 * step * float(np.clip((low - high) / max(low + high - 2.0 * at, 1e-9), -1.0, 1.0))
+        step *= _CLOSER
+        near = [_fitted(best.model, family.at(float(np.exp(middle + k * step))), last) for k in (-1.0, 0.0, 1.0)]
+        if any(each is None for each in near):
+            return chosen
+        three = [each for each in near if each is not None]
+        chosen = min((chosen, *three), key=lambda each: each.cost)
+        costs, place = [each.cost for each in three], 1
+    bend = max((costs[0] + costs[2] - 2.0 * costs[1]) / step**2, 1e-9)
+    slope = (three[2].solved.values[:shared] - three[0].solved.values[:shared]) / (2.0 * step)
+    return replace(chosen, moved=slope * min(float(np.sqrt(2.0 / bend)), 1.0))
+
+
+def _fitted(model: RampModel, terms: Terms, start: FloatArray) -> _Fitted | None:
+    """Return a fit with other terms; None where the record does not determine them."""
+    further = RampModel(model.runs, unit_torque=model.unit_torque, terms=terms)
+    shared = 3 if model.unit_torque else 4
+    values = further.start(start[:shared])
+    count = shared + len(model.runs)
+    values[:count] = start[:count]
+    try:
+        return _Fitted(further, further.solve(values), np.zeros(shared))
+    except EstimationError:
+        return None
+
+
+def _possible(cause: Cause, fitted: _Fitted) -> bool:
+    """Whether a term has the sign that its cause gives it."""
+    if cause is Cause.STRIBECK:
+        return fitted.model.amount("stribeck", fitted.solved.values) > 0.0
+    if cause is Cause.TORQUE_FILTER:
+        return fitted.model.amount("torque_filter", fitted.solved.values) > 0.0
+    if cause is Cause.SPEED_FILTER:
+        return fitted.model.lags(fitted.solved)
+    return True
+
+
+def _finding(cause: Cause, before: _Fitted, after: _Fitted, found: Periodic | None, seen: Look) -> Finding:
+    terms, values = after.model.terms, after.solved.values
+    figures: dict[str, float | str] = {}
+    score = seen.clearest(cause) or float(np.sqrt(max(before.cost - after.cost, 0.0)))
+    if cause is Cause.STRIBECK and terms.stribeck is not None:
+        coulomb = values[0 if after.model.unit_torque else 1]
+        figures = {
+            "share": after.model.amount("stribeck", values) / abs(float(coulomb)),
+            "speed": terms.stribeck.speed,
+        }
+    elif cause is Cause.SPEED_FILTER:
+        figures = {"time_constant": terms.speed_filter}
+    elif cause is Cause.TORQUE_FILTER:
+        figures = {"time_constant": after.model.amount("torque_filter", values)}
+    elif found is not None:
+        score, figures = found.score, {"order": float(found.order)}
+    return Finding(cause, Answer.MODELLED, score=score, figures=figures)
+
+
+def _windage(best: _Fitted, covariance: FloatArray, shared: int) -> list[Finding]:
+    """Return what is to be told of friction that grows with the square of speed; the term is in every fit."""
+    place = shared - 1
+    quadratic, uncertainty = float(best.solved.values[place]), float(np.sqrt(covariance[place, place]))
+    if not quadratic > ALARM * uncertainty:
+        return []
+    top = best.model.top
+    braking = float(best.solved.values[place - 2] + top * best.solved.values[place - 1] + top**2 * quadratic)
+    figures: dict[str, float | str] = {"share": quadratic * top**2 / braking, "speed": top}
+    return [Finding(Cause.WINDAGE, Answer.MODELLED, score=quadratic / uncertainty, figures=figures)]
+
+
+def _coarse(best: _Fitted, runs: Sequence[Run]) -> FloatArray:
+    """Return the covariance (k, k) that speeds leave which jump in steps larger than their noise: off for a good part of a ramp."""
+    model, solved = best.model, best.solved
+    gain = solved.covariance @ solved.slopes
+    covariance = np.zeros_like(solved.covariance)
+    for k, run in enumerate(runs):
+        steps = max(float(np.ptp(run.speed)) / run.resolution, 1.0) if run.resolution > 0 else 1.0
+        shift = gain[:, model.part(k)].sum(axis=1) * undithered(noise_of(run), run.resolution) / noise_of(run)
+        covariance += np.outer(shift, shift) / steps
+    return covariance
+
+
+def _spanned(covariance: FloatArray, best: _Fitted, rivals: Sequence[_Fitted], shared: int) -> FloatArray:
+    """Return the covariance grown until the intervals hold what terms say that cannot be told from the best one."""
+    own = np.sqrt(np.diag(covariance))[:shared]
+    reach = 2.0 * own
+    for each in rivals:
+        off = np.abs(each.solved.values[:shared] - best.solved.values[:shared])
+        reach = np.maximum(reach, off + 2.0 * np.sqrt(np.diag(each.solved.covariance))[:shared])
+    return _scaled(covariance, 0.5 * reach / np.where(own > 0.0, own, 1.0))
+
+
+def _grown(covariance: FloatArray, off: FloatArray) -> FloatArray:
+    """Return the covariance (k, k) grown by what estimates (m,) may be off."""
+    own = np.sqrt(np.diag(covariance))[: off.size]
+    return _scaled(covariance, np.sqrt(1.0 + (off / np.where(own > 0.0, own, 1.0)) ** 2))
+
+
+def _scaled(covariance: FloatArray, factors: FloatArray) -> FloatArray:
+    scale = np.ones(len(covariance))
+    scale[: factors.size] = factors
+    return np.asarray(covariance * np.outer(scale, scale))
+
+
+def _from_parts(best: _Fitted, shared: int) -> FloatArray:
+    """Return how far off the estimates (k,) may be by what they are without a fifth of each ramp."""
+    values, variances = [], []
+    for k in range(5):
+        try:
+            model = best.model.without(best.solved, k)
+            start = model.start(best.solved.values[:shared])
+            solved = model.solve(start)
+        except EstimationError:
+            continue
+        values.append(solved.values[:shared])
+        variances.append(np.diag(solved.covariance)[:shared])
+    own = np.diag(best.solved.covariance)[:shared]
+    return _PARTS_GROW * excess(values, variances, best.solved.values[:shared], own)

@@ -1,0 +1,168 @@
+"""The part of a ramp that turns, freed of readings that no shaft can have had."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from procedures.estimation.fitting.checks import increasing, same_length, series
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+from procedures.estimation.fitting.noise import white_noise
+from procedures.estimation.fitting.smoothing import smooth
+
+#: A reading this many standard deviations and this share of the top speed from its neighbours is none of the shaft's.
+_WILD, _WILD_SHARE, _END_SHARE, _NEIGHBOURS = 9.0, 0.01, 0.1, 5
+#: Nor is one that is off by more than so many times what the speed changes over two readings there.
+_STEEP = 2.0
+#: Readings of standstill between readings above this share of the top speed are no standstill.
+_TURNING_SHARE = 0.1
+#: A ramp that lost more than this share of its readings is none.
+_MOST_LOST = 1.0 / 3.0
+#: A torque that varies by more than so many times its scatter is no level.
+_LEVEL = 1.3
+
+
+@dataclass(frozen=True)
+class SpeedRamp:
+    """One ramp: `time` (s), `speed` (rad/s, mechanical), shape (n,), and the driving `torque` (N·m): one value, or (n,).
+
+    A coast-down has torque 0. `speed_resolution` (rad/s) is one step of the readings; `speed_filter` and `torque_filter` (s) are time
+    constants of first-order filters that the readings went through.
+    """
+
+    time: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    torque: float | NDArray[np.float64] = 0.0
+    speed_resolution: float = 0.0
+    speed_filter: float = 0.0
+    torque_filter: float = 0.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """The part of a ramp that turns, as if it turned forwards: `time` (s) from 0, `speed` (rad/s) and `driven` (N·m) by `sign`.
+
+    `begin` (s) is where it begins in the ramp; `noise` (rad/s) one speed's, `torque_noise` (N·m) the torque's level's; `varies` where
+    the torque is more than a level; `lost` readings of `readings` were left out.
+    """
+
+    begin: float
+    time: FloatArray
+    speed: FloatArray
+    driven: FloatArray
+    sign: float
+    noise: float
+    torque_noise: float
+    resolution: float
+    varies: bool
+    lost: int
+    readings: int
+    speed_filter: float
+    torque_filter: float
+
+
+def wild(speed: FloatArray, noise: float) -> NDArray[np.bool_]:
+    """Return which speeds (n,) no neighbour has anything to do with: against the median of the means of those 1 … 5 places away."""
+    n = speed.size
+    count = min(_NEIGHBOURS, (n - 1) // 3)
+    if count < 2:
+        return np.zeros(n, dtype=bool)
+    places = np.arange(n)
+    expected, climb = np.empty((count, n)), np.empty((count, n))
+    for k in range(1, count + 1):
+        expected[k - 1] = 0.5 * (speed[np.maximum(places - k, 0)] + speed[np.minimum(places + k, n - 1)])
+        climb[k - 1] = np.abs(speed[np.minimum(places + k, n - 1)] - speed[np.maximum(places - k, 0)]) / k
+        # Beside an end there is one side only, which goes on straight.
+        first, last = places < count, places >= n - count
+        expected[k - 1, first] = 2.0 * speed[places[first] + k] - speed[places[first] + 2 * k]
+        expected[k - 1, last] = 2.0 * speed[places[last] - k] - speed[places[last] - 2 * k]
+    off = np.abs(speed - np.median(expected, axis=0))
+    # What bends or ripples is off from its neighbours everywhere, what goes on straight beyond an end may bend.
+    usual = max(noise, 1.4826 * float(np.median(off)))
+    limit = np.full(n, max(_WILD * usual, _WILD_SHARE * float(np.max(np.abs(speed)))))
+    limit[:count] = limit[n - count :] = max(float(limit[n // 2]), _END_SHARE * float(np.max(np.abs(speed))))
+    return np.asarray(off > np.maximum(limit, _STEEP * np.median(climb, axis=0)))
+
+
+def turning(ramp: SpeedRamp, number: int) -> Run:
+    """Return what turns one way, standstill cut off both ends, wild readings left out. Raises EstimationError where nothing does."""
+    time = series(f"time of ramp {number}", ramp.time, least=5)
+    speed = series(f"speed of ramp {number}", ramp.speed, least=5)
+    same_length(time=time, speed=speed)
+    increasing(time)
+    noise = white_noise(speed, ramp.speed_resolution)
+    kept = ~wild(speed, noise)
+    top = float(np.max(np.abs(speed[kept]))) if np.any(kept) else 0.0
+    if top == 0 or np.ptp(speed[kept]) <= max(3 * ramp.speed_resolution, 1e-9 * top):
+        raise EstimationError(f"the speed of ramp {number} does not change; record while it accelerates or coasts")
+    sign = float(np.sign(speed[kept][np.argmax(np.abs(speed[kept]))]))
+    part, kept = _longest(sign * speed, kept, top, noise)
+    inside = kept[part]
+    if np.count_nonzero(inside) < 5:
+        raise EstimationError(f"ramp {number} has fewer than 5 points that turn; sample faster or ramp more slowly")
+    lost = int(inside.size - np.count_nonzero(inside))
+    if lost > _MOST_LOST * inside.size:
+        raise EstimationError(
+            f"{lost} of the {inside.size} speeds of ramp {number} are zero or wild; check the speed sensor's cable and threshold"
+        )
+    begin = float(time[part][inside][0])
+    torque, torque_noise, varies = _torque(ramp.torque, number, time.size, part)
+    return Run(
+        begin, time[part][inside] - begin, sign * speed[part][inside], sign * torque[inside], sign, noise, torque_noise,
+        ramp.speed_resolution, varies, lost, int(inside.size), ramp.speed_filter, ramp.torque_filter,
+    )  # fmt: skip
+
+
+def _longest(
+    forwards: FloatArray, kept: NDArray[np.bool_], top: float, noise: float
+) -> tuple[slice, NDArray[np.bool_]]:
+    """Return the longest stretch that turns, and which readings are the shaft's."""
+    turns = forwards > max(0.02 * top, 5 * noise)
+    # A reading that is left out does not end a stretch.
+    bridged = turns | ~kept
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], bridged.astype(np.int8), [0]))))
+    stretches = [(int(b), int(e)) for b, e in zip(edges[::2], edges[1::2], strict=True)]
+    joined: list[tuple[int, int]] = []
+    fast, last = _TURNING_SHARE * top, 0.0
+    for begin, end in stretches:
+        true = forwards[begin:end][(turns & kept)[begin:end]]
+        if not true.size:
+            continue
+        if joined and last > fast and true[0] > fast:
+            joined[-1] = (joined[-1][0], end)
+        else:
+            joined.append((begin, end))
+        last = float(true[-1])
+    # What lies outside is standstill, where friction holds instead of braking.
+    begin, end = max(joined, key=lambda each: each[1] - each[0], default=(0, 0))
+    return slice(begin, end), kept & turns
+
+
+def _torque(given: float | FloatArray, number: int, size: int, part: slice) -> tuple[FloatArray, float, bool]:
+    """Return the torque (N·m) of a part of a ramp, its level's standard uncertainty, and whether it is more than a level."""
+    torque = np.asarray(given, dtype=np.float64)
+    if not torque.ndim:
+        if not np.isfinite(torque):
+            raise EstimationError(f"the torque of ramp {number} is not a number; enter it, or 0 for a coast-down")
+        return np.full(part.stop - part.start, float(torque)), 0.0, False
+    torque = series(f"torque of ramp {number}", torque)
+    if torque.size != size:
+        raise EstimationError(f"series differ in length: time {size}, torque {torque.size}")
+    torque = torque[part]
+    scatter = white_noise(torque)
+    noise = float(scatter / np.sqrt(torque.size))
+    if np.std(torque) <= _LEVEL * scatter:
+        return np.full_like(torque, np.mean(torque)), noise, False
+    smoothed = smooth(torque, scatter) if scatter > 0.0 else None
+    return (torque if smoothed is None else smoothed.values), noise, True
+
+
+def dropouts(runs: Sequence[Run]) -> list[Finding]:
+    """Return what is to be told of readings that were left out."""
+    lost = sum(run.lost for run in runs)
+    if not lost:
+        return []
+    count = sum(run.readings for run in runs)
+    return [Finding(Cause.DROPOUTS, Answer.MODELLED, figures={"count": float(lost), "readings": float(count)})]

@@ -1,0 +1,77 @@
+"""What inductance readings at known angles show beside their second harmonic: run-out of the shaft, a meter that drifts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+
+#: A term stands where chance alone would bring as much in this share of sweeps, and where so many readings more are left over.
+_CHANCE, _SPARE = 1e-3, 6
+#: From this share of a mechanical turn on, what goes with it once is told from the mean.
+_WHOLE = 0.9
+
+
+@dataclass(frozen=True)
+class Added:
+    """What is taken off readings (n,): their `shape` (H), by which the variances of mean and amplitude grow, and what may be left (H)."""
+
+    findings: tuple[Finding, ...]
+    shape: FloatArray
+    growth: float
+    doubt: float
+
+
+def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, mechanical: bool) -> Added:
+    """Return what readings (H) at angles (rad) hold beside mean and cosine of a course of 2θ (rad).
+
+    Readings are taken one after the other; `mechanical` says that the angle is the shaft's.
+    """
+    wave = np.column_stack((np.ones_like(course), np.cos(course), np.sin(course)))
+    order = np.linspace(-0.5, 0.5, values.size)
+    groups = {Cause.SLOPE: np.column_stack((order, order * wave[:, 1], order * wave[:, 2]))}
+    turns = float(np.ptp(angle)) / (2.0 * np.pi) * values.size / (values.size - 1)
+    if mechanical:
+        turning = [part(k * angle) for k in (1, 2) for part in (np.cos, np.sin)]
+        groups[Cause.ECCENTRICITY] = np.column_stack(turning)
+    design, found = wave, []
+    coefficients, squares = _solve(design, values)
+    plain = coefficients[:3]
+    while groups:
+        probable = {cause: _probability(design, group, values, squares) for cause, group in groups.items()}
+        cause = min(probable, key=lambda each: probable[each])
+        if probable[cause] > _CHANCE:
+            break
+        design = np.column_stack((design, groups.pop(cause)))
+        coefficients, squares = _solve(design, values)
+        partial = cause is Cause.ECCENTRICITY and turns < _WHOLE
+        figures: dict[str, float | str] = {"order": 1.0} if cause is Cause.ECCENTRICITY else {}
+        score = float(-special.ndtri(max(0.5 * probable[cause], 1e-300)))
+        found.append(Finding(cause, Answer.WIDENED if partial else Answer.MODELLED, score=score, figures=figures))
+    shape = design[:, 3:] @ coefficients[3:]
+    before = np.diag(np.linalg.pinv(wave.T @ wave))
+    after = np.diag(np.linalg.pinv(design.T @ design))[:3]
+    widened = any(finding.answer is Answer.WIDENED for finding in found)
+    doubt = float(np.max(np.abs(coefficients[:3] - plain))) if widened else 0.0
+    return Added(tuple(found), np.asarray(shape), float(np.max(after / before)), doubt)
+
+
+def _solve(design: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:
+    coefficients, *_ = np.linalg.lstsq(design, values, rcond=None)
+    left = values - design @ coefficients
+    return np.asarray(coefficients, dtype=np.float64), float(left @ left)
+
+
+def _probability(design: FloatArray, group: FloatArray, values: FloatArray, squares: float) -> float:
+    """Return how probable it is by chance that a group of terms takes so much off the squares (F test)."""
+    whole = np.column_stack((design, group))
+    freedom = values.size - whole.shape[1]
+    if freedom < _SPARE or squares <= 1e-20 * float(values @ values):
+        return 1.0
+    _, left = _solve(whole, values)
+    count = int(np.linalg.matrix_rank(whole)) - design.shape[1]
+    if count < 1:
+        return 1.0
+    return float(special.fdtrc(count, freedom, (squares - left) / count / max(left / freedom, 1e-300)))

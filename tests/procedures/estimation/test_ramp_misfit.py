@@ -1,0 +1,115 @@
+"""Ramps that the world bends: records are integrated on their own (`tests.studies.shaft_records`), the truth is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from procedures.estimation.fitting.fit import EstimationError, Fit
+from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
+from procedures.estimation.mechanics.turning import SpeedRamp, wild
+from tests.studies.shaft_records import Shaft, move, record
+
+#: 5 s from 300 rad/s down to a fifth, 1 s up.
+SHAFT = Shaft(
+    inertia=1e-3, coulomb=0.03, viscous=1.5e-4, torque=0.35, top=300.0, noise=0.1, torque_noise=3e-3, samples=600, settling=0.05
+)  # fmt: skip
+TRUTH = {"inertia": SHAFT.inertia, "coulomb_friction": SHAFT.coulomb, "viscous_friction": SHAFT.viscous}
+
+
+def measured(seed: int = 1, *, stated: bool = False, **disturbed: float) -> Fit:
+    shaft = replace(SHAFT, **disturbed)
+    return fit_ramps(record(shaft, move([shaft])[0], np.random.default_rng(seed), stated=stated))
+
+
+def holds(fit: Fit) -> bool:
+    return all(abs(fit.value(name) - truth) < 3.5 * fit.uncertainty(name) for name, truth in TRUTH.items())
+
+
+def causes(fit: Fit) -> set[Cause]:
+    return {finding.cause for finding in fit.misfit.findings}
+
+
+def test_a_clean_record_says_nothing_and_holds_the_truth() -> None:
+    motion = move([SHAFT])[0]
+    fits = [fit_ramps(record(SHAFT, motion, np.random.default_rng(seed))) for seed in range(6)]
+    assert not any(fit.misfit for fit in fits)
+    assert all(holds(fit) for fit in fits)
+
+
+@pytest.mark.parametrize(
+    ("disturbed", "cause"),
+    [
+        ({"quadratic": 5e-7}, Cause.WINDAGE),
+        ({"stribeck": 0.02, "stribeck_speed": 30.0}, Cause.STRIBECK),
+        ({"stribeck": 0.02, "stribeck_speed": 40.0, "stribeck_power": 2.0}, Cause.STRIBECK),
+        ({"speed_filter": 0.1, "settling": 0.0}, Cause.SPEED_FILTER),
+        ({"torque_filter": 0.05, "settling": 0.0}, Cause.TORQUE_FILTER),
+        ({"dropouts": 7}, Cause.DROPOUTS),
+        ({"eccentricity": 0.005}, Cause.ECCENTRICITY),
+        ({"cogging": 0.06, "cogging_order": 12, "steps": 20_000}, Cause.COGGING),
+    ],
+)
+def test_a_disturbance_is_named_and_the_truth_is_held(disturbed: dict[str, float], cause: Cause) -> None:
+    fit = measured(**disturbed)
+    assert cause in causes(fit)
+    assert holds(fit)
+
+
+def test_quadratic_friction_is_measured() -> None:
+    fit = measured(quadratic=5e-7)
+    low, high = fit.interval("quadratic_friction", 0.999)
+    assert low < 5e-7 < high
+    assert fit.uncertainty("quadratic_friction") < 5e-8
+
+
+def test_filters_that_are_stated_need_no_warning() -> None:
+    fit = measured(stated=True, speed_filter=0.02, torque_filter=0.02)
+    assert holds(fit)
+    assert not causes(fit) & {Cause.SPEED_FILTER, Cause.TORQUE_FILTER}
+
+
+def test_a_cause_that_is_not_in_the_list_widens() -> None:
+    plain, thinning = measured(), measured(thinning=0.2)
+    assert thinning.misfit
+    assert thinning.uncertainty("coulomb_friction") > 3 * plain.uncertainty("coulomb_friction")
+
+
+def test_seven_zeros_among_47_000_readings_cost_seven_readings() -> None:
+    random = np.random.default_rng(3)
+    time = np.arange(46_996) * 2e-3
+    rate, level = 0.01, 2.0
+    clean = (150.0 + level / rate) * np.exp(-rate * time) - level / rate
+    turning = clean > 10.0
+    time, speed = time[turning], clean[turning] + random.normal(0.0, 0.05, np.count_nonzero(turning))
+    speed[random.choice(speed.size, 7, replace=False)] = 0.0
+    fit = fit_coast_down(time, speed)
+    (finding,) = fit.misfit.findings
+    assert finding.cause is Cause.DROPOUTS
+    assert finding.figures == {"count": 7.0, "readings": float(speed.size)}
+    assert abs(fit.value("coulomb_deceleration") - level) < 4 * fit.uncertainty("coulomb_deceleration")
+    assert fit.uncertainty("coulomb_deceleration") < 0.01 * level
+
+
+def test_a_gap_of_zeros_does_not_end_a_record() -> None:
+    random = np.random.default_rng(4)
+    time = np.linspace(0.0, 4.0, 800)
+    speed = 200.0 - 30.0 * time - 2.0 * time**2 + random.normal(0.0, 0.1, time.size)
+    speed[300:330] = 0.0
+    fit = fit_coast_down(time, speed)
+    assert causes(fit) >= {Cause.DROPOUTS}
+    assert fit.residuals.size > 750
+
+
+def test_a_record_that_is_mostly_dropouts_is_refused() -> None:
+    speed = np.linspace(200.0, 100.0, 90)
+    speed[20:60] = 0.0
+    with pytest.raises(EstimationError, match="zero or wild"):
+        fit_ramps([SpeedRamp(np.linspace(0.0, 1.0, 90), speed, 0.1)])
+
+
+def test_ripple_and_steep_beginnings_are_no_dropouts() -> None:
+    time = np.linspace(0.0, 1.0, 200)
+    assert not np.any(wild(100.0 * time + 2.0 * np.sin(60.0 * time), 0.01))
+    assert not np.any(wild(100.0 * (1.0 - np.exp(-time / 0.05)), 0.01))

@@ -1,0 +1,144 @@
+"""How often the intervals of sweeps and of four-wire resistance hold the truth when the world is not as the model says.
+
+`python -m tests.studies.sweep_misfit [--records N] [--seed S]`
+
+Magnitudes are log-uniform from negligible to gross. "Total" adds a meter's gain limit of 0.2 %, drawn for each record.
+"""
+
+import argparse
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from procedures.estimation.fitting.fit import EstimationError, Fit
+from procedures.estimation.winding.resistance import slope
+from procedures.estimation.winding.rotor_sweep import axis_inductances, fit_rotor_sweep
+from procedures.estimation.winding.timed_sweep import fit_timed_sweep
+
+LIMIT = 0.002
+Random = np.random.Generator
+ROWS = (
+    "hand, steady", "hand ±20 %", "hand ±20 %, two regrips", "known angle", "run-out", "meter drifts",
+    "run-out, 0.6 turn", "four-wire", "thermal voltage drifts", "resistance drifts under load",
+)  # fmt: skip
+
+
+@dataclass
+class Row:
+    """Counts of one row: records, those given, figures held by total interval and by scatter, beyond 3 U, warned."""
+
+    records: int = 0
+    given: int = 0
+    figures: int = 0
+    held: int = 0
+    scatter: int = 0
+    beyond: int = 0
+    warned: int = 0
+    width: list[float] = field(default_factory=list)
+    causes: Counter[str] = field(default_factory=Counter)
+
+
+def log(random: Random, low: float, high: float) -> float:
+    """Draw a magnitude from negligible to gross."""
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def turned(name: str, random: Random) -> tuple[Fit, dict[str, float]]:
+    """Sweep by hand over two electrical turns of 80 readings each."""
+    n = 160
+    at = np.arange(n) / n
+    wavering = 0.0 if name.endswith("steady") else 0.2
+    speed = 1.0 + wavering * np.sin(2 * np.pi * (random.uniform(0.5, 2.0) * at + random.uniform()))
+    if name.endswith("regrips"):
+        for place in random.uniform(0.1, 0.9, 2):
+            speed[(at > place) & (at < place + random.uniform(0.03, 0.08))] = 0.0
+        if random.random() < 0.3:
+            place = random.uniform(0.1, 0.9)
+            speed[(at > place) & (at < place + 0.03)] = -0.5
+    course = np.cumsum(speed)
+    course = course * 8 * np.pi / course[-1] + random.uniform(0, 7)
+    amplitude, noise = log(random, 0.005, 0.4), log(random, 2e-4, 5e-3)
+    readings = 1.0 - amplitude * np.cos(course) + random.normal(0, noise, n)
+    return axes(fit_timed_sweep(20 * at, readings), amplitude)
+
+
+def angled(name: str, random: Random) -> tuple[Fit, dict[str, float]]:
+    """Readings at known mechanical angles, closed by the first one."""
+    angle = np.linspace(0, 2 * np.pi * (0.6 if "0.6" in name else 1.0), int(random.integers(36, 90)))
+    pairs, amplitude, noise = int(random.integers(2, 8)), log(random, 0.03, 0.3), log(random, 3e-4, 5e-3)
+    readings = 1.0 - amplitude * np.cos(2 * pairs * angle + 1.0) + random.normal(0, noise, angle.size)
+    size = log(random, 3e-4, 0.1)
+    if name.startswith("run-out"):
+        readings += size * np.cos(angle + random.uniform(0, 6)) + 0.3 * size * np.cos(2 * angle + random.uniform(0, 6))
+    if name == "meter drifts":
+        readings *= 1.0 + size * np.linspace(0.0, 1.0, angle.size) - 0.5 * size
+    return axes(fit_rotor_sweep(angle, readings, pole_pairs=pairs), amplitude)
+
+
+def axes(fit: Fit, amplitude: float) -> tuple[Fit, dict[str, float]]:
+    """Return both axes and their truths."""
+    return axis_inductances(fit), {"d_axis_inductance": 1.0 - amplitude, "q_axis_inductance": 1.0 + amplitude}
+
+
+def wired(name: str, random: Random) -> tuple[Fit, dict[str, float]]:
+    """Ten four-wire readings: four levels and the first again, both polarities."""
+    levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
+    current = np.concatenate((levels, -levels))
+    risen = log(random, 1e-5, 0.05) * (1.0 - np.exp(-np.arange(10) / random.uniform(2, 20)))
+    voltage = current + 1e-3 + random.normal(0, log(random, 1e-5, 1e-3), 10)
+    if name.startswith("thermal"):
+        voltage = voltage + risen
+    if name.startswith("resistance"):
+        voltage = voltage + risen * current
+    return slope(voltage, current), {"resistance": 1.0}
+
+
+def take(row: Row, name: str, random: Random) -> None:
+    """Take one record into account."""
+    way = turned if name.startswith("hand") else wired if name in ROWS[-3:] else angled
+    row.records += 1
+    gain = 1.0 + random.uniform(-LIMIT, LIMIT)
+    try:
+        fit, truths = way(name, random)
+    except EstimationError:
+        return
+    row.warned += bool(fit.misfit)
+    row.causes.update({f.cause.value for f in fit.misfit.findings})
+    if any(fit.misfit.withholding(each) for each in truths):
+        return
+    row.given += 1
+    for each, truth in truths.items():
+        low, high = fit.interval(each)
+        half = 0.5 * (high - low)
+        total = float(np.hypot(half, 2.0 * LIMIT / np.sqrt(3.0) * fit.value(each)))
+        off = abs(gain * fit.value(each) - truth)
+        row.figures += 1
+        row.held += off <= total
+        row.scatter += abs(fit.value(each) - truth) <= half
+        row.beyond += off > 3.0 * total
+        row.width.append(total / truth)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--records", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    print("| record | held, total | held, scatter | beyond 3 U | median U | warned | not given | named |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |")
+    for number, name in enumerate(ROWS):
+        random, row = np.random.default_rng([given.seed, number]), Row()
+        for _ in range(given.records):
+            take(row, name, random)
+        causes = ", ".join(f"{c} {n / row.records:.1%}" for c, n in row.causes.most_common())
+        print(
+            f"| {name} | {row.held / row.figures:.1%} | {row.scatter / row.figures:.1%} | {row.beyond} | "
+            f"{np.median(row.width):.2%} | {row.warned / row.records:.1%} | {1 - row.given / row.records:.1%} | {causes} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
