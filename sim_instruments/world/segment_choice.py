@@ -54,11 +54,11 @@ def _supplied(
     # What turns the shaft outlasts the output's fall by far.
     falls_unseen = not settings.supply.on and _turned_from_outside(settings)
     if not (falls_unseen or is_open(settings.supply, state)):
-        supplied = constants.network(windings, settings, supplied=True)
+        supplied = constants.network(windings, settings, supplied=True, eddy_currents=state.eddy_currents)
         output = regime(settings.supply, settings.supply_limit, constants.supply, state, supplied, time)
         if output is not None:
             return output, supplied
-    return None, constants.network(windings, settings, supplied=False)
+    return None, constants.network(windings, settings, supplied=False, eddy_currents=state.eddy_currents)
 
 
 def _with_shaft(inputs: SegmentInputs, direction: int) -> Segment:

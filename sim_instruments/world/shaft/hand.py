@@ -60,7 +60,7 @@ def pull_to_next(constants: Constants, settings: WorldSettings, state: State, di
     if over is None:
         return None
     shaft = constants.shaft(settings)
-    friction = shaft.coulomb_friction + constants.motor.cogging_torque
+    friction = shaft.static_friction + constants.motor.cogging_torque
     onward = torque[over:]
     depth = 2.0 * strongest / windings.pole_pairs
     swift = min(BRISK, math.sqrt(2.0 * _SWING_SHARE * depth / shaft.inertia))
