@@ -138,7 +138,14 @@ def _hand(inputs: SegmentInputs) -> tuple[Motion, float]:
     if shaft.holder == "pulling":
         return Wavering(inputs.time, state.angle, shaft.pull_speed, 0.0, 0.0), max(shaft.pull_until, inputs.time)
     phase = shaft.wobble_phase + _HAND_RATE * inputs.time
-    return Wavering(inputs.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), math.inf
+    end = math.inf
+    for begin, over in shaft.pauses:
+        if begin <= inputs.time < over:
+            return Rest(state.angle), over
+        if begin > inputs.time:
+            end = begin
+            break
+    return Wavering(inputs.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), end
 
 
 def _with_over_current(supply: SupplySettings, state: State, segment: Segment) -> Segment:

@@ -61,6 +61,9 @@ class Dyn200:
             )
         block = self._registers.copy()
         torque, speed = self._sense()
+        dropouts = self._world.disturbances.sensors.dropouts
+        if dropouts and float(self._random.uniform()) < dropouts:
+            torque = speed = 0.0
         speed_rpm = speed * 60.0 / (2.0 * math.pi)
         block[_TORQUE : _TORQUE + 2] = double_word(round(torque * 10.0 ** self._settings[_TORQUE_DECIMALS]))
         block[_SPEED : _SPEED + 2] = double_word(round(abs(speed_rpm) * 10.0 ** self._settings[_SPEED_DECIMALS]))
@@ -82,6 +85,18 @@ class Dyn200:
         else:
             raise RegisterError(ILLEGAL_ADDRESS, f"DYN-200 register {address:#04x} cannot be written")
 
+    def _disturbed(self, torque: float, speed: float, gate: float) -> tuple[float, float]:
+        """Return torque (N·m) and speed (rad/s) as the disturbed sensors give them; a speed is counted over `gate` s."""
+        sensors, now, angle = self._world.disturbances.sensors, self._world.clock.now(), self._world.dynamometer.angle
+        torque += sensors.torque_runout * math.sin(angle) + sensors.torque_drift * now
+        torque += sensors.vibration * math.sin(2.0 * math.pi * sensors.vibration_frequency * now)
+        speed *= 1.0 + sensors.speed_runout * math.sin(angle)
+        if sensors.pulses:
+            pulse = 2.0 * math.pi / (sensors.pulses * gate)
+            # Where the gate falls among the pulses is chance.
+            speed = math.copysign(math.floor(abs(speed) / pulse + float(self._random.uniform())) * pulse, speed)
+        return torque, speed
+
     def _set(self, number: int, value: int) -> None:
         self._settings[number] = value
         self._registers[number : number + 2] = double_word(value)
@@ -91,9 +106,13 @@ class Dyn200:
         errors = self._errors
         torque_time = _FILTER_STEP * max(1, self._settings[_TORQUE_FILTER])
         speed_time = _FILTER_STEP * max(1, self._settings[_SPEED_FILTER])
+        sensors, machine = self._world.disturbances.sensors, self._world.dynamometer
         with self._world.lock:
-            torque = self._world.dynamometer.torque(torque_time)
-            speed = self._world.dynamometer.speed(speed_time)
+            slow_torque, slow_speed = sensors.torque_filter, sensors.speed_filter
+            torque = machine.lagging_torque(slow_torque) if slow_torque else machine.torque(torque_time)
+            speed = machine.lagging_speed(slow_speed) if slow_speed else machine.speed(speed_time)
+            if not sensors.clear:
+                torque, speed = self._disturbed(torque, speed, speed_time)
         noise = float(self._random.normal(0.0, self._noise * math.sqrt(2.0 * _FILTER_STEP / torque_time)))
         return torque * (1.0 + errors.torque_gain) + errors.torque_offset + noise - self._zero, speed * (
             1.0 + errors.speed_gain
