@@ -30,6 +30,7 @@ def serve(
     fault: tuple[str, ...] = (),
     fixture: bool = False,
     watchdog_relay: bool = False,
+    disturbances: Path | None = None,
 ) -> None:
     """Serve the virtual bench to other processes until SIGINT or SIGTERM.
 
@@ -59,17 +60,21 @@ def serve(
         With an end-of-line fixture: switch matrix, rotor actuator and insulation tester.
     watchdog_relay
         With a relay that must be fed: while it has dropped out, the supply's output is off.
+    disturbances
+        A file of what disturbs the bench: probes, shaft sensors, contacts, hands.
 
     """
     from bench.motor.motor_file import load_motor
     from bench.safety.interrupts import Interrupted, Interrupts
     from bench.station.station_file import catalogues_at
+    from bench.virtual.disturbance_file import load_disturbances
     from bench.virtual.fault_file import given_faults
     from bench.virtual.fault_hooks import inject
     from bench.virtual.served_station import station_to_serve
     from bench.virtual.true_values import true_values
     from bench.virtual.virtual_station import describe
     from procedures.known_parameters import known_parameters
+    from sim_instruments.bench import BenchSetting
     from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
     from sim_instruments.server.served_bench import ServedBench
 
@@ -103,6 +108,8 @@ def serve(
     try:
         more: dict[str, Any] = {"six_step": read.six_step, "fixture": fixture, "watchdog_relay": watchdog_relay}
         own = None
+        if disturbances is not None:
+            more["setting"] = BenchSetting(disturbances=load_disturbances(disturbances))
         if station is not None:
             own = station_to_serve(station, read)
             more |= {"units": own.units, "fixture": own.fixture}
