@@ -260,7 +260,7 @@ LISTED = (
     Cause("skew", STEP, _skew),
     Cause("probe-factor", STEP, _factor(True)),
     Cause("probe-factor", EMF, _factor(False)),
-    Cause("drift", STEP, _wander(True)),
+    Cause("slope", STEP, _wander(True)),
     Cause("saturation", STEP, _saturation),
     Cause("second-time-constant", STEP, _eddy),
     Cause("speed-trend", EMF, _emf_of_speed),

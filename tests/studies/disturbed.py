@@ -5,6 +5,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -27,11 +28,14 @@ _ONCE = frozenset({"back_emf_constant_v_per_krpm", "back_emf_constant_v_per_rpm"
 
 @dataclass(frozen=True)
 class Told:
-    """One figure of a disturbed bench: its error in half-widths of its interval, and whether something was said against it."""
+    """One figure of a disturbed bench: its error in half-widths of its interval, whether something was said against it, and the
+    half-width relative to the truth.
+    """
 
     name: str
     error: float
     warned: bool
+    width: float = 0.0
 
     @property
     def held(self) -> bool:
@@ -57,6 +61,11 @@ class Row:
     def share(self, of: str) -> float:
         """Return the share of the given figures that are `held`, `warned` or `sure_and_wrong`."""
         return sum(getattr(one, of) for _, one in self.told) / len(self.told) if self.told else math.nan
+
+    @property
+    def width(self) -> float:
+        """The median of the half-widths, relative to the truth."""
+        return median(one.width for _, one in self.told) if self.told else math.nan
 
     @property
     def beyond(self) -> int:
@@ -110,7 +119,8 @@ def _told(result: ProcedureResult, truth: Mapping[str, float]) -> Iterator[Told]
         half = 0.5 * (one.high - one.low)
         off = abs(0.5 * (one.high + one.low) - one.truth)
         seen = any(not row["parameters"] or parameter.name in row["parameters"] for row in misfit)
-        yield Told(one.name, off / half if half else math.inf * (off > 0.0), against or seen)
+        error = off / half if half else math.inf if off else 0.0
+        yield Told(one.name, error, against or seen, half / abs(one.truth))
 
 
 def add(total: Row, one: Row) -> None:
@@ -124,14 +134,16 @@ def add(total: Row, one: Row) -> None:
 
 def table(rows: Mapping[str, Row]) -> Iterator[str]:
     """Give the lines of the table, the row with the largest share of sure and wrong figures first."""
-    yield "| cause · procedure | motors | figures | sure and wrong | held | beyond 3 U | warned | withheld | refused | worst unsaid |"
-    yield "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
+    columns = ("sure and wrong", "held", "beyond 3 U", "median U", "warned", "withheld", "refused", "worst unsaid")
+    yield f"| cause · procedure | motors | figures | {' | '.join(columns)} |"
+    yield "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
     for name, row in sorted(rows.items(), key=lambda item: (-_number(item[1].share("sure_and_wrong")), item[0])):
         shares = " | ".join(
             (
                 _percent(row.share("sure_and_wrong")),
                 _percent(row.share("held")),
                 str(row.beyond),
+                _percent(row.width),
                 _percent(row.share("warned")),
             )
         )
