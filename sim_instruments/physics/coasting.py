@@ -101,7 +101,7 @@ class BearingDrag:
 
 
 @dataclass(frozen=True)
-class Cogging:
+class CoggingWaves:
     """Torque −`torque`·sin(`order`·θ + `phase`) (N·m, periods a turn, rad) on an inertia (kg·m²)."""
 
     torque: float
@@ -127,7 +127,7 @@ class Cogged:
     """
 
     mean: BearingDrag
-    cogging: Cogging
+    cogging: CoggingWaves
 
     def angle(self, times: FloatArray) -> FloatArray:
         """Return the angle (rad) at the times."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from sim_instruments.physics.coasting import Cogging
+from sim_instruments.physics.coasting import CoggingWaves
 from sim_instruments.physics.eddy import EddyNetwork
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.network import Network
@@ -49,12 +49,12 @@ class Constants:
         """Whether a shaft that is driven feels the motor's cogging."""
         return self.driven_cogging or self.motor.bearing.cogging_while_turning
 
-    def cogging(self, shaft: Shaft) -> Cogging | None:
+    def cogging(self, shaft: Shaft) -> CoggingWaves | None:
         """Return the cogging that a coasting shaft feels, None where it is left out."""
         motor = self.motor
         if not motor.bearing.cogging_while_turning or not motor.cogging_torque:
             return None
-        return Cogging(motor.cogging_torque, motor.cogging_order, motor.cogging_phase, shaft.inertia)
+        return CoggingWaves(motor.cogging_torque, motor.cogging_order, motor.cogging_phase, shaft.inertia)
 
     def network(
         self,

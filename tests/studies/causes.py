@@ -141,7 +141,10 @@ def _stribeck(dirt: Dirt) -> None:
 
 
 def _cogging(dirt: Dirt) -> None:
-    dirt.motor = replace(dirt.motor, cogging_torque=dirt.log(0.1, 10.0) * dirt.motor.coulomb_friction)
+    # Few slots a pole pair make few and long waves.
+    order = dirt.either(2, 6, 12) * dirt.motor.pole_pairs
+    torque = dirt.log(0.1, 10.0) * dirt.motor.coulomb_friction
+    dirt.motor = replace(dirt.motor, cogging_torque=torque, cogging_order=order)
     dirt.bearing(cogging_while_turning=True)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_instruments.physics.coasting import BearingDrag, Cogged, Cogging
+from sim_instruments.physics.coasting import BearingDrag, Cogged, CoggingWaves
 from sim_instruments.physics.crossing import first_rise
 from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest
 from sim_instruments.physics.rotating import Rotating
@@ -32,7 +32,7 @@ def drag(
 ) -> tuple[Drag | BearingDrag | Cogged | Rest, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
-    Cogging averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
+    CoggingWaves averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
     dry friction stops it.
     """
     state, shaft = inputs.state, inputs.constants.shaft(inputs.settings)
@@ -55,7 +55,7 @@ def drag(
 
 
 def _dragged(
-    inputs: SegmentInputs, shaft: Shaft, cogging: Cogging | None, torque: float, way: float, limit: float
+    inputs: SegmentInputs, shaft: Shaft, cogging: CoggingWaves | None, torque: float, way: float, limit: float
 ) -> tuple[BearingDrag | Cogged, float, Outcome]:
     """Return motion, end (s) and outcome as `drag` does, for what only integrating finds."""
     state, speed, last = inputs.state, abs(inputs.state.speed), 0.0 if shaft.static_friction else _CREEP
