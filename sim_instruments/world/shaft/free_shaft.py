@@ -32,7 +32,7 @@ def drag(
 ) -> tuple[Drag | BearingDrag | Cogged | Rest, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
-    CoggingWaves averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
+    Cogging averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
     dry friction stops it.
     """
     state, shaft = inputs.state, inputs.constants.shaft(inputs.settings)
