@@ -171,7 +171,8 @@ def _runout(dirt: Dirt) -> None:
 
 
 def _regrips(dirt: Dirt) -> None:
-    dirt.hands(unevenness=dirt.log(0.05, 0.6), regrips=dirt.log(0.2, 4.0), regrip_time=dirt.log(0.1, 1.0))
+    # A shaft that is turned very slowly, between fingers, goes on by a few degrees to a quarter turn at a time.
+    dirt.hands(unevenness=dirt.log(0.05, 0.6), regrips=dirt.log(4.0, 100.0), regrip_time=dirt.log(0.2, 5.0))
 
 
 def _thermal_emf(dirt: Dirt) -> None:
