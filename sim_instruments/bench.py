@@ -11,6 +11,7 @@ import numpy as np
 
 from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, BenchPlace, SimulatedUnit, Transport, standard_units
 from sim_instruments.clock.virtual_clock import BenchClock, VirtualClock
+from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.faults.injector import Injector
 from sim_instruments.faults.line_faults import Faults
 from sim_instruments.found_state import Leavable
@@ -47,12 +48,15 @@ _FURTHER_NODES = 8
 
 @dataclass(frozen=True)
 class BenchSetting:
-    """What surrounds the motor: leads, ambient temperature (°C), how the shaft stands (rad), whether the star point can be reached."""
+    """What surrounds the motor: leads, ambient temperature (°C), how the shaft stands (rad), whether the star point can be reached,
+    and what disturbs the bench.
+    """
 
     leads: Leads = field(default_factory=lambda: Leads(lcr_resistance=6.0e-3, lcr_inductance=0.2e-6))
     ambient_temperature: float = 25.0
     star_point_accessible: bool = False
     initial_angle: float = 0.0
+    disturbances: Disturbances = field(default_factory=Disturbances)
 
 
 class VirtualBench:
@@ -110,6 +114,7 @@ class VirtualBench:
             initial_angle=setting.initial_angle,
             six_step=six_step,
             fixture=fixture,
+            disturbances=setting.disturbances,
         )
         #: The channel of every crosspoint by its name, none without a fixture.
         self.crosspoints: dict[str, int] = crosspoints() if fixture else {}

@@ -31,6 +31,7 @@ def serve(
     fixture: bool = False,
     watchdog_relay: bool = False,
     hostile: Seed | None = None,
+    disturbances: Path | None = None,
 ) -> None:
     """Serve the virtual bench to other processes until SIGINT or SIGTERM.
 
@@ -62,17 +63,21 @@ def serve(
         With a relay that must be fed: while it has dropped out, the supply's output is off.
     hostile
         Begin as a last user may have left the instruments, drawn by this seed.
+    disturbances
+        A file of what disturbs the bench: probes, shaft sensors, contacts, hands.
 
     """
     from bench.motor.motor_file import load_motor
     from bench.safety.interrupts import Interrupted, Interrupts
     from bench.station.station_file import catalogues_at
+    from bench.virtual.disturbance_file import load_disturbances
     from bench.virtual.fault_file import given_faults
     from bench.virtual.fault_hooks import inject
     from bench.virtual.served_station import station_to_serve
     from bench.virtual.true_values import true_values
     from bench.virtual.virtual_station import describe
     from procedures.known_parameters import known_parameters
+    from sim_instruments.bench import BenchSetting
     from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
     from sim_instruments.server.served_bench import ServedBench
 
@@ -111,6 +116,8 @@ def serve(
             "hostile": hostile,
         }
         own = None
+        if disturbances is not None:
+            more["setting"] = BenchSetting(disturbances=load_disturbances(disturbances))
         if station is not None:
             own = station_to_serve(station, read)
             more |= {"units": own.units, "fixture": own.fixture}

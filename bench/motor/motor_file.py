@@ -18,6 +18,8 @@ from bench.motor.six_step_file import drive_file_of, holds_drive
 from drivers.interfaces.text import text, text_of
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameters import PARAMETERS
+from sim_instruments.physics.bearing import Bearing
+from sim_instruments.physics.iron import Iron
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import virtual_motor
@@ -35,6 +37,39 @@ class FluxHarmonic(Section):
     order: int = number("", at_least=2, up_to=100)
     amplitude: float = number("", at_least=0.0, up_to=1.0, description="relative to the fundamental of the EMF")
     phase: float = number("rad", 0.0, at_least=-2.0 * math.pi, up_to=2.0 * math.pi)
+
+
+class BearingSection(Section):
+    """`[virtual.bearing]`: drag beside Coulomb and viscous friction."""
+
+    windage: float = number(
+        "N·m·s²/rad²", 0.0, at_least=0.0, up_to=1e3, description="drag over the square of the speed"
+    )
+    stribeck_torque: float = number(
+        "N·m", 0.0, at_least=0.0, up_to=1e3, description="on top of Coulomb friction at standstill"
+    )
+    stribeck_speed: float = number("rad/s", 10.0, above=0.0, up_to=1e5, description="at which a 1/e of it is left")
+    stribeck_exponent: float = number("", 1.0, at_least=0.5, up_to=4.0)
+    cogging_while_turning: bool = Field(
+        default=False,
+        strict=True,
+        description="true or false: whether the shaft feels its cogging while it coasts or is driven as well",
+    )
+
+
+class IronSection(Section):
+    """`[virtual.iron]`: eddy currents, and what speed does to the flux linkage."""
+
+    eddy_coupling: float = number("", 0.0, at_least=0.0, below=1.0, description="share of the flux, k")
+    eddy_resistance: float = number("ohm", 1.0, above=0.0, up_to=1e6, description="of a winding's shorted turn")
+    emf_corner: float | None = number("Hz", None, above=0.0, up_to=1e7, description="electrical; without it none")
+    magnet_rise: float = number("K", 0.0, at_least=0.0, up_to=300.0, description="of the magnets over the winding")
+    magnet_rise_speed: float = number("rad/s", 100.0, above=0.0, up_to=1e5, description="mechanical, at which it holds")
+
+    def iron(self) -> Iron:
+        """Return it as the virtual motor takes it."""
+        corner = math.inf if self.emf_corner is None else self.emf_corner
+        return Iron(self.eddy_coupling, self.eddy_resistance, corner, self.magnet_rise, self.magnet_rise_speed)
 
 
 class VirtualSection(InsideSection):
@@ -74,6 +109,9 @@ class VirtualSection(InsideSection):
         "A", None, above=0.0, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
     )
 
+    bearing: BearingSection = BearingSection()
+    iron: IronSection = IronSection()
+
     @field_validator("phase_resistance", mode="before")
     @classmethod
     def _three(cls, value: object) -> object:
@@ -97,6 +135,7 @@ class VirtualSection(InsideSection):
         for axis in ("d_axis_saturation_current", "q_axis_saturation_current"):
             # An axis that the file says nothing of does not saturate.
             values[axis] = math.inf if values[axis] is None else values[axis]
+        values["bearing"], values["iron"] = Bearing(**self.bearing.model_dump()), self.iron.iron()
         name: Literal["wye", "delta"] = "delta" if connection is WindingConnection.DELTA else "wye"
         return VirtualMotor(connection=name, **values)
 

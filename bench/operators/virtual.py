@@ -128,7 +128,13 @@ class VirtualOperator:
 
     def thermometer(self) -> float:
         """Return the winding's temperature (°C) as this operator's thermometer shows it."""
-        return float(self._world.truth()["winding_temperature"] + self._thermometer_error)
+        truth = self._world.truth()
+        winding, hidden = truth["winding_temperature"], 1.0 - self._hands("thermometer_share", 1.0)
+        return float(winding - hidden * (winding - truth["ambient_temperature"]) + self._thermometer_error)
+
+    def _hands(self, name: str, usual: float) -> float:
+        """Return what disturbs these hands; a bench that says nothing of it has usual ones."""
+        return float(self._world.truth().get("hands", {}).get(name, usual))
 
     def perform(self, action: Action) -> object:
         """Do it; ProcedureError where the world does not let it be done."""
@@ -226,6 +232,13 @@ class VirtualOperator:
                 return
             before = here
 
+    def _typed(self, value: float) -> float:
+        """Return a value as a person types it, whose decimal point slips now and then."""
+        slips = self._hands("slips", 0.0)
+        if not slips or self._random.uniform() >= slips:
+            return value
+        return value * float(self._random.choice([0.1, 10.0]))
+
     def _take(self, seconds: float) -> None:
         self._world.clock.sleep(seconds)
 
@@ -283,7 +296,7 @@ class VirtualOperator:
     def _read(self, action: EnterReading) -> float:
         self._take(_READING)
         if action.key == "winding_temperature":
-            return self.thermometer()
+            return self._typed(self.thermometer())
         raise ProcedureError(
             text(
                 "the virtual operator has nothing to read {key} from; put it into the motor file's [nameplate]",

@@ -1,12 +1,31 @@
 """Individual errors of the instruments: a healthy unit by default, or drawn from its maker's specification."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
+#: Draws a unit's error from a limit of error.
+Draw = Callable[[np.random.Generator, float], float]
+#: Of the units in use, so many are well within their limits, so many anywhere within them, the rest at their ends.
+_WELL_WITHIN, _ANYWHERE = 0.75, 0.17
+#: How far within (share of the limit), and how close to its end the last ones lie.
+_WELL, _AT_END = 1.0 / 3.0, 0.95
 
-def _within(generator: np.random.Generator, limit: float) -> float:
+
+def evenly(generator: np.random.Generator, limit: float) -> float:
+    """Draw an error anywhere within its limit, each place equally likely."""
     return float(generator.uniform(-limit, limit))
+
+
+def as_sold(generator: np.random.Generator, limit: float) -> float:
+    """Draw an error as a user meets it: makers adjust most units to a third of the limit, and some are old or hot and at its end."""
+    kind = float(generator.uniform())
+    if kind < _WELL_WITHIN:
+        return _WELL * limit * float(generator.uniform(-1.0, 1.0))
+    if kind < _WELL_WITHIN + _ANYWHERE:
+        return float(generator.uniform(-limit, limit))
+    return float(generator.choice([-1.0, 1.0]) * generator.uniform(_AT_END * limit, limit))
 
 
 @dataclass(frozen=True)
@@ -23,17 +42,17 @@ class SupplyErrors:
     current_offset: float = 2.0e-4
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "SupplyErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "SupplyErrors":
         """Draw a unit within 0.03 % + 3 mV and 0.1 % + 5 mA setting, 0.03 % + 2 mV and 0.05 % + 5 mA reading."""
         return cls(
-            set_voltage_gain=_within(generator, 3.0e-4),
-            set_voltage_offset=_within(generator, 3.0e-3),
-            set_current_gain=_within(generator, 1.0e-3),
-            set_current_offset=_within(generator, 5.0e-3),
-            voltage_gain=_within(generator, 3.0e-4),
-            voltage_offset=_within(generator, 2.0e-3),
-            current_gain=_within(generator, 5.0e-4),
-            current_offset=_within(generator, 5.0e-3),
+            set_voltage_gain=draw(generator, 3.0e-4),
+            set_voltage_offset=draw(generator, 3.0e-3),
+            set_current_gain=draw(generator, 1.0e-3),
+            set_current_offset=draw(generator, 5.0e-3),
+            voltage_gain=draw(generator, 3.0e-4),
+            voltage_offset=draw(generator, 2.0e-3),
+            current_gain=draw(generator, 5.0e-4),
+            current_offset=draw(generator, 5.0e-3),
         )
 
 
@@ -53,13 +72,15 @@ class LcrErrors:
     share: tuple[complex, complex, complex] = (0j, 0j, 0j)
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "LcrErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "LcrErrors":
         """Draw a unit anywhere within the data sheet's accuracy formula (Keysight 5989-4435EN).
 
-        The shares are the shadows of points on a sphere: whatever part of the impedance is read, resistance, reactance or
-        magnitude, its error is then spread evenly between the limits, and never beyond them.
+        Drawn evenly, the shares are the shadows of points on a sphere: whatever part of the impedance is read, resistance, reactance
+        or magnitude, its error is then spread evenly between the limits, and never beyond them.
         """
         radius = np.sqrt(1.0 - generator.uniform(0.0, 1.0, 3) ** 2)
+        if draw is not evenly:
+            radius = np.abs([draw(generator, 1.0) for _ in range(3)])
         angle = generator.uniform(0.0, 2.0 * np.pi, 3)
         share = radius * np.exp(1j * angle)
         return cls(0.0, 0.0, 0.0, 0.0, (complex(share[0]), complex(share[1]), complex(share[2])))
@@ -74,14 +95,14 @@ class ScopeErrors:
     time_base: float = 2.0e-7
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "ScopeErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "ScopeErrors":
         """Draw a unit within ±2 % gain, ±0.1 division offset and ±1.6 ppm (Keysight 5992-0140EN)."""
-        gain = generator.uniform(-0.02, 0.02, 4)
-        offset = generator.uniform(-0.0125, 0.0125, 4)
+        gain = [draw(generator, 0.02) for _ in range(4)]
+        offset = [draw(generator, 0.0125) for _ in range(4)]
         return cls(
-            (float(gain[0]), float(gain[1]), float(gain[2]), float(gain[3])),
-            (float(offset[0]), float(offset[1]), float(offset[2]), float(offset[3])),
-            _within(generator, 1.6e-6),
+            (gain[0], gain[1], gain[2], gain[3]),
+            (offset[0], offset[1], offset[2], offset[3]),
+            draw(generator, 1.6e-6),
         )
 
 
@@ -94,9 +115,11 @@ class DynamometerErrors:
     speed_gain: float = 0.0
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator, rated_torque: float = 5.0) -> "DynamometerErrors":
+    def drawn(
+        cls, generator: np.random.Generator, draw: Draw = evenly, rated_torque: float = 5.0
+    ) -> "DynamometerErrors":
         """Draw a unit within ±0.2 % gain, ±0.1 % of `rated_torque` offset and ±0.02 % speed."""
-        return cls(_within(generator, 2.0e-3), _within(generator, 1.0e-3 * rated_torque), _within(generator, 2.0e-4))
+        return cls(draw(generator, 2.0e-3), draw(generator, 1.0e-3 * rated_torque), draw(generator, 2.0e-4))
 
 
 @dataclass(frozen=True)
@@ -106,9 +129,9 @@ class TachometerErrors:
     gain: float = 0.0
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "TachometerErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "TachometerErrors":
         """Draw a unit within ±0.05 %; the digit comes on top."""
-        return cls(_within(generator, 5.0e-4))
+        return cls(draw(generator, 5.0e-4))
 
 
 @dataclass(frozen=True)
@@ -119,9 +142,9 @@ class InverterErrors:
     current_gain: float = 2.0e-3
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "InverterErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "InverterErrors":
         """Draw a unit within ±50 ppm of frequency and ±2 % of current."""
-        return cls(_within(generator, 5.0e-5), _within(generator, 0.02))
+        return cls(draw(generator, 5.0e-5), draw(generator, 0.02))
 
 
 @dataclass(frozen=True)
@@ -137,14 +160,14 @@ class DriveErrors:
     frequency_gain: float = 0.0
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "DriveErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "DriveErrors":
         """Draw a unit within ±0.1 % + 5 mV of voltage, ±0.2 % + 5 mA of current and ±50 ppm of frequency."""
         return cls(
-            voltage_gain=_within(generator, 1.0e-3),
-            voltage_offset=_within(generator, 5.0e-3),
-            current_gain=_within(generator, 2.0e-3),
-            current_offset=_within(generator, 5.0e-3),
-            frequency_gain=_within(generator, 5.0e-5),
+            voltage_gain=draw(generator, 1.0e-3),
+            voltage_offset=draw(generator, 5.0e-3),
+            current_gain=draw(generator, 2.0e-3),
+            current_offset=draw(generator, 5.0e-3),
+            frequency_gain=draw(generator, 5.0e-5),
         )
 
 
@@ -159,13 +182,11 @@ class VoltmeterErrors:
     offset: tuple[float, ...] = (-3.5e-6, -0.7e-6, 0.5e-6, -0.6e-6, 1.0e-6)
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "VoltmeterErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "VoltmeterErrors":
         """Draw a unit within the 1-year accuracy at 23 ± 5 °C (Keysight 34461A data sheet, 5991-1983EN)."""
         gain = (5.0e-5, 4.0e-5, 3.5e-5, 4.5e-5, 4.5e-5)
         offset = (3.5e-5, 0.7e-5, 0.5e-5, 0.6e-5, 1.0e-5)
-        return cls(
-            tuple(_within(generator, limit) for limit in gain), tuple(_within(generator, limit) for limit in offset)
-        )
+        return cls(tuple(draw(generator, limit) for limit in gain), tuple(draw(generator, limit) for limit in offset))
 
 
 @dataclass(frozen=True)
@@ -177,9 +198,9 @@ class InsulationErrors:
     noise: float = 2.0e-3
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator) -> "InsulationErrors":
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "InsulationErrors":
         """Draw a unit within ±1 % of voltage and ±5 % of resistance."""
-        return cls(_within(generator, 0.01), _within(generator, 0.05))
+        return cls(draw(generator, 0.01), draw(generator, 0.05))
 
 
 @dataclass(frozen=True)
@@ -197,16 +218,16 @@ class Errors:
     insulation_tester: InsulationErrors = field(default_factory=InsulationErrors)
 
     @classmethod
-    def drawn(cls, generator: np.random.Generator, *, fixture: bool = False) -> "Errors":
-        """Draw a bench of instruments, each within its maker's specification, evenly spread; with `fixture` also its tester."""
+    def drawn(cls, generator: np.random.Generator, draw: Draw = evenly, *, fixture: bool = False) -> "Errors":
+        """Draw a bench of instruments, each within its maker's specification; with `fixture` also its tester."""
         return cls(
-            SupplyErrors.drawn(generator),
-            LcrErrors.drawn(generator),
-            ScopeErrors.drawn(generator),
-            DynamometerErrors.drawn(generator),
-            TachometerErrors.drawn(generator),
-            InverterErrors.drawn(generator),
-            VoltmeterErrors.drawn(generator),
-            DriveErrors.drawn(generator),
-            InsulationErrors.drawn(generator) if fixture else InsulationErrors(),
+            SupplyErrors.drawn(generator, draw),
+            LcrErrors.drawn(generator, draw),
+            ScopeErrors.drawn(generator, draw),
+            DynamometerErrors.drawn(generator, draw),
+            TachometerErrors.drawn(generator, draw),
+            InverterErrors.drawn(generator, draw),
+            VoltmeterErrors.drawn(generator, draw),
+            DriveErrors.drawn(generator, draw),
+            InsulationErrors.drawn(generator, draw) if fixture else InsulationErrors(),
         )

@@ -4,7 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from sim_instruments.physics.bearing import PLAIN, Bearing
 from sim_instruments.physics.hall import SimulatedHallSensors
+from sim_instruments.physics.iron import IDEAL, Iron
 from sim_instruments.physics.saturation import Saturation
 
 Connection = Literal["wye", "delta"]
@@ -29,6 +31,7 @@ class VirtualMotor:
     those of the winding against the frame; `halls` are its Hall sensors, None where it has none.
     What can be wrong inside: `emf_shares` are each winding's EMF relative to the others', as a partly demagnetised or
     miswound phase has it; `exchanged` are two terminals whose wires are exchanged inside.
+    `bearing` and `iron` are what bearings, air and iron do beyond these figures; by default nothing.
     Raises ValueError for values that no motor has.
     """
 
@@ -58,6 +61,8 @@ class VirtualMotor:
     halls: SimulatedHallSensors | None = None
     emf_shares: tuple[float, float, float] = (1.0, 1.0, 1.0)
     exchanged: tuple[Literal["A", "B", "C"], Literal["A", "B", "C"]] | None = None
+    bearing: Bearing = PLAIN
+    iron: Iron = IDEAL
 
     def __post_init__(self) -> None:
         if self.connection not in ("wye", "delta"):
@@ -96,6 +101,8 @@ class VirtualMotor:
             raise ValueError(f"emf_shares are {self.emf_shares}; they are three numbers of 0 … 2, a winding each")
         if self.exchanged is not None and self.exchanged[0] == self.exchanged[1]:
             raise ValueError(f"exchanged terminals must be two different ones, not {self.exchanged[0]} twice")
+        if self.iron.has_eddy_currents and self.winding_saturation is not None:
+            raise ValueError("eddy currents and saturation together are not simulated; leave one of them out")
         for order, amplitude, _ in self.flux_harmonics:
             if order < 2 or not math.isfinite(amplitude):
                 raise ValueError(

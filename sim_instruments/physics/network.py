@@ -45,6 +45,11 @@ class Network:
         )
 
     @property
+    def flux_basis(self) -> FloatArray:
+        """What the windings' inductances see of the loop currents (3, loops)."""
+        return self.basis
+
+    @property
     def loops(self) -> int:
         """Number of independent currents."""
         return int(self.basis.shape[1])

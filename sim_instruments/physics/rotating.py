@@ -49,8 +49,11 @@ class Rotating:
         pole_pairs = self.network.windings.pole_pairs
         speed = self.motion.speed(times) * pole_pairs
         turning = turned(self.motion.angle(times) * pole_pairs, self._orders)
+        iron = self.network.windings.motor.iron
         for order, emf, turn in zip(self._orders, self._phasors.T, turning, strict=True):
             frequency = 1j * order * speed
+            if iron.lowers_emf:
+                turn = turn * self._share(speed, order)
             modal = -emf[:, np.newaxis] * (speed * turn) / (self._rates[:, np.newaxis] + frequency)
             currents += self._shapes @ modal.real
             slopes += self._shapes @ (frequency * modal).real
@@ -84,4 +87,13 @@ class Rotating:
     def _emf(self, times: FloatArray) -> FloatArray:
         windings = self.network.windings
         speed = self.motion.speed(times) * windings.pole_pairs
-        return windings.emf_per_speed(self.motion.angle(times) * windings.pole_pairs) * speed
+        angle = self.motion.angle(times) * windings.pole_pairs
+        if windings.motor.iron.lowers_emf:
+            shares = np.array([self._share(speed, order) for order in windings.emf_orders])
+            lowered: FloatArray = (windings.emf_phasors @ (turned(angle, windings.emf_orders) * shares)).real
+            return lowered * speed
+        return windings.emf_per_speed(angle) * speed
+
+    def _share(self, electrical_speed: FloatArray, order: int) -> FloatArray:
+        motor = self.network.windings.motor
+        return motor.iron.emf_share(electrical_speed, order, motor.pole_pairs, motor.flux_temperature_coefficient)

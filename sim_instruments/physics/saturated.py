@@ -12,6 +12,8 @@ from sim_instruments.physics.windings import FloatArray
 #: After so many of its longest time constants a transient under a constant source is over.
 _SETTLED = 30.0
 _TOLERANCE = 1e-9
+#: No axis carries more current than this (A).
+_FAR = 1e6
 
 
 class SaturatedTransient:
@@ -145,7 +147,8 @@ class SaturatedTransient:
         return solution.sol
 
     def _slopes(self, passed: float, free: FloatArray) -> FloatArray:
-        along, across = (self._bias + self._shares @ free).tolist()
+        # A step that the integrator tries and takes back may lie anywhere.
+        along, across = (min(max(part, -_FAR), _FAR) for part in (self._bias + self._shares @ free).tolist())
         direct, quadrature = self._saturation.differential_inductances(along, across)
         inertance = self._zero + direct * self._direct + quadrature * self._quadrature
         return solve_small(inertance, self._force + self._slope * passed - self._damping @ free)

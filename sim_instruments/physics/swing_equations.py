@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from sim_instruments.physics.bearing import PLAIN, Bearing
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
 from sim_instruments.physics.windings import FloatArray
@@ -17,12 +18,31 @@ _FAST = 6.0e3
 
 @dataclass(frozen=True)
 class Shaft:
-    """What turns: `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, and a constant `torque` N·m."""
+    """What turns: `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, and a constant `torque` N·m.
+
+    `bearing` is what drags beside those two.
+    """
 
     inertia: float
     coulomb_friction: float
     viscous_friction: float
     torque: float = 0.0
+    bearing: Bearing = PLAIN
+
+    @property
+    def static_friction(self) -> float:
+        """The torque (N·m) up to which a shaft that stands goes on standing."""
+        return self.coulomb_friction + self.bearing.stribeck_torque
+
+    def friction(self, speed: float) -> float:
+        """Return the friction (N·m) against a speed (rad/s), with the speed's sign."""
+        coulomb = math.copysign(self.coulomb_friction, speed) if speed else 0.0
+        return coulomb + self.viscous_friction * speed + self.bearing.drag(speed)
+
+    def frictions(self, speeds: FloatArray) -> FloatArray:
+        """Return the friction (N·m) against speeds (rad/s) of any shape, with the speeds' signs."""
+        friction: FloatArray = self.coulomb_friction * np.sign(speeds) + self.viscous_friction * speeds
+        return friction if self.bearing.plain else friction + self.bearing.drags(speeds)
 
 
 #: From seconds since the start, a state and the way of the friction: the states' derivatives, what the supply watches

@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from sim_instruments.physics.eddy import EddyNetwork
 from sim_instruments.physics.exponentials import Exponentials
 from sim_instruments.physics.network import Network, modes
 from sim_instruments.physics.source import Source, VoltageSource
@@ -94,10 +95,17 @@ class LinearTransient:
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
         windings = self.network.windings
-        slopes = self.network.basis @ self.loop_slopes(times)
+        slopes = self.network.flux_basis @ self.loop_slopes(times)
         result: FloatArray = (
             windings.resistance[:, np.newaxis] * self.winding_currents(times) + windings.inductance(self.angle) @ slopes
         )
+        return result
+
+    def eddy_currents(self, time: float) -> FloatArray | None:
+        """Return the eddy currents (A) in the iron at a time, None where there are none."""
+        if not isinstance(self.network, EddyNetwork):
+            return None
+        result: FloatArray = self.loop_currents(np.array([time]))[-3:, 0]
         return result
 
     def copper_heat(self, duration: float) -> float | None:

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 
+from sim_instruments.physics.coasting import CoggingWaves
+from sim_instruments.physics.eddy import EddyNetwork
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.swing import Shaft
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.settings import WorldSettings
 from sim_instruments.world.sources.six_step_stage import SixStepStage
@@ -39,22 +41,45 @@ class Constants:
             motor.coulomb_friction + coupled * machine.coulomb_friction,
             motor.viscous_friction + coupled * machine.viscous_friction,
             torque,
+            motor.bearing,
         )
 
-    def network(self, windings: Windings, settings: WorldSettings, *, supplied: bool) -> Network:
-        """Return the circuit of the present wiring, with the supply's output connected or open."""
-        return Network(
-            windings,
-            settings.sockets(),
-            SUPPLY_POLES if supplied else None,
-            source_resistance=self.supply.output_resistance,
-            lead_resistance=self.leads.resistance,
-            held=settings.rotor_held,
-        )
+    @property
+    def feels_cogging(self) -> bool:
+        """Whether a shaft that is driven feels the motor's cogging."""
+        return self.driven_cogging or self.motor.bearing.cogging_while_turning
+
+    def cogging(self, shaft: Shaft) -> CoggingWaves | None:
+        """Return the cogging that a coasting shaft feels, None where it is left out."""
+        motor = self.motor
+        if not motor.bearing.cogging_while_turning or not motor.cogging_torque:
+            return None
+        return CoggingWaves(motor.cogging_torque, motor.cogging_order, motor.cogging_phase, shaft.inertia)
+
+    def network(
+        self,
+        windings: Windings,
+        settings: WorldSettings,
+        *,
+        supplied: bool,
+        eddy_currents: FloatArray | None = None,
+    ) -> Network:
+        """Return the circuit of the present wiring, with the supply's output connected or open.
+
+        That of a held rotor begins with the `eddy_currents` (A) in its iron, where it has any.
+        """
+        wired = windings, settings.sockets(), SUPPLY_POLES if supplied else None
+        source, lead = self.supply.output_resistance, self.leads.resistance
+        if settings.rotor_held and self.motor.iron.has_eddy_currents:
+            return EddyNetwork(
+                *wired, source_resistance=source, lead_resistance=lead, held=True, eddy_currents=eddy_currents
+            )
+        return Network(*wired, source_resistance=source, lead_resistance=lead, held=settings.rotor_held)
 
     def bridge_network(self, windings: Windings, settings: WorldSettings) -> Network:
         """Return the circuit as the bridge's four-terminal leads see it; its fixture's residual is apart."""
-        return Network(windings, settings.sockets(), BRIDGE_POLES, lead_resistance=0.0)
+        kind = EddyNetwork if self.motor.iron.has_eddy_currents else Network
+        return kind(windings, settings.sockets(), BRIDGE_POLES, lead_resistance=0.0)
 
     def inverter_direction(self, settings: WorldSettings) -> int:
         """Return +1 or -1 for a positive or negative phase sequence at the motor, 0 where a phase is missing."""

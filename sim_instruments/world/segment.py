@@ -60,6 +60,7 @@ class State:
     constant_current_since: float | None = None
     breaking_away: bool = False
     field: FieldState | None = None
+    eddy_currents: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ class Segment:
         if self.dynamometer.kind == "constant":
             return np.full_like(times, self.dynamometer.torque)
         speed, shaft = self.motion.speed(times), self.shaft
-        friction = shaft.coulomb_friction * np.sign(speed) + shaft.viscous_friction * speed
+        friction = shaft.frictions(speed)
         torque: FloatArray = shaft.inertia * self.motion.acceleration(times) + friction - self.motor_torque(times)
         return torque - self.windings.cogging(self.motion.angle(times)) if self.dynamometer.cogging else torque
 

@@ -54,11 +54,11 @@ def _supplied(
     # What turns the shaft outlasts the output's fall by far.
     falls_unseen = not settings.supply.on and _turned_from_outside(settings)
     if not (falls_unseen or is_open(settings.supply, state)):
-        supplied = constants.network(windings, settings, supplied=True)
+        supplied = constants.network(windings, settings, supplied=True, eddy_currents=state.eddy_currents)
         output = regime(settings.supply, settings.supply_limit, constants.supply, state, supplied, time)
         if output is not None:
             return output, supplied
-    return None, constants.network(windings, settings, supplied=False)
+    return None, constants.network(windings, settings, supplied=False, eddy_currents=state.eddy_currents)
 
 
 def _with_shaft(inputs: SegmentInputs, direction: int) -> Segment:
@@ -138,7 +138,14 @@ def _hand(inputs: SegmentInputs) -> tuple[Motion, float]:
     if shaft.holder == "pulling":
         return Wavering(inputs.time, state.angle, shaft.pull_speed, 0.0, 0.0), max(shaft.pull_until, inputs.time)
     phase = shaft.wobble_phase + _HAND_RATE * inputs.time
-    return Wavering(inputs.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), math.inf
+    end = math.inf
+    for begin, over in shaft.pauses:
+        if begin <= inputs.time < over:
+            return Rest(state.angle), over
+        if begin > inputs.time:
+            end = begin
+            break
+    return Wavering(inputs.time, state.angle, shaft.turning_speed, shaft.wobble, _HAND_RATE, phase), end
 
 
 def _with_over_current(supply: SupplySettings, state: State, segment: Segment) -> Segment:

@@ -61,7 +61,7 @@ class SegmentInputs:
     ) -> Segment:
         """Return a segment of these laws."""
         output = self.output
-        if law.kind == "balance" and self.constants.driven_cogging:
+        if law.kind == "balance" and self.constants.feels_cogging:
             law = replace(law, cogging=True)
         if output is not None and output.end < end:
             end, outcome = output.end, "trip voltage" if output.trips_voltage else "none"
@@ -156,6 +156,8 @@ def dynamometer_ramp(inputs: SegmentInputs) -> tuple[Motion, float]:
     top = max(abs(state.speed), abs(target))
     braking = abs(target) < abs(state.speed) and target * state.speed >= 0.0
     friction = shaft.coulomb_friction + shaft.viscous_friction * top
+    if not shaft.bearing.plain:
+        friction = max(shaft.static_friction, shaft.friction(top))
     available = machine.maximum_torque + (0.0 if braking else -friction)
     rate = min(machine.speed_ramp, available / shaft.inertia)
     if rate <= 0.0:

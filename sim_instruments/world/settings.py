@@ -117,6 +117,7 @@ class SixStepSettings:
 @dataclass
 class ShaftSettings:
     """Who holds or turns the shaft. `wobble_phase` (rad) starts the wobble,
+    `pauses` (from, to, s) are those in which a hand takes hold anew,
     `pull_until` (s), `pull_speed` (rad/s) and `pull_then`, who holds the shaft after it, belong to a pull.
     """
 
@@ -125,6 +126,7 @@ class ShaftSettings:
     turning_speed: float = 0.0
     wobble: float = 0.0
     wobble_phase: float = 0.0
+    pauses: tuple[tuple[float, float], ...] = ()
     pull_speed: float = 0.0
     pull_until: float = 0.0
     pull_then: Holder = "free"

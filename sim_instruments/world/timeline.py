@@ -13,6 +13,7 @@ import numpy as np
 from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.history import Past, Quantity
@@ -308,6 +309,7 @@ class Timeline:
             constant_current_since=since,
             breaking_away=outcome == "breakaway",
             field=field,
+            eddy_currents=circuit.eddy_currents(time) if isinstance(circuit, LinearTransient) else None,
         )
 
 

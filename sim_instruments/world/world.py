@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sim_instruments.clock.virtual_clock import BenchClock
+from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.faults.damage import Damage, Switched
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world import impedance
+from sim_instruments.world.contact_voltage import contact_voltage
 from sim_instruments.world.held_probes import FIRST_HALL, HeldProbes, InTerminal, Place
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.miswiring import Miswirings
@@ -52,12 +54,15 @@ class World:
         initial_angle: float = 0.0,
         six_step: SixStepDrive | None = None,
         fixture: bool = False,
+        disturbances: Disturbances | None = None,
     ) -> None:
         if star_point_accessible and motor.connection == "delta":
             raise ValueError("star_point_accessible is set for a delta motor; only a wye has a star point")
         self.motor = motor
         self.clock = clock
         self.star_point_accessible = star_point_accessible
+        #: What disturbs the bench beyond its instruments' limits of error.
+        self.disturbances = disturbances or Disturbances()
         self._random = np.random.default_rng(seed)
         stage = None if six_step is None else SixStepStage(six_step, motor)
         self._timeline = Timeline(
@@ -96,6 +101,7 @@ class World:
         self.insulation = InsulationOutput(self._timeline, self.damage) if fixture else None
         self._probes: dict[int, Probe] = {}
         self._sense: PlacedVoltageProbe | None = None
+        self._sensed_since = 0.0
         #: Miswirings that hands will make.
         self.miswirings = Miswirings()
 
@@ -162,6 +168,7 @@ class World:
             raise ValueError(f"the voltmeter's leads must be on two different terminals, not {positive} twice")
         with self.lock:
             self._sense = self.miswirings.voltage(None, PlacedVoltageProbe(positive, negative))
+            self._sensed_since = self.clock.now()
 
     def detach_voltmeter(self) -> None:
         """Take the voltmeter's leads off; it then senses nothing."""
@@ -199,6 +206,9 @@ class World:
             shaft = settings.shaft
             shaft.holder, shaft.turning_speed, shaft.wobble = "turning", float(speed), wobble
             shaft.wobble_phase = float(self._random.uniform(0.0, 2.0 * math.pi))
+            shaft.wobble, shaft.pauses = hand.uneven(
+                self.disturbances.hands, self._random, float(speed), wobble, self._timeline.now
+            )
 
     def move_shaft(self, speed: float, duration: float) -> None:
         """Turn the shaft at a speed (rad/s) for a time (s) and hold it there. Raises RuntimeError as `turn_shaft` does."""
@@ -268,7 +278,9 @@ class World:
             if not 0.0 < value < math.inf:
                 raise ValueError(f"impedance(): {name} is {value}; it must be positive and finite")
         with self._timeline.observing():
-            return impedance.reading(self._timeline, frequency, level_rms, aperture)
+            read = impedance.reading(self._timeline, frequency, level_rms, aperture)
+            # Clipped together, the leads have no clamp of the motor's between them.
+            return read if self._timeline.settings.leads_shorted else read + self.disturbances.contacts.resistance
 
     def probe_signal(self, channel: int, times: ArrayLike) -> FloatArray:
         """Return the true signal (V or A, shape of `times`) of a channel's probe at past bench times (s).
@@ -313,7 +325,11 @@ class World:
                 result: FloatArray = nodes[plus] - nodes[minus]
                 return result
 
-            return self._timeline.mean(difference, aperture, until)
+            voltage = self._timeline.mean(difference, aperture, until)
+            at = self._timeline.now if until is None else until
+            return voltage + contact_voltage(
+                self.disturbances.contacts, self._timeline, plus, aperture, at, at - self._sensed_since
+            )
 
     def shaft_speed(self, gate: float, until: float | None = None) -> float:
         """Return the mean of |speed| (rad/s, mechanical) over the `gate` s before `until` (s; now); a gate of 0 is the present value."""
@@ -361,6 +377,7 @@ class World:
                 "six_step_enabled": settings.six_step.enabled,
                 "six_step_fault": settings.six_step.fault,
                 "winding_temperature": timeline.winding_temperature(),
+                "hands": asdict(self.disturbances.hands),
                 "ambient_temperature": settings.ambient_temperature,
                 "faults": {
                     **asdict(settings.faults),

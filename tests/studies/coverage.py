@@ -1,6 +1,7 @@
 """Coverage of the 95 % intervals over random motors and random instruments.
 
 `python -m tests.studies.coverage --motors N --seed S [--workers K] [--dask ADDRESS] [--procedures NAME …]`
+`python -m tests.studies.coverage --disturbed [CAUSE …] [--two] --motors N --seed S [--workers K]`
 
 Every motor is drawn (see `random_motors`), stands on a virtual bench whose instruments have errors drawn from their
 specifications, and goes through the procedures by the real drivers. Printed for each parameter and procedure:
@@ -12,6 +13,14 @@ specifications, and goes through the procedures by the real drivers. Printed for
   distribution, above 1 where they are wider, below 1 where they are too narrow; a few outliers do not change it;
 - bias / u and rms / u: mean and root mean square of error / u;
 - mean U: mean half-width relative to the truth.
+
+With `--disturbed` every motor's bench is made dirty with one cause, or with two, from negligible to gross (see `causes`), goes
+through the procedures that the cause concerns, and a table for each cause says what became of their figures, those first that are
+off without a word:
+
+- sure and wrong: share of the figures given whose interval excludes the truth, nothing being said against them;
+- held: share whose interval holds it; beyond 3 U: how many are off by more than three half-widths;
+- warned: share with a notice or a finding against them; withheld: figures not given; refused: procedures that gave none.
 
 The result depends on seed and number of motors only, however many workers there are.
 """
@@ -28,6 +37,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from tests.studies.causes import BY_ROW, named
+from tests.studies.disturbed import Row, add, measure_disturbed, table
 from tests.studies.forked import context
 from tests.studies.measured_motor import Measured, measure, study_plan
 from tests.studies.tally import Tally, lines
@@ -128,6 +139,21 @@ def study(measured: Iterable[Measured]) -> Tally:
     return tally
 
 
+def disturbed(seed: int, motors: int, workers: int, names: tuple[str, ...] = (), two: bool = False) -> dict[str, Row]:
+    """Return what became of the figures of each cause; `names` are causes, or the groups listed and unlisted."""
+    work = [(cause.row, index) for cause in named(names) for index in range(motors)]
+    rows: dict[str, Row] = {}
+    with context().Pool(workers, maxtasksperchild=100) as pool:
+        for (name, _), row in zip(work, pool.imap(partial(_soiled, seed, two), work, chunksize=4), strict=True):
+            add(rows.setdefault(name, Row()), row)
+    return rows
+
+
+def _soiled(seed: int, two: bool, work: tuple[str, int]) -> Row:
+    row, index = work
+    return measure_disturbed(seed, index, BY_ROW[row], two)
+
+
 def main() -> None:
     """Run the study and print its table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -141,7 +167,17 @@ def main() -> None:
     parser.add_argument(
         "--times", action="store_true", help="only print each procedure's processor time, with one process"
     )
+    parser.add_argument(
+        "--disturbed", nargs="*", metavar="CAUSE", help="benches that something disturbs: these causes, or all"
+    )
+    parser.add_argument("--two", action="store_true", help="with --disturbed: two causes at once")
     given = parser.parse_args()
+    if given.disturbed is not None:
+        started = time.monotonic()
+        rows = disturbed(given.seed, given.motors, given.workers, tuple(given.disturbed), given.two)
+        print("\n".join(table(rows)))
+        print(f"\n{given.motors} motors a cause in {time.monotonic() - started:.0f} s")
+        return
     if given.times:
         _print_times(given.seed, given.motors)
         return

@@ -29,7 +29,6 @@ from procedures.core.result import Parameter, ProcedureResult
 from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.physics.motor import VirtualMotor
 from tests.studies.random_motors import draw_motor
 
 #: The load cycle of equivalent resistance is another kind of run; the data sheet's figures are not measured.
@@ -102,18 +101,25 @@ def measure(seed: int, index: int, plan: list[Planned], spent: Counter[str] | No
         sockets=False,
     )
     with bench:
-        return _measured(index, bench, motor, plate, int(random.integers(1 << 31)), plan, spent)
+        done = carry_out(bench, plate, int(random.integers(1 << 31)), plan, spent)
+    truth = true_values(PARAMETERS, motor)
+    figures = [figure(p, truth) for result in done.results for p in result.parameters if p.name in truth]
+    return Measured(index, tuple(figures), tuple(done.refused), tuple(done.failed))
 
 
-def _measured(
-    index: int,
-    virtual: VirtualBench,
-    motor: VirtualMotor,
-    plate: Nameplate,
-    seed: int,
-    plan: list[Planned],
-    spent: Counter[str] | None,
-) -> Measured:
+@dataclass(frozen=True)
+class Done:
+    """What procedures gave on one bench; those that gave nothing with the reason, refused ones and failed ones."""
+
+    results: list[ProcedureResult]
+    refused: list[tuple[str, str]]
+    failed: list[tuple[str, str]]
+
+
+def carry_out(
+    virtual: VirtualBench, plate: Nameplate, seed: int, plan: list[Planned], spent: Counter[str] | None = None
+) -> Done:
+    """Carry procedures out, one after the other; `seed` is the operator's, `spent` sums up processor time (s)."""
     nothing = NoRecord()
     results: list[ProcedureResult] = []
     instruments = StationInstruments(
@@ -127,7 +133,6 @@ def _measured(
         in_process=virtual,
         pole_pairs=lambda: known_pole_pairs(plate, merge(results).parameters),
     )
-    truth = true_values(PARAMETERS, motor)
     refused, failed = [], []
     try:
         bench = Bench(instruments.available(), VirtualOperator(virtual.world, seed), virtual.clock, nothing)
@@ -145,11 +150,11 @@ def _measured(
                 spent[planned.name] += process_time() - begun
     finally:
         failed += [("close", fault) for fault in instruments.close()]
-    figures = [_figure(p, truth) for result in results for p in result.parameters if p.name in truth]
-    return Measured(index, tuple(figures), tuple(refused), tuple(failed))
+    return Done(results, refused, failed)
 
 
-def _figure(parameter: Parameter, truth: Mapping[str, float]) -> Figure:
+def figure(parameter: Parameter, truth: Mapping[str, float]) -> Figure:
+    """Return a parameter beside its true value, by what it is measured."""
     way = parameter.procedure
     if parameter.name == "torque_constant":
         way += ", derived" if parameter.estimator.startswith("1.5") else ", measured"

@@ -110,6 +110,9 @@ class Dyn200:
         for number, value in self._settings.items():
             block[number : number + 2] = double_word(value)
         torque, speed = self._sense()
+        dropouts = self._world.disturbances.sensors.dropouts
+        if dropouts and float(self._random.uniform()) < dropouts:
+            torque = speed = 0.0
         torque *= self._sign
         speed_rpm = abs(speed) * 60.0 / (2.0 * math.pi)
         power = torque * (speed if self.make.power_sign else abs(speed))
@@ -184,14 +187,30 @@ class Dyn200:
     def _zero_torque(self) -> None:
         self._zero += self._sense()[0]
 
+    def _disturbed(self, torque: float, speed: float, gate: float) -> tuple[float, float]:
+        """Return torque (N·m) and speed (rad/s) as the disturbed sensors give them; a speed is counted over `gate` s."""
+        sensors, now, angle = self._world.disturbances.sensors, self._world.clock.now(), self._world.dynamometer.angle
+        torque += sensors.torque_runout * math.sin(angle) + sensors.torque_drift * now
+        torque += sensors.vibration * math.sin(2.0 * math.pi * sensors.vibration_frequency * now)
+        speed *= 1.0 + sensors.speed_runout * math.sin(angle)
+        if sensors.pulses:
+            pulse = 2.0 * math.pi / (sensors.pulses * gate)
+            # Where the gate falls among the pulses is chance.
+            speed = math.copysign(math.floor(abs(speed) / pulse + float(self._random.uniform())) * pulse, speed)
+        return torque, speed
+
     def _sense(self) -> tuple[float, float]:
         """Return torque (N·m) and speed (rad/s), each over its filter."""
         errors = self._errors
         torque_time = _FILTER_STEP * max(1, self._settings[_TORQUE_FILTER])
         speed_time = _FILTER_STEP * max(1, self._settings[_SPEED_FILTER])
+        sensors, machine = self._world.disturbances.sensors, self._world.dynamometer
         with self._world.lock:
-            torque = self._world.dynamometer.torque(torque_time)
-            speed = self._world.dynamometer.speed(speed_time)
+            slow_torque, slow_speed = sensors.torque_filter, sensors.speed_filter
+            torque = machine.lagging_torque(slow_torque) if slow_torque else machine.torque(torque_time)
+            speed = machine.lagging_speed(slow_speed) if slow_speed else machine.speed(speed_time)
+            if not sensors.clear:
+                torque, speed = self._disturbed(torque, speed, speed_time)
         noise = float(self._random.normal(0.0, self._noise * math.sqrt(2.0 * _FILTER_STEP / torque_time)))
         return torque * (1.0 + errors.torque_gain) + errors.torque_offset + noise - self._zero, speed * (
             1.0 + errors.speed_gain

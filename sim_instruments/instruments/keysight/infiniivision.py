@@ -79,7 +79,12 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._errors = errors or ScopeErrors()
         self._bits = bits
         self.acquisition = Acquisition(
-            world.clock.now, world.probe_signal, world.hold_probes, generator, self._errors.time_base
+            world.clock.now,
+            world.probe_signal,
+            world.hold_probes,
+            generator,
+            self._errors.time_base,
+            world.disturbances.channel,
         )
         self.settings = ScpiSettings(self.tree, "+.8E")
         self._add_channels()

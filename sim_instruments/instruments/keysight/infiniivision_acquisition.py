@@ -1,14 +1,17 @@
 """Acquisition of the oscilloscope: armed, triggered, recorded, in the order of virtual time."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
 
+from sim_instruments.disturbances.channel import CLEAR, ChannelPath
 from sim_instruments.instruments.keysight.infiniivision_record import FloatArray, Record, Signal, Vertical
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
 
+#: Corner (Hz) of the input's own AC coupling.
+AC_CORNER = 10.0
 _AUTO_WAIT = 0.05
 _REMEMBERED = 100.0
 _BACKLOG = 0.25
@@ -65,8 +68,10 @@ class Acquisition:
         hold: Hold,
         generator: np.random.Generator,
         time_base_error: float,
+        path: Callable[[int], ChannelPath] = lambda _: CLEAR,
     ) -> None:
         self._now = now
+        self._path = path
         self._signal = signal
         self._hold = hold
         self._random = generator
@@ -169,9 +174,11 @@ class Acquisition:
         if source is None:
             return None
         noise = float(self._random.normal(0.0, source.noise))
+        path = self._path(channel)
 
         def seen(times: FloatArray) -> FloatArray:
-            return source.displayed(self._signal(channel, times))
+            signal = self._signal(channel, times)
+            return source.displayed(signal if path.clear else path.triggering(signal, times))
 
         edge = Edge(setup.edge.level + noise, setup.edge.slope, setup.edge.hysteresis)
         return EdgeFinder(seen, edge, start, setup.search_step)
@@ -227,7 +234,16 @@ class Acquisition:
         stretch = 1.0 + self._time_base_error
         begin = min(triggers) + setup.origin * stretch
         end = max(triggers) + (setup.origin + setup.span) * stretch
-        held = self._hold(min(begin, self._now()), min(end, self._now()))
+        paths = {channel: self._input(channel, vertical) for channel, vertical in setup.verticals.items()}
+        earlier = max(path.memory for path in paths.values())
+        held = self._hold(min(begin - earlier, self._now()), min(end, self._now()))
+
+        def signal(channel: int, times: FloatArray) -> FloatArray:
+            path = paths[channel]
+            if path.clear:
+                return held.signal(channel, times)
+            return path.shown(lambda at: held.signal(channel, at), times)
+
         return Record(
             triggers,
             setup.origin,
@@ -236,5 +252,12 @@ class Acquisition:
             setup.verticals,
             seed,
             self._time_base_error,
-            held.signal,
+            signal,
         )
+
+    def _input(self, channel: int, vertical: Vertical) -> ChannelPath:
+        """Return what lies before the converter, the input's own coupling with it."""
+        path = self._path(channel)
+        if not vertical.ac_coupled:
+            return path
+        return replace(path, coupling_corner=max(path.coupling_corner, AC_CORNER))

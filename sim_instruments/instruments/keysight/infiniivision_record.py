@@ -109,6 +109,4 @@ class Record:
                 times = trigger + (self.origin + index * interval) * (1.0 + self.time_base_error)
                 signal[start : start + len(index)] += self.signal(channel, times)
         signal /= len(self.triggers)
-        if vertical.ac_coupled:
-            signal -= signal.mean()
         return vertical.words(vertical.displayed(signal), generator)

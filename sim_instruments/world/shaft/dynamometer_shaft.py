@@ -3,8 +3,12 @@
 import math
 from typing import Literal
 
+import numpy as np
+
 from sim_instruments.clock.virtual_clock import BenchClock
+from sim_instruments.disturbances.first_order import lagged_now
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.world.history import Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
@@ -102,6 +106,27 @@ class DynamometerShaft:
                 lambda segment, times: segment.dynamometer_torque(times),
                 aperture,
                 steady=lambda segment: segment.steady_dynamometer_torque,
+            )
+
+    @property
+    def angle(self) -> float:
+        """Present angle (rad) of the machine's own shaft."""
+        with self._timeline.observing():
+            return self._timeline.angle
+
+    def lagging_speed(self, time_constant: float) -> float:
+        """Return the speed (rad/s, signed) behind a first-order filter (time constant in s)."""
+        return self._lagging(lambda segment, times: segment.motion.speed(times), time_constant)
+
+    def lagging_torque(self, time_constant: float) -> float:
+        """Return the machine's air-gap torque (N·m) behind a first-order filter (time constant in s)."""
+        return self._lagging(lambda segment, times: segment.dynamometer_torque(times), time_constant)
+
+    def _lagging(self, quantity: Quantity, time_constant: float) -> float:
+        with self._timeline.observing():
+            timeline = self._timeline
+            return lagged_now(
+                lambda times: timeline.sample(quantity, np.minimum(times, timeline.now)), timeline.now, time_constant
             )
 
     def follow_coupling(self, coupled: bool) -> None:

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim_instruments.physics.coasting import BearingDrag, Cogged, CoggingWaves
 from sim_instruments.physics.crossing import first_rise
-from sim_instruments.physics.motion import Drag, Ramp, Rest
+from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.swing import Grip, Shaft, Swing
 from sim_instruments.physics.transient import LinearTransient
@@ -18,22 +19,30 @@ from sim_instruments.world.segment_inputs import SegmentInputs
 _CREEP = 1e-4
 #: A swing is integrated at most this far ahead (s).
 _HORIZON = 1.0
+#: A shaft that friction stops at once has moved for so long (s).
+_INSTANT = 1e-9
 #: A rotor slower than this (rad/s) under current is stopped by static friction where that can hold it.
 _SLOW = 1e-3
 #: Sliding friction lies below static friction by this share, so that what breaks away does move.
 _SLIP = 1e-3
 
 
-def drag(inputs: SegmentInputs, torque: float, limit: float) -> tuple[Drag | Rest, float, Outcome]:
+def drag(
+    inputs: SegmentInputs, torque: float, limit: float
+) -> tuple[Drag | BearingDrag | Cogged | Rest, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
-    Cogging averages out over a turn and is left out; a shaft that comes to rest stays where dry friction stops it.
+    Cogging averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
+    dry friction stops it.
     """
     state, shaft = inputs.state, inputs.constants.shaft(inputs.settings)
-    speed = state.speed
-    if abs(speed) <= (0.0 if shaft.coulomb_friction else _CREEP) and abs(torque) <= shaft.coulomb_friction:
+    speed, cogging = state.speed, inputs.constants.cogging(shaft)
+    grip = shaft.static_friction + (0.0 if cogging is None else cogging.torque)
+    if abs(speed) <= (0.0 if grip else _CREEP) and abs(torque) <= grip:
         return Rest(state.angle), math.inf, "none"
     way = math.copysign(1.0, speed if speed else torque)
+    if cogging is not None or not shaft.bearing.plain:
+        return _dragged(inputs, shaft, cogging, torque, way, limit)
     motion = Drag(
         inputs.time, state.angle, speed, torque - way * shaft.coulomb_friction, shaft.inertia, shaft.viscous_friction
     )
@@ -45,6 +54,28 @@ def drag(inputs: SegmentInputs, torque: float, limit: float) -> tuple[Drag | Res
     return motion, limited, "none"
 
 
+def _dragged(
+    inputs: SegmentInputs, shaft: Shaft, cogging: CoggingWaves | None, torque: float, way: float, limit: float
+) -> tuple[BearingDrag | Cogged, float, Outcome]:
+    """Return motion, end (s) and outcome as `drag` does, for what only integrating finds."""
+    state, speed, last = inputs.state, abs(inputs.state.speed), 0.0 if shaft.static_friction else _CREEP
+    if cogging is not None:
+        speed = math.sqrt(cogging.mean_square(state.angle, speed))
+        # Slower than this it does not come over the next wave.
+        last = max(last, math.sqrt(cogging.swing))
+    if speed <= last and abs(torque) <= shaft.static_friction + (cogging.torque if cogging else 0.0):
+        mean = BearingDrag(
+            inputs.time, state.angle, 0.0, torque, shaft, way=way, last=-math.inf, limit=limit, horizon=_INSTANT
+        )
+        return mean, float(np.nextafter(inputs.time, math.inf)), "standstill"
+    falls = last if speed > last else -math.inf
+    mean = BearingDrag(
+        inputs.time, state.angle, way * speed, torque, shaft, way=way, last=falls, limit=limit, horizon=_HORIZON
+    )
+    outcome: Outcome = "standstill" if mean.stopped else "none"
+    return (mean if cogging is None else Cogged(mean, cogging)), mean.end, outcome
+
+
 def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft under the dynamometer's torque (N·m), or none, with no current from the supply.
 
@@ -53,7 +84,7 @@ def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segme
     machine, state = inputs.constants.dynamometer, inputs.state
     shaft = inputs.constants.shaft(inputs.settings)
     limit = machine.maximum_speed if law.kind == "constant" else math.inf
-    needed = shaft.coulomb_friction + shaft.viscous_friction * limit if math.isfinite(limit) else math.inf
+    needed = shaft.friction(limit) if math.isfinite(limit) else math.inf
     at_limit = abs(state.speed) >= limit * (1.0 - 1e-9)
     if at_limit and torque * math.copysign(1.0, state.speed) >= needed:
         # The drive's own speed limit takes over from its torque control.
@@ -67,7 +98,7 @@ def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segme
 
 
 def _turning(
-    inputs: SegmentInputs, motion: Drag | Ramp, end: float, law: DynamometerLaw, outcome: Outcome = "none"
+    inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw, outcome: Outcome = "none"
 ) -> Segment:
     circuit = Rotating(inputs.network, motion, inputs.rotating_source())
     return inputs.segment(motion, circuit, end, law, live=bool(inputs.network.loops), outcome=outcome)
@@ -90,7 +121,7 @@ def energised(inputs: SegmentInputs, torque: float, law: DynamometerLaw, time: f
 
     settled = 30.0 / float(circuit.rates.min()) if len(circuit.rates) else 0.0
     now, lasting = push(np.array([time, time + settled])).tolist()
-    grip = max(total.coulomb_friction, _rounding(inputs))
+    grip = max(total.static_friction, _rounding(inputs))
     # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
     creeps = 0.0 < abs(state.speed) <= _SLOW and abs(lasting) <= grip
     if (state.speed == 0.0 or creeps) and not state.breaking_away and abs(now) <= grip:

@@ -1,10 +1,11 @@
-"""How a hand pulls an energised shaft over until it feels it drawn on to the next position."""
+"""How a hand turns a shaft, and how it pulls an energised one over until it feels it drawn on to the next position."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from sim_instruments.disturbances.bench import Hands
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.constants import Constants
@@ -17,6 +18,8 @@ BRISK = 0.5 * math.pi
 _DRAG_SHARE = 0.5
 #: It lets go of a shaft whose motion is worth at most this share of the way down into a rest, so that it stays in the next one.
 _SWING_SHARE = 0.005
+#: A hand that turns the shaft has stopped after so long (s).
+_LONGEST_TURNING = 300.0
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,25 @@ class Pull:
     def duration(self) -> float:
         """How long it takes (s)."""
         return self.distance / self.speed
+
+
+def uneven(
+    hands: Hands, generator: np.random.Generator, speed: float, wobble: float, begin: float
+) -> tuple[float, tuple[tuple[float, float], ...]]:
+    """Return a hand's wobble and its pauses (from, to, s) when it begins to turn at a speed (rad/s)."""
+    if not wobble:
+        # So slow a hand only feels whether the shaft is free.
+        return wobble, ()
+    wobble = hands.unevenness or wobble
+    if not hands.regrips or not speed:
+        return wobble, ()
+    stroke, pauses, time = 2.0 * math.pi / hands.regrips / abs(speed), [], begin
+    while time < begin + _LONGEST_TURNING:
+        time += stroke * float(generator.uniform(0.6, 1.4))
+        pause = hands.regrip_time * float(generator.uniform(0.5, 1.5))
+        pauses.append((time, time + pause))
+        time += pause
+    return wobble, tuple(pauses)
 
 
 def pull_to_next(constants: Constants, settings: WorldSettings, state: State, direction: int) -> Pull | None:
@@ -60,7 +82,7 @@ def pull_to_next(constants: Constants, settings: WorldSettings, state: State, di
     if over is None:
         return None
     shaft = constants.shaft(settings)
-    friction = shaft.coulomb_friction + constants.motor.cogging_torque
+    friction = shaft.static_friction + constants.motor.cogging_torque
     onward = torque[over:]
     depth = 2.0 * strongest / windings.pole_pairs
     swift = min(BRISK, math.sqrt(2.0 * _SWING_SHARE * depth / shaft.inertia))

@@ -128,8 +128,7 @@ def _load(inputs: SegmentInputs, torque: float, electrical_speed: float, rate: f
     """Return the torque (N·m, signed) that the field must make at an electrical speed (rad/s) and its rate (rad/s²)."""
     shaft, p = inputs.constants.shaft(inputs.settings), inputs.windings.pole_pairs
     speed = electrical_speed / p
-    friction = math.copysign(shaft.coulomb_friction, speed) if speed else 0.0
-    return friction + shaft.viscous_friction * speed + shaft.inertia * rate / p - torque
+    return shaft.friction(speed) + shaft.inertia * rate / p - torque
 
 
 def _loses_step(inputs: SegmentInputs, synchronous: Synchronous, torque: float, field: Ramp, end: float) -> float:
@@ -216,6 +215,7 @@ def _regulated(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direct
     limit = _voltage_limited_speed(inputs, wanted)
     motoring = wanted * speed > 0.0
     needed = math.copysign(shaft.coulomb_friction, speed) + shaft.viscous_friction * speed - torque
+    needed += shaft.bearing.drag(speed)
     if motoring and abs(speed) >= limit * (1.0 - 1e-9):
         share = needed / constant
         if abs(speed) <= limit * (1.0 + 1e-9) and 0.0 <= share * math.copysign(1.0, wanted) <= abs(wanted):

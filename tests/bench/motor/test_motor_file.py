@@ -11,7 +11,9 @@ from bench.virtual.true_values import true_values
 from procedures.core.nameplate import WindingConnection
 from procedures.core.parameters import PARAMETERS
 from procedures.known_parameters import givers
+from sim_instruments.physics.bearing import Bearing
 from sim_instruments.physics.hall import SimulatedHallSensors
+from sim_instruments.physics.iron import Iron
 
 LG = (Path(__file__).parents[3] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
 
@@ -126,6 +128,13 @@ def test_delta_and_saliency_of_the_others() -> None:
         ("inertia =", "emf_shares = [1.0, 2.5, 1.0]\ninertia =", ["virtual.emf_shares[1] = 2.5", "0 to 2"]),
         ("inertia =", 'exchanged_terminals = ["B", "D"]\ninertia =', ["virtual.exchanged_terminals[1] = 'D'"]),
         ("inertia =", 'exchanged_terminals = ["B", "B"]\ninertia =', ["virtual", "two different terminals"]),
+        ("inertia =", "bearing = { windage = -1 }\ninertia =", ["virtual.bearing.windage = -1", "N·m·s²/rad²"]),
+        ("inertia =", "iron = { eddy_coupling = 1.0 }\ninertia =", ["virtual.iron.eddy_coupling = 1.0", "below 1"]),
+        (
+            "inertia =",
+            "iron = { eddy_coupling = 0.3 }\nd_axis_saturation_current = 9.0\ninertia =",
+            ["virtual", "eddy currents and saturation together are not simulated"],
+        ),
         ("inertia =", "hall = { offset = 4 }\ninertia =", ["virtual.hall.offset = 4", "rad"]),
         ("inertia =", "hall = { order = [1, 1, 3] }\ninertia =", ["virtual.hall", "order", "[1, 1, 3]"]),
         ("inertia =", "hall = { inverted = [4] }\ninertia =", ["virtual.hall.inverted[0] = 4"]),
@@ -191,6 +200,29 @@ inertia ="""
     assert (motor.insulation_resistance, motor.frame_capacitance) == (5.0e7, 2.0e-9)
     assert motor.halls == SimulatedHallSensors(0.1, (0.0, 0.02, 0.0), (2, 1, 3), (3,), ((1, "low"),), 3.3)
     assert load_motor("lg-400w").virtual_motor().halls is None
+
+
+def test_bearing_and_iron_of_a_virtual_motor(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    tables = """
+[virtual.bearing]
+windage = 2.0e-7
+stribeck_torque = 0.01
+stribeck_speed = 15.0
+stribeck_exponent = 2.0
+cogging_while_turning = true
+
+[virtual.iron]
+eddy_coupling = 0.3
+eddy_resistance = 4.0
+magnet_rise = 20.0
+"""
+    path.write_text(LG + tables, encoding="utf-8")
+    motor = load_motor(str(path)).virtual_motor()
+    assert motor.bearing == Bearing(2.0e-7, 0.01, 15.0, 2.0, cogging_while_turning=True)
+    assert motor.iron == Iron(0.3, 4.0, magnet_rise=20.0)
+    usual = load_motor("lg-400w").virtual_motor()
+    assert (usual.bearing, usual.iron) == (Bearing(), Iron())
 
 
 def test_a_drives_motor_has_its_sensors_and_may_have_others(tmp_path: Path) -> None:

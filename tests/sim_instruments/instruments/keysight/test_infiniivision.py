@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.clock.virtual_clock import VirtualClock
+from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.instruments.errors import ScopeErrors
 from sim_instruments.instruments.keysight.infiniivision import KeysightInfiniiVision
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
@@ -26,6 +27,7 @@ class Signals:
 
     def __init__(self) -> None:
         self.clock = VirtualClock()
+        self.disturbances = Disturbances()
 
     def probe_signal(self, channel: int, times: FloatArray) -> FloatArray:
         assert times.max(initial=0.0) <= self.clock.now() + 1e-12

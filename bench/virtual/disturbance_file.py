@@ -1,0 +1,115 @@
+"""What disturbs a virtual bench: a TOML file with tables of its channels, its dynamometer's sensors, its contacts and its hands."""
+
+import math
+from pathlib import Path
+
+from pydantic import Field
+
+from bench.files.toml_file import Section, read, validate
+from bench.motor.motor_sections import number
+from drivers.interfaces.text import text
+from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors
+from sim_instruments.disturbances.channel import ChannelPath
+
+_TURN = 2.0 * math.pi
+
+
+class ChannelSection(Section):
+    """`[channels.N]`: probe, lead and input of a channel of the oscilloscope; V is A where the probe senses current."""
+
+    factor: float = number("", 1.0, at_least=-1e4, up_to=1e4, description="shown over true")
+    limit: float | None = number("V", None, above=0.0, up_to=1e6, description="where the probe's amplifier saturates")
+    bow: float = number("1/V", 0.0, at_least=-1e3, up_to=1e3, description="distortion of second order")
+    compensation: float = number("", 0.0, at_least=-0.99, up_to=10.0, description="more at high frequencies than at DC")
+    compensation_time: float = number("s", 1.0e-3, above=0.0, up_to=1e3)
+    pole: float | None = number("Hz", None, above=0.0, up_to=1e12, description="bandwidth, first order")
+    skew: float = number("s", 0.0, at_least=-1.0, up_to=1.0, description="delay against the other channels")
+    offset: float = number("V", 0.0, at_least=-1e6, up_to=1e6)
+    wander: float = number("V", 0.0, at_least=0.0, up_to=1e6, description="amplitude")
+    wander_period: float = number("s", 10.0, above=0.0, up_to=1e6)
+    wander_phase: float = number("rad", 0.0, at_least=-_TURN, up_to=_TURN)
+    hum: float = number("V", 0.0, at_least=0.0, up_to=1e6, description="amplitude")
+    hum_frequency: float = number("Hz", 50.0, above=0.0, up_to=1e6)
+    hum_phase: float = number("rad", 0.0, at_least=-_TURN, up_to=_TURN)
+    coupling_corner: float = number("Hz", 0.0, at_least=0.0, up_to=1e6, description="AC coupling; 0 is DC")
+    warm_up: float = number("", 0.0, at_least=-0.99, up_to=10.0, description="rise of the gain, relative")
+    warm_up_time: float = number("s", 300.0, above=0.0, up_to=1e6)
+    jitter: float = number("s", 0.0, at_least=0.0, up_to=1.0, description="standard deviation of the sampling instants")
+
+    def path(self) -> ChannelPath:
+        """Return it as the virtual oscilloscope takes it."""
+        given = self.model_dump()
+        for name in ("limit", "pole"):
+            given[name] = math.inf if given[name] is None else given[name]
+        return ChannelPath(**given)
+
+
+class DynamometerSection(Section):
+    """`[dynamometer]`: torque transducer and speed sensor."""
+
+    torque_filter: float = number("s", 0.0, at_least=0.0, up_to=60.0, description="time constant; 0 is none")
+    speed_filter: float = number("s", 0.0, at_least=0.0, up_to=60.0, description="time constant; 0 is none")
+    dropouts: float = number("", 0.0, at_least=0.0, below=1.0, description="share of readings that come as zeros")
+    speed_runout: float = number("", 0.0, at_least=0.0, up_to=1.0, description="relative amplitude, once a turn")
+    torque_runout: float = number("N·m", 0.0, at_least=0.0, up_to=1e3, description="amplitude, once a turn")
+    pulses: int = number(
+        "", 0, at_least=0, up_to=1_000_000, description="of the speed sensor, a turn; 0 does not count"
+    )
+    torque_drift: float = number("N·m/s", 0.0, at_least=0.0, up_to=1e3, description="of the zero")
+    vibration: float = number("N·m", 0.0, at_least=0.0, up_to=1e3, description="amplitude")
+    vibration_frequency: float = number("Hz", 25.0, above=0.0, up_to=1e6)
+
+
+class ContactsSection(Section):
+    """`[contacts]`: clamps of voltmeter and bridge."""
+
+    thermal_emf: float = number("V", 0.0, at_least=0.0, up_to=1.0, description="when the clamp has been put on")
+    thermal_time: float = number("s", 60.0, above=0.0, up_to=1e6)
+    resistance: float = number("ohm", 0.0, at_least=0.0, up_to=1e6, description="within the sensing leads")
+    doubling_current: float = number("A", 10.0, above=0.0, up_to=1e6)
+    heating_time: float = number("s", 5.0, above=0.0, up_to=1e6)
+
+
+class HandsSection(Section):
+    """`[hands]`: how hands turn and type."""
+
+    unevenness: float = number("", 0.0, at_least=0.0, below=1.0, description="of the speed; 0 leaves the usual tenth")
+    regrips: float = number("", 0.0, at_least=0.0, up_to=100.0, description="stops a turn")
+    regrip_time: float = number("s", 0.4, above=0.0, up_to=60.0)
+    slips: float = number("", 0.0, at_least=0.0, up_to=1.0, description="share of typed readings, of the decimal point")
+    thermometer_share: float = number(
+        "", 1.0, at_least=0.0, up_to=1.0, description="of the winding's warmth over the room"
+    )
+
+
+class ChannelsSection(Section):
+    """`[channels]`: the oscilloscope's, by number."""
+
+    first: ChannelSection | None = Field(default=None, alias="1")
+    second: ChannelSection | None = Field(default=None, alias="2")
+    third: ChannelSection | None = Field(default=None, alias="3")
+    fourth: ChannelSection | None = Field(default=None, alias="4")
+
+    def paths(self) -> dict[int, ChannelPath]:
+        """Return those that are given, by number."""
+        given = (self.first, self.second, self.third, self.fourth)
+        return {number: section.path() for number, section in enumerate(given, 1) if section is not None}
+
+
+class _File(Section):
+    channels: ChannelsSection = ChannelsSection.model_validate({})
+    dynamometer: DynamometerSection = DynamometerSection()
+    contacts: ContactsSection = ContactsSection()
+    hands: HandsSection = HandsSection()
+
+
+def load_disturbances(path: Path) -> Disturbances:
+    """Return what a file says. Raises InputError with file, key and what is allowed for a bad one."""
+    _, data = read(path, text("file of disturbances"))
+    file = validate(_File, data, str(path))
+    return Disturbances(
+        file.channels.paths(),
+        ShaftSensors(**file.dynamometer.model_dump()),
+        Contacts(**file.contacts.model_dump()),
+        Hands(**file.hands.model_dump()),
+    )

@@ -1,0 +1,48 @@
+"""First-order lags, exact for signals that run straight from one sample to the next."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+FloatArray = NDArray[np.float64]
+
+#: A lag forgets what was so many time constants ago, and looks at it at so many times.
+_REMEMBERED, _LOOKS = 12.0, 2048
+
+
+def lag(signal: FloatArray, interval: float, time_constant: float, first: float) -> FloatArray:
+    """Return 1/(1 + sτ) of a signal (shape (n,)) sampled every `interval` s, having been at `first` when it began."""
+    if not len(signal):
+        return signal
+    fall = interval / time_constant
+    kept = math.exp(-fall)
+    # Of a straight piece: the part that its end has, and the part that its beginning has.
+    end = 1.0 + math.expm1(-fall) / fall
+    begin = 1.0 - kept - end
+    rest, _ = lfilter([end, begin], [1.0, -kept], signal[1:], zi=[begin * signal[0] + kept * first])
+    result: FloatArray = np.concatenate([[first], rest])
+    return result
+
+
+def lagged(signal: Callable[[FloatArray], FloatArray], times: FloatArray, time_constant: float) -> FloatArray:
+    """Return 1/(1 + sτ) of a signal at evenly spaced times (s): what it was before counts as long as it is felt."""
+    if len(times) < 2:
+        return np.array([lagged_now(signal, float(time), time_constant) for time in times])
+    first = lagged_now(signal, float(times[0]), time_constant)
+    interval = float(times[-1] - times[0]) / (len(times) - 1)
+    return lag(signal(times), interval, time_constant, first)
+
+
+def lagged_now(signal: Callable[[FloatArray], FloatArray], time: float, time_constant: float) -> float:
+    """Return 1/(1 + sτ) of a signal at a time (s)."""
+    span = _REMEMBERED * time_constant
+    before = signal(np.linspace(time - span, time, _LOOKS + 1))
+    return float(lag(before, span / _LOOKS, time_constant, float(before[0]))[-1])
+
+
+def memory(time_constant: float) -> float:
+    """Return how far (s) back a lag looks."""
+    return _REMEMBERED * time_constant

@@ -1,0 +1,89 @@
+"""The disturbed population in small: what is drawn, what is counted, and that nothing hides."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sim_instruments.instruments.errors import Errors, as_sold
+from tests.studies.causes import BY_ROW, CLEAN, LISTED, UNLISTED, named, partners
+from tests.studies.coverage import disturbed
+from tests.studies.dirt import Dirt
+from tests.studies.disturbed import Row, Told, add, measure_disturbed, table
+from tests.studies.random_motors import draw_motor
+
+EVERY = (*CLEAN, *LISTED, *UNLISTED)
+
+
+@pytest.mark.parametrize("cause", EVERY, ids=[cause.row for cause in EVERY])
+def test_every_cause_makes_something_dirty_that_can_be(cause: object) -> None:
+    changed = 0
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        motor, plate = draw_motor(random)
+        dirt, clean = Dirt(random, motor, plate), Dirt(random, motor, plate)
+        cause.soil(dirt)  # type: ignore[attr-defined]
+        same = dirt.disturbances() == clean.disturbances() and dirt.motor == motor and not dirt.warmth
+        changed += not same
+    assert changed == (0 if cause in CLEAN else 20)
+
+
+def test_rows_have_names_of_their_own() -> None:
+    assert len(BY_ROW) == len(EVERY)
+    assert len({cause.name for cause in UNLISTED}) >= 4
+    assert not {cause.name for cause in UNLISTED} & {cause.name for cause in LISTED}
+
+
+def test_causes_are_chosen_by_name_or_group() -> None:
+    assert named(()) == EVERY
+    assert named(("unlisted",)) == UNLISTED
+    assert {cause.name for cause in named(("hum", "skew"))} == {"hum", "skew"}
+    with pytest.raises(SystemExit, match=r"humm is no cause; there are none, clipped, .*listed, unlisted"):
+        named(("humm",))
+
+
+def test_two_causes_meet_in_one_procedure() -> None:
+    for cause in LISTED:
+        for other in partners(cause):
+            assert set(cause.procedures) & set(other.procedures)
+            assert {cause.name, other.name} != {"saturation", "second-time-constant"}
+
+
+def test_a_motor_depends_on_seed_index_and_cause_only() -> None:
+    cause = BY_ROW["skew · dq-inductance-time-constant"]
+    alone = measure_disturbed(4, 2, cause)
+    measure_disturbed(4, 1, cause)
+    assert measure_disturbed(4, 2, cause) == alone
+    assert len(alone.told) == 2
+    assert measure_disturbed(4, 2, cause, two=True) != alone
+
+
+def test_a_clean_bench_has_the_figures_and_no_failure() -> None:
+    rows = disturbed(1, 2, 1, ("none",))
+    assert set(rows) == {cause.row for cause in CLEAN}
+    assert all(row.motors == 2 and not row.failed for row in rows.values())
+    assert sum(one.held for row in rows.values() for _, one in row.told) >= 18
+
+
+def test_sure_and_wrong_is_excluded_and_unsaid() -> None:
+    held, wrong, warned = Told("a", 0.9, False), Told("b", 4.0, False), Told("c", 4.0, True)
+    assert [one.sure_and_wrong for one in (held, wrong, warned)] == [False, True, False]
+    row = Row()
+    add(row, Row(1, [(7, held), (7, wrong), (7, warned)], withheld=2, refused=1))
+    assert (row.share("held"), row.share("sure_and_wrong"), row.share("warned")) == pytest.approx((1 / 3,) * 3)
+    assert (row.beyond, row.withheld, row.refused, row.worst) == (2, 2, 1, "4 U (motor 7, b)")
+    lines = list(table({"quiet": Row(1, [(0, held)]), "loud": row, "empty": Row(1, refused=1)}))
+    assert [line.split(" | ")[0] for line in lines[2:]] == ["| loud", "| empty", "| quiet"]
+    assert math.isnan(Row().share("held"))
+
+
+def test_units_as_sold_are_mostly_well_within_and_some_at_their_limits() -> None:
+    generator = np.random.default_rng(1)
+    shares = np.abs([as_sold(generator, 1.0) for _ in range(20_000)])
+    assert shares.max() <= 1.0
+    # 75 % within a third, 17 % anywhere, 8 % in the last twentieth.
+    assert np.mean(shares <= 1.0 / 3.0) == pytest.approx(0.75 + 0.17 / 3.0, abs=0.01)
+    assert np.mean(shares >= 0.95) == pytest.approx(0.08 + 0.17 * 0.05, abs=0.01)
+    gains = [Errors.drawn(generator, as_sold).oscilloscope.gain[0] for _ in range(300)]
+    assert max(np.abs(gains)) <= 0.02
+    assert np.mean(np.abs(gains) < 0.02 / 3.0) > 0.7
