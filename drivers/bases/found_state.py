@@ -12,7 +12,7 @@ _AT_THE_INSTRUMENT = text("Set it at the instrument, and see who else controls i
 
 
 @dataclass(frozen=True)
-class Setting:
+class WantedSetting:
     """One row of a driver's table: a `query`, the answers that are right, and what another does to a figure.
 
     The first of `wanted` is what is set, by `command` with `{value}` in it; without a command it may not be set, and `remedy`
@@ -34,12 +34,12 @@ class FoundState:
     """
 
     def __init__(
-        self, name: str, ask: Callable[[Setting], str], put: Callable[[Setting, str], None] | None = None
+        self, name: str, ask: Callable[[WantedSetting], str], put: Callable[[WantedSetting, str], None] | None = None
     ) -> None:
         self._name = name
         self._ask = ask
         self._put = put or _nothing
-        self._changed: list[tuple[Setting, str]] = []
+        self._changed: list[tuple[WantedSetting, str]] = []
         self._found: list[FoundSetting] = []
 
     @property
@@ -47,7 +47,7 @@ class FoundState:
         """What was found, in the order in which it was asked."""
         return tuple(self._found)
 
-    def take_over(self, rows: Iterable[Setting]) -> None:
+    def take_over(self, rows: Iterable[WantedSetting]) -> None:
         """Ask every row, and set what may be set.
 
         Raises ReportedError where a setting is wrong that may not be set, or that does not stay as it was set; what was set
@@ -60,7 +60,7 @@ class FoundState:
             self.give_back()
             raise
 
-    def verify(self, rows: Iterable[Setting]) -> None:
+    def verify(self, rows: Iterable[WantedSetting]) -> None:
         """Make sure that nobody has changed a setting since; raises ReportedError where one is not as it must be."""
         for row in rows:
             found = self._answer(row)
@@ -74,7 +74,7 @@ class FoundState:
             with suppress(InstrumentError):
                 self._put(row, value)
 
-    def _take_over(self, row: Setting) -> None:
+    def _take_over(self, row: WantedSetting) -> None:
         found = self._answer(row)
         if found is None:
             return
@@ -93,7 +93,7 @@ class FoundState:
             raise self._refused(row, kept, row.remedy or _AT_THE_INSTRUMENT)
         self._found.append(FoundSetting(row.query, found, wanted, row.effect, changed=True))
 
-    def _answer(self, row: Setting) -> str | None:
+    def _answer(self, row: WantedSetting) -> str | None:
         try:
             return self._ask(row).strip()
         except ReportedError:
@@ -101,7 +101,7 @@ class FoundState:
                 return None
             raise
 
-    def _refused(self, row: Setting, found: str, remedy: Text | str) -> ReportedError:
+    def _refused(self, row: WantedSetting, found: str, remedy: Text | str) -> ReportedError:
         return ReportedError(
             self._name,
             text(
@@ -130,5 +130,5 @@ def _same(found: str, wanted: str) -> bool:
     return found == wanted or (len(wanted) > 2 and wanted.isalpha() and found.startswith(wanted) and found.isalpha())
 
 
-def _nothing(row: Setting, value: str) -> None:
+def _nothing(row: WantedSetting, value: str) -> None:
     """Set nothing: for tables that only tell."""

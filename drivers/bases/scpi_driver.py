@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from drivers.bases.found_state import FoundState, Setting
+from drivers.bases.found_state import FoundState, WantedSetting
 from drivers.interfaces import Clock, Identity
 from drivers.interfaces.found_state import FoundSetting
 from drivers.transport.visa.session import ScpiSession
@@ -45,11 +45,11 @@ class ScpiDriver:
             self._session.go_to_local(self._local)
         self._session.close()
 
-    def _take_over(self, rows: Iterable[Setting]) -> None:
+    def _take_over(self, rows: Iterable[WantedSetting]) -> None:
         """Ask and set what the last user left; raises ReportedError where something is wrong that may not be set."""
         session = self._session
 
-        def put(row: Setting, value: str) -> None:
+        def put(row: WantedSetting, value: str) -> None:
             session.write(row.command.format(value=value))
 
         found = FoundState(self._name, lambda row: session.query(row.query, timeout=_ASKING), put)

@@ -10,7 +10,7 @@ from drivers.catalogue import Surroundings
 from drivers.delta.c2000 import COAST_TO_STOP, ControlMode, DeltaC2000, maximum_speed
 from drivers.delta.c2000_watchdog import CommunicationWatchdog
 from drivers.delta.dyn200 import Dyn200
-from drivers.delta.found_settings import DynamometerSettings
+from drivers.delta.found_settings import FoundDriveSettings
 from drivers.delta.options import DeltaDyn200Options
 from drivers.delta.shaft import REST_SPEED, SETTLED_READINGS, Transducer
 from drivers.delta.transducer_scales import CHANGING, READINGS, STEADY
@@ -51,7 +51,7 @@ class DeltaDyn200(Dynamometer):
         self._maximum_speed, self._speed_owner = lesser(maximum_speed(options.pole_pairs), options.maximum_speed)
         self._maximum_torque, self._torque_owner = lesser(options.rated_torque, options.maximum_torque)
         self._drive = DeltaC2000(line, options.drive_unit, clock, options.pole_pairs, options.rated_torque)
-        self._settings = DynamometerSettings(line, options)
+        self._settings = FoundDriveSettings(line, options)
         self._asked: Transducer | None = None
         self._pushing = False
         self._watchdog = CommunicationWatchdog(line, options.drive_unit)

@@ -6,7 +6,7 @@ that 2001H acts with 00-20 = 1 only is said there twice (00-20 and 09-10).
 
 from collections.abc import Mapping
 
-from drivers.bases.found_state import FoundState, Setting
+from drivers.bases.found_state import FoundState, WantedSetting
 from drivers.delta.dyn200 import INVERTED
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces.found_state import FoundSetting
@@ -17,31 +17,33 @@ from drivers.transport.modbus.line import ModbusLine, signed_32
 _WRITE = "{value}"
 
 #: What torque control needs besides.
-TORQUE: Mapping[int, Setting] = {
-    0x0B21: Setting("11-33 source of the torque command", ("1",), text("11-34 has no effect on the torque"), _WRITE),
-    0x0B24: Setting(
+TORQUE: Mapping[int, WantedSetting] = {
+    0x0B21: WantedSetting(
+        "11-33 source of the torque command", ("1",), text("11-34 has no effect on the torque"), _WRITE
+    ),
+    0x0B24: WantedSetting(
         "11-36 what limits the speed", ("1", "2"), text("the frequency command does not limit the speed"), _WRITE
     ),
 }
 
 
-def drive_rows(options: DeltaDyn200Options) -> Mapping[int, Setting]:
+def drive_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
     """Return what every use of the drive needs, by address (group and number are the bytes)."""
     code = () if options.drive_code is None else (str(options.drive_code),)
     return {
-        0x0000: Setting(
+        0x0000: WantedSetting(
             "00-00 identity code",
             code,
             text("another drive may answer"),
             remedy=text("Correct address, drive_unit or drive_code"),
         ),
-        0x0014: Setting(
+        0x0014: WantedSetting(
             "00-20 source of the frequency command",
             ("1",),
             text("2001H has no effect, the drive follows its keypad"),
             _WRITE,
         ),
-        0x0015: Setting(
+        0x0015: WantedSetting(
             "00-21 source of the operation command",
             ("2",),
             text("2000H has no effect, the drive follows its keypad"),
@@ -51,11 +53,11 @@ def drive_rows(options: DeltaDyn200Options) -> Mapping[int, Setting]:
     }
 
 
-def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, Setting]:
+def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
     """Return what is asked of the transducer, by address; two registers each."""
     wanted = "1" if options.torque_inverted else "0"
     return {
-        INVERTED: Setting(
+        INVERTED: WantedSetting(
             "12H torque direction (1: inverted)",
             (wanted,),
             text("every torque has the other sign"),
@@ -65,11 +67,11 @@ def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, Setting]:
                 wanted=wanted,
             ),
         ),
-        0x06: Setting("06H filter of the torque", (), text("a larger one lags behind a torque that changes")),
+        0x06: WantedSetting("06H filter of the torque", (), text("a larger one lags behind a torque that changes")),
     }
 
 
-class DynamometerSettings:
+class FoundDriveSettings:
     """What drive and transducer on one line were left with."""
 
     def __init__(self, line: ModbusLine, options: DeltaDyn200Options) -> None:
@@ -104,12 +106,12 @@ class DynamometerSettings:
         """Set the drive back as it was found; may be called twice."""
         self._drive.give_back()
 
-    def _ask_drive(self, row: Setting) -> str:
+    def _ask_drive(self, row: WantedSetting) -> str:
         return str(self._line.read(self._options.drive_unit, self._addresses[row.query], 1, row.query)[0])
 
-    def _set_drive(self, row: Setting, value: str) -> None:
+    def _set_drive(self, row: WantedSetting, value: str) -> None:
         self._line.write(self._options.drive_unit, self._addresses[row.query], int(value), row.query)
 
-    def _ask_transducer(self, row: Setting) -> str:
+    def _ask_transducer(self, row: WantedSetting) -> str:
         registers = self._line.read(self._options.transducer_unit, self._addresses[row.query], 2, row.query)
         return str(signed_32(*registers))

@@ -24,7 +24,7 @@ SETTLED_READINGS = 3
 
 
 @dataclass(frozen=True)
-class Shaft:
+class TransducerReading:
     """Torque (N·m), speed (rad/s, with its sign where that is known) and power (W) at one time."""
 
     torque: float
@@ -70,19 +70,19 @@ class Transducer:
         """Return the magnitude of the speed (rad/s)."""
         return self._sensor.read().speed
 
-    def read(self) -> Shaft:
+    def read(self) -> TransducerReading:
         """Return one reading; raises MeasurementError where the registers contradict each other."""
         shown = self._sensor.read()
         power = self._power.watts(shown)
         if shown.speed == 0:
-            return Shaft(shown.torque - self._tare, 0.0, 0.0, direction_known=True)
+            return TransducerReading(shown.torque - self._tare, 0.0, 0.0, direction_known=True)
         sign = self._sign(shown)
         speed, torque = (sign or 1) * shown.speed, shown.torque - self._tare
         # The register knows nothing of a tare made here.
         signed = math.copysign(power, shown.torque * speed) - self._tare * speed
-        return Shaft(torque, speed, signed, sign is not None)
+        return TransducerReading(torque, speed, signed, sign is not None)
 
-    def as_reading(self, shaft: Shaft, time: float) -> DynamometerReading:
+    def as_reading(self, shaft: TransducerReading, time: float) -> DynamometerReading:
         """Return what was read at a time (s) with its accuracy, which says where the direction is not known."""
         accuracy = self.speed_accuracy
         if not shaft.direction_known:

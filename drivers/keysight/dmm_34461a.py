@@ -1,6 +1,6 @@
 """Keysight 34461A digital multimeter (Truevolt Series Operating and Service Guide), DC volts."""
 
-from drivers.bases.found_state import Setting
+from drivers.bases.found_state import WantedSetting
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint
 from drivers.catalogue import Surroundings
@@ -24,11 +24,13 @@ READING_QUERY = "READ?"
 
 #: What it may have been left with (Truevolt Operating and Service Guide; one source).
 FOUND_SETTINGS = (
-    Setting("VOLT:DC:ZERO:AUTO?", ("1",), text("the offset drifts with the temperature"), "VOLT:DC:ZERO:AUTO {value}"),
-    Setting(
+    WantedSetting(
+        "VOLT:DC:ZERO:AUTO?", ("1",), text("the offset drifts with the temperature"), "VOLT:DC:ZERO:AUTO {value}"
+    ),
+    WantedSetting(
         "VOLT:DC:NULL:STAT?", ("0",), text("a null value is subtracted"), "VOLT:DC:NULL:STAT {value}", optional=True
     ),
-    Setting("CALC:SCAL:STAT?", ("0",), text("readings are scaled"), "CALC:SCAL:STAT {value}", optional=True),
+    WantedSetting("CALC:SCAL:STAT?", ("0",), text("readings are scaled"), "CALC:SCAL:STAT {value}", optional=True),
 )
 
 

@@ -1,31 +1,33 @@
 """What an E4980A may have been left with (User's Guide E4980-90230, SCPI command reference; one source)."""
 
-from drivers.bases.found_state import Setting
+from drivers.bases.found_state import WantedSetting
 from drivers.interfaces.text import text
 
 _TRIGGER = text("a trigger is ignored, and a reading is the one before")
-_BIAS = Setting("BIAS:STAT?", ("0",), text("a DC bias drives current through the winding"), "BIAS:STAT {value}")
+_BIAS = WantedSetting("BIAS:STAT?", ("0",), text("a DC bias drives current through the winding"), "BIAS:STAT {value}")
 
 
-def found_settings(*, has_bias: bool) -> tuple[Setting, ...]:
+def found_settings(*, has_bias: bool) -> tuple[WantedSetting, ...]:
     """Return the table; only a bridge that `has_bias` is asked for its DC bias."""
     deviation = text("readings are differences from a reference")
     return (
-        Setting(
+        WantedSetting(
             "DISP:PAGE?",
             ("MEAS", "MSET", "BNUM"),
             text("another page measures a list, or nothing"),
             remedy=text("Press [Display Format], then MEAS DISPLAY"),
         ),
-        Setting("TRIG:SOUR?", ("BUS",), _TRIGGER, "TRIG:SOUR {value}"),
-        Setting("INIT:CONT?", ("1",), _TRIGGER, "INIT:CONT {value}"),
-        Setting("FUNC:DEV1:MODE?", ("OFF", "0"), deviation, "FUNC:DEV1:MODE {value}"),
-        Setting("FUNC:DEV2:MODE?", ("OFF", "0"), deviation, "FUNC:DEV2:MODE {value}"),
-        Setting("AMPL:ALC?", ("0",), text("the level at the winding is not the one set"), "AMPL:ALC {value}"),
-        Setting(
+        WantedSetting("TRIG:SOUR?", ("BUS",), _TRIGGER, "TRIG:SOUR {value}"),
+        WantedSetting("INIT:CONT?", ("1",), _TRIGGER, "INIT:CONT {value}"),
+        WantedSetting("FUNC:DEV1:MODE?", ("OFF", "0"), deviation, "FUNC:DEV1:MODE {value}"),
+        WantedSetting("FUNC:DEV2:MODE?", ("OFF", "0"), deviation, "FUNC:DEV2:MODE {value}"),
+        WantedSetting("AMPL:ALC?", ("0",), text("the level at the winding is not the one set"), "AMPL:ALC {value}"),
+        WantedSetting(
             "CORR:OPEN:STAT?", ("0",), text("another fixture's open leads are subtracted"), "CORR:OPEN:STAT {value}"
         ),
-        Setting("CORR:LOAD:STAT?", ("0",), text("readings are scaled by another fixture"), "CORR:LOAD:STAT {value}"),
-        Setting("CORR:LENG?", (), text("readings are corrected for cables of this length (m)")),
+        WantedSetting(
+            "CORR:LOAD:STAT?", ("0",), text("readings are scaled by another fixture"), "CORR:LOAD:STAT {value}"
+        ),
+        WantedSetting("CORR:LENG?", (), text("readings are corrected for cables of this length (m)")),
         *((_BIAS,) if has_bias else ()),
     )

@@ -5,9 +5,9 @@ import numpy as np
 from sim_instruments.found_state import Leftovers, drawn
 from sim_instruments.scpi.errors import ErrorQueue, ScpiError
 from sim_instruments.scpi.exchange import InstrumentClock, MessageExchange
-from sim_instruments.scpi.parameters import bare, exactly, integer
+from sim_instruments.scpi.parameters import exactly, integer
 from sim_instruments.scpi.status import StatusRegister
-from sim_instruments.scpi.tree import Call, Handling
+from sim_instruments.scpi.tree import Call, Handling, bare
 
 _UNKNOWN_WORD = -141
 POWER_ON, OPERATION_COMPLETE = 0x80, 0x01

@@ -1,16 +1,10 @@
 """From data elements to values: numbers with units and limits, words, booleans, channel lists (SCPI-99 volume 1)."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Iterable, Mapping
 
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import Argument
-
-if TYPE_CHECKING:
-    from sim_instruments.scpi.tree import Call
-
-Handled = TypeVar("Handled")
 
 _MULTIPLIERS = {
     "": 1.0, "EX": 1e18, "PE": 1e15, "T": 1e12, "G": 1e9, "MA": 1e6, "K": 1e3,
@@ -25,16 +19,6 @@ def forms(mnemonic: str) -> tuple[str, str]:
     """Return short and long form, in upper case, of a mnemonic written as in a manual (`VOLTage`)."""
     short = "".join(character for character in mnemonic if not character.islower())
     return short, mnemonic.upper()
-
-
-def bare(handler: Callable[[], Handled]) -> "Callable[[Call], Handled]":
-    """Return a handler of a header that takes no data elements; with any it raises ScpiError -108."""
-
-    def handle(call: "Call") -> Handled:
-        exactly(call.arguments, 0)
-        return handler()
-
-    return handle
 
 
 def exactly(arguments: tuple[Argument, ...], least: int, most: int | None = None) -> None:

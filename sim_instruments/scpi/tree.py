@@ -5,10 +5,11 @@ import re
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import TypeVar
 
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import Argument, Unit
-from sim_instruments.scpi.parameters import forms
+from sim_instruments.scpi.parameters import exactly, forms
 
 Reply = str | bytes | None
 Handling = Generator[float, None, Reply]
@@ -35,6 +36,17 @@ class Call:
 
 
 Handler = Callable[[Call], Reply | Handling]
+Handled = TypeVar("Handled")
+
+
+def bare(handler: Callable[[], Handled]) -> Callable[[Call], Handled]:
+    """Return a handler of a header that takes no data elements; with any it raises ScpiError -108."""
+
+    def handle(call: Call) -> Handled:
+        exactly(call.arguments, 0)
+        return handler()
+
+    return handle
 
 
 @dataclass(slots=True)

@@ -9,7 +9,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.nonlinear import Solution, solve
 from procedures.estimation.winding.step_circuit import NAMES, Whitener, response_and_slopes, whitener
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_term import Scale, Term, as_read, current_with, flowing_with
+from procedures.estimation.winding.step_term import StepScale, Term, as_read, current_with, flowing_with
 
 #: A difference quotient is taken over so much of a typical change; one that was taken within so much of a change still holds.
 _DIFFERENCE, _STILL_HOLDS = 1e-4, 0.02
@@ -118,7 +118,7 @@ def _priors(known: FloatArray) -> FloatArray:
     return rows[:, np.isfinite(known)]
 
 
-def fit_with(step: Problem, terms: Sequence[Term], start: Fitted, scale: Scale) -> Fitted:
+def fit_with(step: Problem, terms: Sequence[Term], start: Fitted, scale: StepScale) -> Fitted:
     """Return the fit with these terms from what a fit with some of them found. Raises EstimationError where there is none."""
     at_start = dict(zip(start.terms, np.split(start.figures, _ends(start.terms)), strict=True)) if start.terms else {}
     figures = [at_start.get(term, np.asarray(term.start)) for term in terms]
@@ -154,7 +154,7 @@ class _Sought:
         step: Problem,
         terms: tuple[Term, ...],
         base: FloatArray,
-        scale: Scale,
+        scale: StepScale,
         known: FloatArray,
         sizes: FloatArray,
     ) -> None:

@@ -13,7 +13,7 @@ from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_term import Scale, Term, current_with, figures_of
+from procedures.estimation.winding.step_term import StepScale, Term, current_with, figures_of
 from procedures.estimation.winding.step_terms import TERMS, Direction, directions
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
@@ -32,7 +32,7 @@ _EXCESS, _NO_FIGURE = 1.5, 0.2
 
 
 @dataclass(frozen=True)
-class Judged:
+class StepJudgement:
     """A fit after the search: resistance and inductance (2,) with their `covariance` factor, and what was found.
 
     `values` are those of the fitted parameters, `growth` (k,) is by what the variances of their noise grow, `apart` (k,) a standard
@@ -48,20 +48,20 @@ class Judged:
     score: Score
 
     @classmethod
-    def of_plain(cls, step: Problem, plain: Fitted) -> "Judged":
+    def of_plain(cls, step: Problem, plain: Fitted) -> "StepJudgement":
         """Return a plain fit as it is, without any search."""
         count = len(step.names)
         nothing = Score(np.empty(0), np.empty((0, count)))
         return cls(plain, plain.full[step.free], np.ones(count), np.zeros(count), (), (), nothing)
 
 
-def scale_of(record: StepRecord, fitted: Fitted) -> Scale:
+def scale_of(record: StepRecord, fitted: Fitted) -> StepScale:
     """Return the units of the terms' figures."""
     end = float(np.mean(fitted.current[-max(3, fitted.current.size // 50) :])) - fitted.full[2]
     begin = float(record.time[max(record.jump if record.sharp else record.edge, 0)])
     level = end if end else float(np.ptp(record.current))
     length = float(record.time[-1] - record.time[0])
-    return Scale(fitted.full[1] / fitted.full[0], level, begin, length)
+    return StepScale(fitted.full[1] / fitted.full[0], level, begin, length)
 
 
 class _Variance:
@@ -101,7 +101,7 @@ def _of_runs(codes: FloatArray, shares: FloatArray) -> FloatArray:
     return np.asarray(np.sum(np.add.reduceat(shares, starts, axis=1) ** 2, axis=1))
 
 
-def tested(step: Problem, fitted: Fitted, scale: Scale) -> tuple[list[Direction], Score]:
+def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direction], Score]:
     """Return the directions that a record was tested for, and what was seen of them."""
     record = step.record
     if fitted.terms:
@@ -119,7 +119,7 @@ def tested(step: Problem, fitted: Fitted, scale: Scale) -> tuple[list[Direction]
     return named, score
 
 
-def judge(step: Problem, plain: Fitted, *, alarm: float) -> Judged:
+def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     """Search for what a plain fit does not hold, and return the fit with it, with what it does to the uncertainties.
 
     A direction counts as seen beyond `alarm` standard deviations.
@@ -160,10 +160,10 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> Judged:
         for name, beyond in zip(step.names[:2], share > _NO_FIGURE, strict=True):
             answer = Answer.WITHHELD if beyond else Answer.WIDENED
             findings.append(Finding(Cause.UNEXPLAINED, answer, (name,), unexplained))
-    return Judged(fitted, values, growth, apart, tuple(findings), tuple(named), score)
+    return StepJudgement(fitted, values, growth, apart, tuple(findings), tuple(named), score)
 
 
-def _figures(fitted: Fitted, term: Term, scale: Scale) -> dict[str, float | str]:
+def _figures(fitted: Fitted, term: Term, scale: StepScale) -> dict[str, float | str]:
     return {"record": "step", **term.told(scale, figures_of(fitted.terms, fitted.figures, term))}
 
 
@@ -177,7 +177,9 @@ def _clearest(family: str, named: list[Direction], score: Score) -> float:
     return max((float(z) for d, z in zip(named, score.z, strict=True) if d.family == family), key=abs, default=0.0)
 
 
-def _candidates(step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: Scale) -> Iterator[Fitted]:
+def _candidates(
+    step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: StepScale
+) -> Iterator[Fitted]:
     """Give the fits with one term more, as far as they are possible."""
     modelled = {t.family for t in fitted.terms}
     worth = {d.family: 0.0 for d in named}
@@ -203,7 +205,7 @@ def _candidates(step: Problem, fitted: Fitted, named: list[Direction], score: Sc
 
 
 def _spanned(
-    step: Problem, fitted: Fitted, rivals: list[Fitted], scale: Scale
+    step: Problem, fitted: Fitted, rivals: list[Fitted], scale: StepScale
 ) -> tuple[FloatArray, FloatArray, list[Finding]]:
     """Return values whose interval, with a standard uncertainty beside the fit's own, holds all fits that are as likely."""
     count = len(step.names)
@@ -238,7 +240,7 @@ def _structured(step: Problem, fitted: Fitted) -> bool:
     return bool(z @ z > limit)
 
 
-def _of_parts(step: Problem, fitted: Fitted, scale: Scale) -> FloatArray:
+def _of_parts(step: Problem, fitted: Fitted, scale: StepScale) -> FloatArray:
     """Return a standard uncertainty (k,) from how far fits of parts of the record lie apart beyond their own uncertainties."""
     record, count = step.record, len(step.names)
     since = (record.time - scale.begin) / scale.time_constant

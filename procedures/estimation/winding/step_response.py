@@ -16,7 +16,7 @@ from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, without_end
 from procedures.estimation.winding.step_codes import limited_from, too_coarse
 from procedures.estimation.winding.step_fit import Problem, fit_plain, problem
-from procedures.estimation.winding.step_misfit import COARSE_ALARM, Judged, judge
+from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
 
 #: Noise, as a share of the step, through which 63 % of it are read off.
@@ -28,7 +28,7 @@ class StepFit(Fit):
     """A fitted step: `step` is its sampling interval (s), `judged` what it was tested for."""
 
     step: float
-    judged: Judged
+    judged: StepJudgement
     plain: FloatArray
 
     @property
@@ -135,11 +135,11 @@ def fit_step_response(
         misfit=Misfit.together([Misfit(findings)]),
         step=record.step,
         judged=judged,
-        plain=np.diag(_covariance(step, Judged.of_plain(step, plain))),
+        plain=np.diag(_covariance(step, StepJudgement.of_plain(step, plain))),
     )
 
 
-def _covariance(step: Problem, judged: Judged) -> FloatArray:
+def _covariance(step: Problem, judged: StepJudgement) -> FloatArray:
     """Return the covariance of the parameters: of white noise and of what does not average out, grown by what was found."""
     record, fitted, count = step.record, judged.fitted, len(step.names)
     grown = np.sqrt(judged.growth[:count])

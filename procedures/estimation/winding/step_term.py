@@ -18,7 +18,7 @@ _PRECISION, _ROUNDS = 1e-6, 40
 
 
 @dataclass(frozen=True)
-class Scale:
+class StepScale:
     """What a term's figures are in units of: the circuit's time constant (s), the step's current (A), and when it begins (s)."""
 
     time_constant: float
@@ -39,15 +39,15 @@ class Term(ABC):
     start: tuple[float, ...] = (0.0,)
     known: tuple[float, ...] = (np.inf,)
 
-    def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
+    def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
         """Return the flux linkage that is missing beside L·i, over L (A); None where the term is not the circuit's."""
         return None
 
-    def channel(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray:
+    def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         """Return what the current's channel makes of a current (A, shape (n,))."""
         return current
 
-    def beside(self, time: FloatArray, scale: Scale, figures: FloatArray) -> FloatArray | float:
+    def beside(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray | float:
         """Return what is read beside the current (A)."""
         return 0.0
 
@@ -56,7 +56,7 @@ class Term(ABC):
         return True
 
     @abstractmethod
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         """Return what was found, in SI."""
 
 
@@ -66,7 +66,7 @@ def high_pass(values: FloatArray, step: float, rate: float) -> FloatArray:
 
 
 def current_with(
-    record: StepRecord, p: FloatArray, terms: Sequence[Term], figures: FloatArray, scale: Scale
+    record: StepRecord, p: FloatArray, terms: Sequence[Term], figures: FloatArray, scale: StepScale
 ) -> FloatArray:
     """Return the current (A, shape (n,)) of a circuit with these terms, as its channel gives it, offset included.
 
@@ -80,7 +80,7 @@ def flowing_with(
     p: FloatArray,
     terms: Sequence[Term],
     figures: FloatArray,
-    scale: Scale,
+    scale: StepScale,
     begin: FloatArray | None = None,
 ) -> FloatArray:
     """Return the current (A, shape (n,)) that flows in a circuit with these terms; `begin` is one nearby."""
@@ -105,7 +105,7 @@ def flowing_with(
 
 
 def as_read(
-    record: StepRecord, flowing: FloatArray, p: FloatArray, terms: Sequence[Term], figures: FloatArray, scale: Scale
+    record: StepRecord, flowing: FloatArray, p: FloatArray, terms: Sequence[Term], figures: FloatArray, scale: StepScale
 ) -> FloatArray:
     """Return the readings (A, shape (n,)) of a current that flows, offset included."""
     own = list(zip(terms, _split(terms, figures), strict=True))

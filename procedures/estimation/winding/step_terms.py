@@ -9,7 +9,7 @@ from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_term import Scale, Term, high_pass
+from procedures.estimation.winding.step_term import StepScale, Term, high_pass
 
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
@@ -21,12 +21,12 @@ class _Skew(Term):
 
     cause, family = Cause.SKEW, "skew"
 
-    def channel(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray:
+    def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         late = float(figures[0]) * scale.time_constant / step
         at = np.arange(current.size)
         return np.asarray(np.interp(at - late, at, current))
 
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         return {"time": float(figures[0]) * scale.time_constant}
 
 
@@ -35,7 +35,7 @@ class _Pole(Term):
 
     cause, family = Cause.BANDWIDTH, "skew"
 
-    def channel(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray:
+    def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         lag = float(figures[0]) * scale.time_constant
         if lag > 1e-3 * step:
             return respond_evenly(step, current / lag, 1.0 / lag)
@@ -44,7 +44,7 @@ class _Pole(Term):
     def possible(self, figures: FloatArray) -> bool:
         return bool(abs(figures[0]) < 0.7)
 
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         lag = float(figures[0]) * scale.time_constant
         return {
             "time_constant": abs(lag),
@@ -58,7 +58,7 @@ class _Saturation(Term):
 
     cause, family = Cause.SATURATION, "saturation"
 
-    def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
+    def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
         a = float(np.clip(figures[0], -0.45, 4.0))
         x = current / scale.current
         if abs(a) < 1e-6:
@@ -74,7 +74,7 @@ class _Saturation(Term):
     def possible(self, figures: FloatArray) -> bool:
         return bool(-0.45 < figures[0] < 4.0)
 
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         # Where one percent of the inductance is gone, to first order of either law.
         smaller = float(scale.current * np.sqrt(0.01 / max(abs(figures[0]), 0.01)))
         return {"current": scale.current, "share": self.share(1.0, figures), "smaller": smaller}
@@ -83,7 +83,7 @@ class _Saturation(Term):
 class _FluxSaturation(_Saturation):
     """Inductance L₀·(1 − a·(λ/L₀I)²) of the flux linkage: λ = L₀·I/√a·tanh(√a·i/I)."""
 
-    def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
+    def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
         a = float(np.clip(figures[0], -0.45, 4.0))
         x = current / scale.current
         if abs(a) < 1e-6:
@@ -113,14 +113,14 @@ class _Eddy(Term):
     # A record that shows the coupling need not show the time constant.
     known: tuple[float, ...] = (np.inf, 1.0)
 
-    def flux(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray | None:
+    def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
         rate = 1.0 / (self._lag(figures) * scale.time_constant)
         return np.asarray(float(np.clip(figures[0], -0.7, 0.95)) * high_pass(current, step, rate))
 
     def possible(self, figures: FloatArray) -> bool:
         return bool(0.0 <= figures[0] < 0.95)
 
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         return {"time_constant": self._lag(figures) * scale.time_constant, "coupling": float(abs(figures[0]) ** 0.5)}
 
     def _lag(self, figures: FloatArray) -> float:
@@ -132,13 +132,13 @@ class _Coupling(Term):
 
     cause, family = Cause.AC_COUPLED, "coupling"
 
-    def channel(self, current: FloatArray, step: float, scale: Scale, figures: FloatArray) -> FloatArray:
+    def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         return high_pass(current, step, float(figures[0]) / scale.time_constant)
 
     def possible(self, figures: FloatArray) -> bool:
         return bool(figures[0] > 0.0)
 
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         return {"corner": float(figures[0]) / (2.0 * np.pi * scale.time_constant)}
 
 
@@ -147,10 +147,10 @@ class _Slope(Term):
 
     cause, family = Cause.SLOPE, "slope"
 
-    def beside(self, time: FloatArray, scale: Scale, figures: FloatArray) -> FloatArray | float:
+    def beside(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray | float:
         return np.asarray(float(figures[0]) * scale.current * (time - scale.begin) / scale.length)
 
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         return {"slope": float(figures[0]) * scale.current / scale.length}
 
 
@@ -165,11 +165,11 @@ class _Hum(Term):
     start: tuple[float, ...] = (0.0, 0.0)
     known: tuple[float, ...] = (np.inf, np.inf)
 
-    def beside(self, time: FloatArray, scale: Scale, figures: FloatArray) -> FloatArray | float:
+    def beside(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray | float:
         angle = 2.0 * np.pi * self.frequency * (time - scale.begin)
         return np.asarray(scale.current * (figures[0] * np.sin(angle) + figures[1] * np.cos(angle)))
 
-    def told(self, scale: Scale, figures: FloatArray) -> dict[str, float | str]:
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         return {"frequency": self.frequency, "amplitude": abs(scale.current) * float(np.hypot(*figures))}
 
 
@@ -196,7 +196,7 @@ class Direction:
 
 
 def directions(
-    record: StepRecord, p: FloatArray, current: FloatArray, scale: Scale
+    record: StepRecord, p: FloatArray, current: FloatArray, scale: StepScale
 ) -> tuple[list[Direction], FloatArray]:
     """Return the directions to test for, and ∂current/∂term of each (m, n), at none of it.
 

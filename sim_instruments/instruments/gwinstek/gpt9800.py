@@ -7,8 +7,8 @@ import numpy as np
 from sim_instruments.instruments.errors import InsulationErrors
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import bare, choice, choices, exactly, number
-from sim_instruments.scpi.tree import Call
+from sim_instruments.scpi.parameters import choice, choices, exactly, number
+from sim_instruments.scpi.tree import Call, bare
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World

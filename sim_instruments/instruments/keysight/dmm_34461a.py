@@ -12,10 +12,10 @@ from sim_instruments.instruments.keysight.dmm_34461a_math import ReadingMath
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import bare, boolean, exactly, number, string
+from sim_instruments.scpi.parameters import boolean, exactly, number, string
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
-from sim_instruments.scpi.tree import Call, Handling
+from sim_instruments.scpi.tree import Call, Handling, bare
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World

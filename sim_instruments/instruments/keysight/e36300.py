@@ -17,9 +17,9 @@ from sim_instruments.instruments.keysight.e36300_coupling import Coupling
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import bare, boolean, channel_list, choice, choices, exactly, number, string
+from sim_instruments.scpi.parameters import boolean, channel_list, choice, choices, exactly, number, string
 from sim_instruments.scpi.status import StatusRegister
-from sim_instruments.scpi.tree import Call, Handling
+from sim_instruments.scpi.tree import Call, Handling, bare
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World

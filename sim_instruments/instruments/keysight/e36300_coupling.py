@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import bare, boolean, choice, choices, exactly
-from sim_instruments.scpi.tree import Call, CommandTree
+from sim_instruments.scpi.parameters import boolean, choice, choices, exactly
+from sim_instruments.scpi.tree import Call, CommandTree, bare
 
 _PAIRS = choices(("OFF", "PARallel", "SERies"))
 _SENSES = choices(("INTernal", "EXTernal"))

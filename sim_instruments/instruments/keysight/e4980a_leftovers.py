@@ -5,9 +5,9 @@ import math
 
 from sim_instruments.instruments.keysight.e4980a_parameters import OVERFLOW
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.parameters import bare, exactly, number
+from sim_instruments.scpi.parameters import exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
-from sim_instruments.scpi.tree import Call, CommandTree
+from sim_instruments.scpi.tree import Call, CommandTree, bare
 
 _MOST_POINTS = 201
 _CABLES = (0.0, 1.0, 2.0, 4.0)

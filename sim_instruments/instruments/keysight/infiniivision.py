@@ -14,10 +14,10 @@ from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, Slo
 from sim_instruments.instruments.keysight.infiniivision_waveform import WaveformSubsystem
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.parameters import bare, choice, choices, exactly, number
+from sim_instruments.scpi.parameters import choice, choices, exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.status import StatusRegister
-from sim_instruments.scpi.tree import Call, Handling
+from sim_instruments.scpi.tree import Call, Handling, bare
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World

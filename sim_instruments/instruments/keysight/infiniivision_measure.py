@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.parameters import bare, choice, choices, exactly
-from sim_instruments.scpi.tree import Call, CommandTree
+from sim_instruments.scpi.parameters import choice, choices, exactly
+from sim_instruments.scpi.tree import Call, CommandTree, bare
 
 _SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
 _INTERVALS, _TYPES = choices(("CYCLe", "DISPlay")), choices(("AC", "DC"))

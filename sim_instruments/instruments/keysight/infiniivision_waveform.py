@@ -3,9 +3,9 @@
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.parameters import bare, choice, exactly, integer
+from sim_instruments.scpi.parameters import choice, exactly, integer
 from sim_instruments.scpi.settings import ScpiSettings
-from sim_instruments.scpi.tree import Call, CommandTree
+from sim_instruments.scpi.tree import Call, CommandTree, bare
 
 _SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
 _FORMAT_CODES = {"BYTE": 0, "WORD": 1, "ASC": 4}

@@ -9,8 +9,8 @@ import numpy as np
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import bare, exactly, integer
-from sim_instruments.scpi.tree import Call, Handling
+from sim_instruments.scpi.parameters import exactly, integer
+from sim_instruments.scpi.tree import Call, Handling, bare
 from sim_instruments.world.fixture.relay_contacts import RelayContacts
 
 if TYPE_CHECKING:
