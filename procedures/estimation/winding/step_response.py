@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
 from procedures.estimation.fitting.first_order import respond_evenly
-from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray, WithheldError
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
@@ -21,6 +21,8 @@ from procedures.estimation.winding.step_record import StepRecord, read_step
 
 #: Noise, as a share of the step, through which 63 % of it are read off.
 _JITTER = 0.01
+#: A current that has fallen to this share of its largest has died away for one time constant.
+_DIED_AWAY = 0.3679
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +61,8 @@ def _start(record: StepRecord) -> FloatArray:
     design /= scale[:, None]
     solution = np.linalg.lstsq(design @ design.T, design @ integral(v), rcond=None)[0] / scale
     resistance, inductance = solution[:2]
+    if not (resistance > 0 and inductance > 0.05 * resistance * record.step):
+        _check_coupling(record.time[record.edge : last], v, i)
     if not resistance > 0:
         raise EstimationError(
             "the current does not follow the voltage (negative resistance): reverse the current probe, couple its channel DC, or "
@@ -67,6 +71,25 @@ def _start(record: StepRecord) -> FloatArray:
     if not inductance > 0.05 * resistance * record.step:
         raise EstimationError("the current follows the voltage within a sample: sample faster, or check the probes")
     return np.array([resistance, inductance, offset, 0.0, 0.0])
+
+
+def _check_coupling(time: FloatArray, voltage: FloatArray, current: FloatArray) -> None:
+    """Raise WithheldError where the current follows the voltage and dies away under it: its channel is AC coupled."""
+    along = current * float(np.sign(np.mean(voltage)))
+    top = int(np.argmax(along))
+    fallen = np.flatnonzero(along[top:] < _DIED_AWAY * along[top])
+    if (
+        not fallen.size
+        or along[top] < -float(np.min(along))
+        or np.mean(along[-max(1, along.size // 10) :]) > along[top] / 2
+    ):
+        return
+    # The time to 1/e is the high pass's, as far as the circuit's own is shorter.
+    corner = 1.0 / (2.0 * np.pi * float(time[top + fallen[0]] - time[top]))
+    finding = Finding(Cause.AC_COUPLED, Answer.WITHHELD, figures={"record": "step", "corner": corner})
+    raise WithheldError(
+        "the current dies away under a lasting voltage: its channel is AC coupled; couple it DC", Misfit((finding,))
+    )
 
 
 def fit_step_response(

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from procedures.core.misfit_text import sentence
-from procedures.estimation.fitting.fit import WithheldError
+from procedures.estimation.fitting.fit import EstimationError, WithheldError
 from procedures.estimation.fitting.misfit import Answer, Cause
 from procedures.estimation.winding.step_codes import clipped_at, too_coarse
 from procedures.estimation.winding.step_repeats import StepReading, fit_repeats
@@ -88,6 +88,24 @@ def test_the_corner_of_a_coupling_is_named() -> None:
     (record, *_) = sampled(with_("corner", 0.1), bits=12, noise=(0.5, 2.0))
     (found,) = (f for f in fitted(record).misfit.findings if f.cause is Cause.AC_COUPLED)
     assert found.figures["corner"] == pytest.approx(0.1 / (2 * np.pi * 5e-3), rel=0.05)
+
+
+@pytest.mark.parametrize("corner", [1.0, 3.0, 10.0])
+def test_a_current_that_dies_away_under_a_lasting_voltage_is_ac_coupled(corner: float) -> None:
+    for record in sampled(with_("corner", corner), bits=12, noise=(0.5, 2.0)):
+        try:
+            found = fitted(record).misfit
+        except WithheldError as error:
+            found = error.misfit
+        assert Cause.AC_COUPLED in {f.cause for f in found.findings}
+        assert all(sentence(f).render() for f in found.findings)
+
+
+def test_a_reversed_probe_is_not_called_ac_coupled() -> None:
+    (record, *_) = sampled(alike(), bits=12)
+    with pytest.raises(EstimationError, match="reverse the current probe") as told:
+        fit_step_response(record.time, record.voltage, -record.current)
+    assert not isinstance(told.value, WithheldError)
 
 
 def test_clean_records_are_not_accused() -> None:
