@@ -67,6 +67,7 @@ class DeltaDyn200Options:
     `torque_inverted` is the sensor's parameter 12 as its mounting wants it. `speed_decimals` stands in for the register of
     a sensor that has none (or a wrong one), `power_step` (W a count of 04H) for what the bench else finds by itself.
     `drive_code` refuses another drive than the one with this parameter 00-00.
+    `speed_filter` and `torque_filter` (s) are the time constants of first-order filters behind the sensor's own short mean.
     `transducer_range` (N·m) is the transducer's full scale, the rated torque when not given. Once this process has
     been silent for `watchdog_time` (s) the drive coasts to a stop; 0 sets nothing.
     """
@@ -80,6 +81,8 @@ class DeltaDyn200Options:
     transducer_range: float | None = None
     torque_accuracy: Accuracy | None = None
     speed_accuracy: Accuracy | None = None
+    speed_filter: float = 0.0
+    torque_filter: float = 0.0
     speed_tolerance: float = 0.05
     speed_stability: float = 2e-3
     settle_interval: float = 0.05

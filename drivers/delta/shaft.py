@@ -87,7 +87,10 @@ class Transducer:
         accuracy = self.speed_accuracy
         if not shaft.direction_known:
             accuracy = replace(accuracy, source=f"{accuracy.source}; direction not known")
-        return DynamometerReading(time, shaft.speed, shaft.torque, shaft.power, accuracy, self.torque_accuracy)
+        filters = self._options.speed_filter, self._options.torque_filter
+        return DynamometerReading(
+            time, shaft.speed, shaft.torque, shaft.power, accuracy, self.torque_accuracy, *filters
+        )
 
     def has_settled(self, last: Sequence[float], wanted: float) -> bool:
         """Say whether consecutive speeds (rad/s) agree with each other and with the one wanted."""

@@ -20,7 +20,8 @@ from drivers.interfaces.identity import Accuracy, Instrument
 @dataclass(frozen=True)
 class DynamometerReading:
     """One reading, all taken in a single transaction: `speed` (rad/s, mechanical), `torque` (N·m, on the shaft by the
-    dynamometer, positive when it drives the motor forwards), `power` (W, shaft), at bench time `time` (s).
+    dynamometer, positive when it drives the motor forwards), `power` (W, shaft), at bench time `time` (s). `speed_filter` and
+    `torque_filter` (s) are the time constants of first-order filters that they went through, as far as they are known.
     """
 
     time: float
@@ -29,6 +30,8 @@ class DynamometerReading:
     power: float
     speed_accuracy: Accuracy
     torque_accuracy: Accuracy
+    speed_filter: float = 0.0
+    torque_filter: float = 0.0
 
 
 SPEED = Amount(Quantity.SPEED, "rad/s", own="maximum_speed", signed=True)

@@ -32,6 +32,8 @@ _PACES = (0.7, 2.0)
 _HALVINGS = 4
 #: Fewer readings on a ramp do not fix three parameters.
 _FEWEST = 10
+#: Longest time constant (s) of a sensor's filter.
+_LONGEST_FILTER = 5.0
 NAMES = estimation.SHARED
 
 
@@ -66,17 +68,17 @@ class InertiaSettings(Settings):
         le=5.0,
         description="readings this soon after a switch are left out: the transducer's filter, s",
     )
-    speed_filter: float = Field(
-        default=0.0,
+    speed_filter: float | None = Field(
+        default=None,
         ge=0.0,
-        le=5.0,
-        description="time constant of the speed signal's first-order filter, s; 0 without one",
+        le=_LONGEST_FILTER,
+        description="time constant of the speed signal's first-order filter, s; as the station states it when not given",
     )
-    torque_filter: float = Field(
-        default=0.0,
+    torque_filter: float | None = Field(
+        default=None,
         ge=0.0,
-        le=5.0,
-        description="time constant of the torque signal's first-order filter, s; 0 without one",
+        le=_LONGEST_FILTER,
+        description="time constant of the torque signal's first-order filter, s; as the station states it when not given",
     )
     sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
     torque: float | None = Field(
@@ -104,13 +106,15 @@ class InertiaSettings(Settings):
 
 @dataclass(frozen=True)
 class Curve:
-    """One ramp: bench time (s), speed (rad/s) and torque (N·m), each of shape (n,), and the readings' accuracies."""
+    """One ramp: bench time (s), speed (rad/s) and torque (N·m), each of shape (n,), the readings' accuracies and filters (s)."""
 
     time: NDArray[np.float64]
     speed: NDArray[np.float64]
     torque: NDArray[np.float64]
     torque_accuracy: Accuracy
     speed_accuracy: Accuracy
+    speed_filter: float
+    torque_filter: float
 
 
 @dataclass(frozen=True)
@@ -170,9 +174,9 @@ class Inertia(Procedure[InertiaSettings]):
         zero = self._zero(ramps.driven)
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
-        self.findings["ramps"] = _curves(_to_fit(ramps, self.settings), total)
+        self.findings["ramps"] = _curves(_to_fit(ramps), total)
         if tare and own:
-            self.findings["tare_ramps"] = _curves(_to_fit(tare, self.settings), own)
+            self.findings["tare_ramps"] = _curves(_to_fit(tare), own)
         simple, no_load = self._two_points(ramps)
         simple_tare, tare_drag = (
             self._two_points(tare) if tare else (self.settings.tare_inertia, self.settings.tare_coulomb_friction)
@@ -304,7 +308,20 @@ class Inertia(Procedure[InertiaSettings]):
         else:
             torque = np.array([r.torque for r in readings])
         time = np.array([r.time for r in readings])
-        return Curve(time - time[0], speed, torque, readings[-1].torque_accuracy, readings[-1].speed_accuracy)
+        last, settings = readings[-1], self.settings
+        return Curve(
+            time - time[0],
+            speed,
+            torque,
+            last.torque_accuracy,
+            last.speed_accuracy,
+            _within_reach("speed_filter", last.speed_filter)
+            if settings.speed_filter is None
+            else settings.speed_filter,
+            _within_reach("torque_filter", last.torque_filter)
+            if settings.torque_filter is None
+            else settings.torque_filter,
+        )
 
     def _fit(self, ramps: Ramps) -> Fit:
         if self.settings.torque_source is TorqueSource.POWER:
@@ -315,7 +332,7 @@ class Inertia(Procedure[InertiaSettings]):
                     "small by the number of pole pairs"
                 ),
             )
-        return estimation.fit_ramps(_to_fit(ramps, self.settings))
+        return estimation.fit_ramps(_to_fit(ramps))
 
     def _two_points(self, ramps: Ramps) -> tuple[float, float]:
         """Return the note's figures, from points near the ends of each ramp."""
@@ -380,14 +397,28 @@ class Inertia(Procedure[InertiaSettings]):
             )
 
 
-def _to_fit(ramps: Ramps, settings: InertiaSettings) -> list[SpeedRamp]:
+def _within_reach(key: str, stated: float) -> float:
+    """Return a filter's time constant (s) as the station states it. Raises ProcedureError for one that no sensor has."""
+    if not 0.0 <= stated <= _LONGEST_FILTER:
+        raise ProcedureError(
+            text(
+                "the station file's dynamometer: {key} = {stated:g} s; allowed is 0 … {longest:g} s",
+                key=key,
+                stated=stated,
+                longest=_LONGEST_FILTER,
+            )
+        )
+    return stated
+
+
+def _to_fit(ramps: Ramps) -> list[SpeedRamp]:
     """Return both ramps, the driven one first, as the estimator takes them."""
-    filters = settings.speed_filter, settings.torque_filter
-    driven, coast = ramps.driven, ramps.coast
-    return [
-        SpeedRamp(driven.time, driven.speed, driven.torque, driven.speed_accuracy.resolution, *filters),
-        SpeedRamp(coast.time, coast.speed, 0.0, coast.speed_accuracy.resolution, *filters),
-    ]
+
+    def taken(curve: Curve, torque: float | NDArray[np.float64]) -> SpeedRamp:
+        resolution = curve.speed_accuracy.resolution
+        return SpeedRamp(curve.time, curve.speed, torque, resolution, curve.speed_filter, curve.torque_filter)
+
+    return [taken(ramps.driven, ramps.driven.torque), taken(ramps.coast, 0.0)]
 
 
 def _quadratic(coupled: Fit, own: Fit | None) -> dict[str, float]:

@@ -160,6 +160,8 @@ def test_options_replace_accuracy_and_direction(server: TcpServer, units: Units,
     accuracy = Accuracy(gain=2e-3, source="certificate")
     options = DeltaDyn200Options(
         maximum_speed=200.0,
+        speed_filter=0.02,
+        torque_filter=0.05,
         torque_accuracy=accuracy,
         speed_accuracy=accuracy,
         direction_from="command",
@@ -168,6 +170,7 @@ def test_options_replace_accuracy_and_direction(server: TcpServer, units: Units,
     dynamometer = DeltaDyn200.open(server.address, options, Surroundings(clock), "dynamometer")
     with dynamometer.driving_speed(-20.0):
         reading = dynamometer.measure()
+        assert (reading.speed_filter, reading.torque_filter) == (0.02, 0.05)
     assert reading.speed == pytest.approx(-20.0, rel=1e-2)
     assert reading.torque_accuracy is reading.speed_accuracy is accuracy
     dynamometer.close()
