@@ -49,6 +49,11 @@ def test_every_figure_holds_the_truth(motorbench, motor):
     assert "disagreement" not in {w["id"] for w in given["warnings"]}
 
 
+def test_a_clean_bench_shows_nothing_beyond_the_model(demo):
+    assert demo["misfit"] == []
+    assert demo["withheld"] == {}
+
+
 def test_two_runs_with_one_seed_give_the_same_figures(demo, motorbench):
     figures = [
         {n: (p["value"], p["standard_uncertainty"]) for n, p in given["parameters"].items()}

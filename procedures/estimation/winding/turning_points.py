@@ -172,7 +172,9 @@ def held_to_turning_points(fit: SweepFit, values: FloatArray, resolution: float)
     if not points.enough:
         told = [Finding(Cause.TURNING_POINTS, Answer.WITHHELD, figures=counts), *told]
         return replace(fit, misfit=Misfit(tuple(told)), turns=True)
-    told = told or [Finding(Cause.UNEXPLAINED, Answer.WIDENED)]
+    if not (told or agree):
+        # A course that the fit does not follow is the hand's; figures that differ by it are something else's.
+        told = [Finding(Cause.UNEXPLAINED, Answer.WIDENED)]
     return replace(_by_levels(fit, mean, amplitude, own, own), misfit=Misfit(tuple(told)), turns=True)
 
 
