@@ -72,6 +72,14 @@ _SEEN = {
 }
 #: What is said otherwise of a current step: its findings carry `record` = "step" among their figures.
 _SEEN_IN_STEP = {
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows {share:.3g} times what the supply and the resistances measured before say: its probe's factor is wrong, "
+        "or the probe is off. Multiplied by {factor:.4g} it would agree; correct the probe's attenuation in the station file"
+    ),
+    Cause.CHANNELS_DIFFER: text(
+        "channel {channel} differs by {difference:+.1%} from what the supply's readings say, more than its accuracy explains: compare its "
+        "probe with a meter"
+    ),
     Cause.NO_BASELINE: text(
         "no baseline: the record shows {samples:.0f} samples of the circuit at rest before the step, at least {needed:.0f} are needed; set "
         "the trigger so that the record begins before the supply is switched on"

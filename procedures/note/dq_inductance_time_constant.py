@@ -29,6 +29,7 @@ from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import WithheldError
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.estimation.winding.step_look import look_at_step
@@ -36,6 +37,7 @@ from procedures.estimation.winding.step_repeats import StepReading, fit_repeats
 from procedures.estimation.winding.step_response import apparent_inductance, time_constant_63
 from procedures.techniques.acquisition import configure, record
 from procedures.techniques.alignment import Alignment, aligning
+from procedures.techniques.step_probes import StepSource, probes_against_supply
 from procedures.verification.settings import SupplyWiringSettings
 
 _POINTS = 10_000
@@ -90,10 +92,11 @@ class DqInductanceTimeConstantSettings(SupplyWiringSettings):
 
 @dataclass(frozen=True)
 class RecordedStep:
-    """Voltage and current of one step, and the time constant that it shows."""
+    """Voltage and current of one step, and what drove it."""
 
     voltage: Waveform
     current: Waveform
+    source: StepSource
 
 
 class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
@@ -288,6 +291,14 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         # The limit is a safety net that must not act on the step.
         limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
 
+        known = self.known_value("stator_resistance")
+        winding = (
+            None
+            if known is None
+            else known / phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL).y_equivalent
+        )
+        driven = StepSource(voltage, alignment.voltage_offset, alignment.loop_resistance, winding)
+
         def once(record_time: float) -> RecordedStep:
             # The current of the step before must have died away: the loop is as slow to fall as to rise.
             self.bench.clock.sleep(record_time)
@@ -299,7 +310,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                 timeout=10.0 + 2.0 * record_time,
                 event=lambda: self.bench.supply.energised(voltage, limit),
             )
-            return RecordedStep(waves[v_channel], waves[i_channel])
+            return RecordedStep(waves[v_channel], waves[i_channel], driven)
 
         record_time = self.settings.record_time or self._expected(axis)
         for _ in range(_ATTEMPTS):
@@ -334,6 +345,10 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         loop = self.bench.uncertainties.instrument("skew of the channels", loop, late)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         last = steps[-1]
+        probes = probes_against_supply(last.voltage, last.current, last.source, misfit)
+        misfit = Misfit.together((misfit, probes.misfit))
+        off = Accuracy(gain=probes.share, source="against the supply's readings")
+        loop = self.bench.uncertainties.instrument(f"oscilloscope, channel {last.current.channel}", loop, off)
         # What a supply's limit ended is not fitted.
         fitted_part = slice(0, fits[-1].residuals.size)
         tau = time_constant_63(last.current.time, last.current.values)
