@@ -76,9 +76,11 @@ class Gpt9800(ScpiInstrument):
         """Do nothing: the tester has no *RST."""
 
     def _add_common(self) -> None:
-        # The manual has these two of IEEE 488.2, and its own error query.
+        # Of IEEE 488.2 the manual has these two; beside them its own end of remote control and error query.
         self.tree.add("*IDN", query=bare(lambda: self.identity))
         self.tree.add("*CLS", command=bare(self._clear_status))
+        # Gives the front panel back, which nobody turns here.
+        self.tree.add("*RMTOFF", command=bare(lambda: None))
         self.tree.add("SYSTem:ERRor", query=bare(self._next_error))
 
     def _next_error(self) -> str:
