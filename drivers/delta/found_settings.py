@@ -1,7 +1,7 @@
 """What drive and transducer of a dynamometer may have been left with: parameters that decide what a command or a reading means.
 
-Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12), one maker and so one source;
-that 2001H acts with 00-20 = 1 only is said there twice (00-20 and 09-10).
+Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12), one maker and so one source, and
+from memory: the pages of 00-20, 00-21, 11-33 and 11-36 were not opened. Compare them with the drive's manual before its first use.
 """
 
 from collections.abc import Mapping

@@ -113,6 +113,6 @@ DELTA_DYN200 = Driver(
     simulated="delta-dyn200",
     sources=(
         "DYN-200: the maker's manual; dyn200-logger, dyn200-python and J. Deuter's library, each with a sensor",
-        "C2000: Delta's manuals only (one source)",
+        "C2000: Delta's manuals only, pages 12.1-09 (one source); parameters of groups 00 and 11 from memory, not checked",
     ),
 )

@@ -1,7 +1,8 @@
 """GW Instek GPT-9803 and GPT-9804 safety testers as insulation testers.
 
 Sources: the GPT-9800 Series User Manual (remote control), and public programs used with testers of the series, which send
-MANU:IR:REF 0, TEST:RET and *RMTOFF, and end each line with CR LF.
+MANU:IR:REF 0 and *RMTOFF, and end each line with CR LF. Those that send TEST:RET send ON, for the OK that ends a test; here it
+is OFF, and the end is asked for.
 """
 
 import math

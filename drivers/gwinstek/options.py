@@ -29,5 +29,8 @@ GPT9800 = Driver(
     Gpt9800Options,
     "drivers.gwinstek.gpt9800:GwInstekGpt9800.open",
     simulated="gwinstek-gpt9800",
-    sources=("the GPT-9800 Series User Manual", "public programs for testers of the series (REF, TEST:RET, CR LF)"),
+    sources=(
+        "the GPT-9800 Series User Manual: pages on *IDN?, *CLS and MEASure; the rest from memory, not checked",
+        "public programs for testers of the series (IR:REF, *RMTOFF, CR LF; TEST:RET: they send ON, the driver OFF)",
+    ),
 )

@@ -128,7 +128,9 @@ E36300 = Driver(
     E36300Options,
     "drivers.keysight.e36300:KeysightE36300.open",
     simulated="keysight-e36313a",
-    sources=("Keysight's Programming Guide E36311-90008 and its relatives' (one maker, one source)",),
+    sources=(
+        "Keysight's Programming Guide E36311-90008 and its relatives' (one source); its found state from memory, not checked",
+    ),
 )
 E4980A = Driver(
     "keysight-e4980a",
@@ -136,7 +138,10 @@ E4980A = Driver(
     E4980AOptions,
     "drivers.keysight.e4980a:KeysightE4980A.open",
     simulated="keysight-e4980a",
-    sources=("the User's Guide E4980-90230", "pymeasure's agilentE4980 (function, level, trigger)"),
+    sources=(
+        "the User's Guide E4980-90230 (one source); its found state from memory, not checked",
+        "pymeasure's agilentE4980 (function, level, trigger)",
+    ),
 )
 INFINIIVISION = Driver(
     "keysight-infiniivision",
@@ -144,7 +149,9 @@ INFINIIVISION = Driver(
     InfiniiVisionOptions,
     "drivers.keysight.infiniivision:KeysightInfiniiVision.open",
     simulated="keysight-infiniivision",
-    sources=("Keysight's Programmer's Guide and data sheet 5992-0140 (one source)",),
+    sources=(
+        "Keysight's Programmer's Guide and data sheet 5992-0140 (one source); its found state from memory, not checked",
+    ),
 )
 DMM_34461A = Driver(
     "keysight-34461a",
@@ -152,7 +159,9 @@ DMM_34461A = Driver(
     Keysight34461AOptions,
     "drivers.keysight.dmm_34461a:Keysight34461A.open",
     simulated="keysight-34461a",
-    sources=("Keysight's Truevolt Operating and Service Guide and data sheet (one maker, one source)",),
+    sources=(
+        "Keysight's Truevolt Operating and Service Guide and data sheet (one source); its found state from memory, not checked",
+    ),
 )
 SWITCH_UNIT_34970A = Driver(
     "keysight-34970a",

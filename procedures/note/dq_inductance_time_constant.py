@@ -35,7 +35,7 @@ from procedures.estimation.winding.connections import ReadingConnection, phase_f
 from procedures.estimation.winding.step_look import look_at_step
 from procedures.estimation.winding.step_repeats import StepReading, fit_repeats
 from procedures.estimation.winding.step_response import apparent_inductance, time_constant_63
-from procedures.techniques.acquisition import configure, record
+from procedures.techniques.acquisition import configure, fill_screen, record
 from procedures.techniques.alignment import Alignment, aligning
 from procedures.techniques.step_probes import StepSource, probes_against_supply
 from procedures.verification.settings import SupplyWiringSettings
@@ -314,8 +314,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
         record_time = self.settings.record_time or self._expected(axis)
         for _ in range(_ATTEMPTS):
-            wanted = _wanted(once(record_time))
+            seen = once(record_time)
+            wanted = _wanted(seen)
             if 0.5 * record_time <= wanted <= record_time:
+                # The steps to come are this one again: a scope's gain is stated of full scale, not of what is shown.
+                for wave in (seen.voltage, seen.current):
+                    fill_screen(scope, wave)
                 break
             record_time = min(max(1.3 * wanted, 0.05 * record_time), 4.0 * record_time)
         return [once(record_time) for _ in range(self.settings.repeats)]

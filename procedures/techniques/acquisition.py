@@ -11,6 +11,8 @@ from procedures.core.bench import Bench, ProcedureError
 
 #: The signal fills this share of the screen, so that noise and overshoot do not clip.
 _FILL = 0.8
+#: A signal whose ends were seen, noise and overshoot with them, fills this share.
+_FILL_SEEN = 0.9
 _ATTEMPTS = 8
 #: A range this much too wide wastes more than a bit of the converter.
 _TOO_WIDE = 2.5
@@ -57,12 +59,13 @@ def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: floa
     )
 
 
-def configure(scope: Oscilloscope, channel: int, low: float, high: float) -> float:
+def configure(scope: Oscilloscope, channel: int, low: float, high: float, fill: float = _FILL) -> float:
     """Set a channel's range and offset for a signal between `low` and `high` (V or A); return the range that was set.
 
-    A small signal is given the smallest range: it is coarser there, which its fit states, and measured all the same.
+    The signal takes the share `fill` of it. A small one is given the smallest range: it is coarser there, which its fit
+    states, and measured all the same.
     """
-    wanted, offset = (high - low) / _FILL, 0.5 * (low + high)
+    wanted, offset = (high - low) / fill, 0.5 * (low + high)
     try:
         scope.configure_channel(channel, ChannelSettings(wanted, offset))
     except SetpointError as refused:
@@ -71,6 +74,16 @@ def configure(scope: Oscilloscope, channel: int, low: float, high: float) -> flo
         scope.configure_channel(channel, ChannelSettings(refused.low, offset))
         return refused.low
     return wanted
+
+
+def fill_screen(scope: Oscilloscope, seen: Waveform) -> None:
+    """Narrow a channel's range to a trace that will come again as it was `seen`: an error of full scale is the less of it.
+
+    A trace that left the screen changes nothing.
+    """
+    low, high = float(np.min(seen.values)), float(np.max(seen.values))
+    if not seen.clipped and low < high:
+        configure(scope, seen.channel, low, high, _FILL_SEEN)
 
 
 def _better(wave: Waveform, full_scale: float) -> float | None:

@@ -23,27 +23,35 @@ def motor_file(folder, rated_current, **virtual):
     return path
 
 
+#: Rated current (A), virtual values, and the largest relative standard uncertainty. Two channels of 2 % of full scale each
+#: leave 1.8 % where the step fills its screens, and more where the smallest range (8 mV) is too wide for it.
 CASES = {
     # 20 mA: the probe's noise is a tenth of the step, and what the eye calls 63 % is a spike of it.
     "small current": (
         0.215,
         {"phase_resistance": [12.2] * 3, "d_axis_inductance": 32.3e-3, "q_axis_inductance": 56.3e-3},
+        0.04,
     ),
     # 2.6 mV: less than the supply's zero may be off.
     "small voltage": (
         1.46,
         {"phase_resistance": [0.012] * 3, "d_axis_inductance": 20.8e-6, "q_axis_inductance": 23.6e-6},
+        0.06,
     ),
     # The current follows within a five-hundredth of the first guess of the record.
-    "quick": (0.15, {"phase_resistance": [17.5] * 3, "d_axis_inductance": 1.49e-3, "q_axis_inductance": 3.48e-3}),
+    "quick": (
+        0.15,
+        {"phase_resistance": [17.5] * 3, "d_axis_inductance": 1.49e-3, "q_axis_inductance": 3.48e-3},
+        0.045,
+    ),
     # The rated current is more than the supply gives.
-    "large current": (19.5, {"phase_resistance": [0.0354] * 3}),
+    "large current": (19.5, {"phase_resistance": [0.0354] * 3}, 0.02),
 }
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_both_axes_hold_the_truth(motorbench, tmp_path, case):
-    rated, virtual = CASES[case]
+    rated, virtual, largest = CASES[case]
     motor = motor_file(tmp_path, rated, coulomb_friction=1e-4 * rated, cogging_torque=0.0, **virtual)
     status, given = motorbench("run", "dq-inductance-time-constant", "--station", "virtual", "--motor", str(motor))
     assert status == 0, given.get("cause")
@@ -51,7 +59,7 @@ def test_both_axes_hold_the_truth(motorbench, tmp_path, case):
         parameter = given["parameters"][name]
         low, high = parameter["coverage_interval"]
         assert low <= parameter["truth"] <= high, (name, parameter["value"], parameter["truth"])
-        assert parameter["standard_uncertainty"] < 0.03 * parameter["value"]
+        assert parameter["standard_uncertainty"] < largest * parameter["value"]
     assert ("raised-step" in {w["id"] for w in given["warnings"]}) == (case == "small voltage")
 
 

@@ -32,9 +32,9 @@ class Gpt9800(ScpiInstrument):
 
     A test takes 0.1 s, the ramp, the test time and the discharge; it is judged at the end of the test time, and its result
     stands until the next one or OFF, after which the present voltage is shown. The object's frame is the tester's return.
-    MANU:IR:REF is subtracted from the resistance before it is judged. With TEST:RET on, PASS or FAIL is sent unasked at the end
-    of a test, and whoever asks next reads that first. Messages end with CR LF both ways; a message that ends with LF alone is
-    taken too.
+    MANU:IR:REF is subtracted from the resistance before it is judged. With TEST:RET on, OK is sent unasked at the end of a
+    test, passed, failed or stopped, and whoever asks next reads that first. Messages end with CR LF both ways; a message that
+    ends with LF alone is taken too.
     """
 
     terminator = b"\r\n"
@@ -76,9 +76,11 @@ class Gpt9800(ScpiInstrument):
         """Do nothing: the tester has no *RST."""
 
     def _add_common(self) -> None:
-        # The manual has these two of IEEE 488.2, and its own error query.
+        # Of IEEE 488.2 the manual has these two; beside them its own end of remote control and error query.
         self.tree.add("*IDN", query=bare(lambda: self.identity))
         self.tree.add("*CLS", command=bare(self._clear_status))
+        # Gives the front panel back, which nobody turns here.
+        self.tree.add("*RMTOFF", command=bare(lambda: None))
         self.tree.add("SYSTem:ERRor", query=bare(self._next_error))
 
     def _next_error(self) -> str:
@@ -187,7 +189,13 @@ class Gpt9800(ScpiInstrument):
 
     def _stop(self) -> None:
         self._insulation.stop()
+        if self._verdict == "TEST":
+            self._tell_end()
         self._verdict, self._begun = "VIEW", None
+
+    def _tell_end(self) -> None:
+        if self._tells:
+            self.unasked.append(b"OK" + self.terminator)
 
     def _judge(self, number: int) -> None:
         """Read voltage and resistance at the end of the test time, and switch the output off."""
@@ -198,8 +206,7 @@ class Gpt9800(ScpiInstrument):
             self._insulation.stop()
             self._shown = f"{shown},T={self._test_time:05.1f}S"
             self._verdict = "PASS" if self._low <= resistance <= self._high else "FAIL"
-            if self._tells:
-                self.unasked.append(self._verdict.encode() + self.terminator)
+            self._tell_end()
 
     def _measured(self) -> str:
         with self._world.lock:

@@ -271,14 +271,29 @@ def test_a_rated_voltage_bounds_where_no_maximum_is_given(counted: MakeCounted) 
         bench["supply"].configure(2.5, 1.0)
 
 
-def test_a_speed_reading_beyond_the_motors_maximum_ends_the_block(counted: MakeCounted) -> None:
+@pytest.mark.parametrize("torque", [1.0, -1.0])
+@pytest.mark.parametrize("turns_before", [False, True])
+def test_a_speed_reading_beyond_the_motors_maximum_ends_the_block(
+    counted: MakeCounted, torque: float, turns_before: bool
+) -> None:
     bench = counted(maximum_speed_rpm=600.0)
     bench.world.couple_dynamometer()
+    dynamometer, clock = bench["dynamometer"], bench.bench.clock
+    if turns_before:
+        # Whoever turned the shaft told the driver no direction: what it reads is a magnitude.
+        turned = bench.world.dynamometer
+        turned.set_mode("speed")
+        turned.command(math.copysign(20.0, torque))
+        turned.enable(True)
+        clock.sleep(1.0)
+        turned.enable(False)
 
     def run_away() -> None:
-        with bench["dynamometer"].driving_torque(1.0):
-            bench.bench.clock.sleep(3.0)
-            bench["dynamometer"].measure()
+        with dynamometer.driving_torque(torque):
+            # A drive that keeps the limit it was told lets no speed beyond it: here its keypad takes the limit away (11-36).
+            bench.bench.instrument("dynamometer").units[1].write(0x0B24, [0])
+            clock.sleep(3.0)
+            dynamometer.measure()
 
     with pytest.raises(LimitError, match=r"dynamometer: speed = .* is beyond 62\.8319 rad/s, the limit of the motor"):
         run_away()
