@@ -401,7 +401,8 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
     def _tell_whose_resistance(self) -> None:
         """Say once for both axes what the bridge's resistance would have done."""
-        errors = [self.findings[axis].get("bridge_resistance_error", 0.0) for axis in ("d", "q")]
+        # An axis whose record was withheld has no findings.
+        errors = [self.findings.get(axis, {}).get("bridge_resistance_error", 0.0) for axis in ("d", "q")]
         if max(abs(error) for error in errors) > _TELLING:
             self.notice(
                 "E10",

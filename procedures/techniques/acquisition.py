@@ -14,8 +14,8 @@ _FILL = 0.8
 #: A signal whose ends were seen, noise and overshoot with them, fills this share.
 _FILL_SEEN = 0.9
 _ATTEMPTS = 8
-#: A range this much too wide wastes more than a bit of the converter.
-_TOO_WIDE = 2.5
+#: A range this much too wide is narrowed: a scope's gain is stated of full scale, not of what is shown.
+_TOO_WIDE = 1.25
 
 
 def record(

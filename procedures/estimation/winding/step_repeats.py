@@ -17,6 +17,8 @@ from procedures.estimation.winding.step_response import StepFit, fit_step_respon
 _CHANCE = 1e-3
 #: What is seen by all repeats together is looked for in each from this share of its part on.
 _SHARE = 0.6
+#: A cause is the same in every repeat: what one alone shows by less than this is chance.
+_ALONE = 4.5
 
 
 class StepReading(NamedTuple):
@@ -101,7 +103,7 @@ def fit_repeats(steps: Sequence[StepReading]) -> Repeats:
     A cause that no single record shows beyond chance is looked for in each, where all of them together show it. Raises EstimationError
     for the first record that gives no estimate.
     """
-    fits = [s.fitted() for s in steps]
+    fits = [s.fitted(ALARM if len(steps) == 1 else _ALONE) for s in steps]
     together = _seen_together(fits)
     if together > ALARM and not any(f.judged.fitted.terms for f in fits):
         fits = [s.fitted(alarm=_SHARE * together / math.sqrt(len(fits))) for s in steps]
