@@ -90,6 +90,10 @@ def analyze_coast_down(
             )
     if inertia is not None and (inertia <= 0 or not np.isfinite(inertia)):
         raise CaptureError("inertia", text("{inertia:g} kg·m² is not above zero", inertia=inertia))
+    if not 0.0 <= inertia_uncertainty < np.inf:
+        raise CaptureError(
+            "inertia_uncertainty", text("{uncertainty:g} kg·m² is not zero or more", uncertainty=inertia_uncertainty)
+        )
     records, assumed = [], []
     for k, capture in enumerate(captures):
         channel, note = _speed(capture, speed, speed_in_rpm)

@@ -95,7 +95,7 @@ def analyze_rotor_sweep(
             f"significant (p = {p_value:.2g}), and Ld and Lq are reported apart",
             "E3",
         )
-    if not significant:
+    if not significant and not fit.misfit:
         outcome.warn(
             f"the saliency is not significant (p = {p_value:.2g}): Ld and Lq are the mean of all readings", "E3"
         )

@@ -21,6 +21,8 @@ from procedures.estimation.winding.resistance import COPPER_REFERENCE, at_temper
 from procedures.estimation.winding.step_response import StepFit, fit_step_response, time_constant_63
 from procedures.techniques.temperature_settings import COLD
 
+#: Channels that are later than this (s) beside each other are no two of one record.
+_LONGEST_SKEW = 1.0
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
 _SKEW = "as taken"
@@ -54,6 +56,8 @@ def analyze_step_response(
     sampling interval where that is more. A record that gives no figure for a cause with a name gives `withheld` ones. Raises CaptureError
     naming file and line.
     """
+    if not 0.0 <= skew <= _LONGEST_SKEW:
+        raise CaptureError("skew", text("{skew:g} s is not within 0 … {longest:g} s", skew=skew, longest=_LONGEST_SKEW))
     if isinstance(reading, str):
         if reading not in _READINGS:
             raise CaptureError(

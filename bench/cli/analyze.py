@@ -330,10 +330,10 @@ def _some(files: Sequence[Path]) -> Sequence[Path]:
 
 
 def _seconds(option: str, given: str | None) -> float:
-    """Return a time (s) from a number with its unit: s, ms, us or µs; without one it is in s."""
+    """Return a time (s) from a number with its unit: s, ms, us or µs."""
     if given is None:
         return 0.0
-    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0), ("", 1.0)):
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0)):
         if given.endswith(unit):
             try:
                 return float(given.removesuffix(unit)) * factor

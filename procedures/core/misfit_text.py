@@ -34,6 +34,10 @@ _SEEN = {
         "the sweep shows {maxima:.0f} maxima and {minima:.0f} minima of the inductance clear of its ends, two of each are needed to know "
         "both axes: turn on through two electrical turns"
     ),
+    Cause.WRONG_PERIOD: text(
+        "readings swing by {swing:.1%}, but not with twice the electrical angle: the number of pole pairs or the angle's unit does not fit "
+        "them"
+    ),
     Cause.SLOPE: text("readings drift with time beyond their scatter: let instrument and object settle, and repeat"),
     Cause.REPEATS_DIFFER: text(
         "{count:.0f} readings of one quantity, {terminals}, contradict each other: {least:.4g} … {most:.4g} {unit}; look at contacts, "

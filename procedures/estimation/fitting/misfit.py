@@ -33,6 +33,7 @@ class Cause(StrEnum):
     COGGING = "cogging"
     ECCENTRICITY = "eccentricity"
     REGRIP = "regrip"
+    WRONG_PERIOD = "wrong-period"
     TURNING_POINTS = "turning-points"
     PROBE_FACTOR = "probe-factor"
     CHANNELS_DIFFER = "channels-differ"

@@ -9,12 +9,15 @@ from scipy import special
 
 from procedures.estimation.fitting.checks import positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
-from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
+from procedures.estimation.fitting.noise import white_noise
 from procedures.estimation.winding.sweep_terms import added_terms
 
 MotorClass = Literal["SPMSM", "IPMSM"]
 #: Residuals that resemble their neighbours more than this are no noise.
 _ALIKE = 0.35
+#: So many readings show a course from angle to angle; residuals of so many times their scatter are one.
+_LEAST_SWING, _SWINGS = 12, 3.0
 NAMES = ("mean", "amplitude", "phase")
 
 
@@ -145,8 +148,9 @@ def fit_rotor_sweep(
         )
     plain = sweep_fit(rate * theta, values, None, tried, resolution)
     mechanical = cycles_per_angle is None and pole_pairs != 1
-    if not saliency_significant(plain)[0]:
-        return plain
+    wrong = _wrong_period(theta, values, plain, resolution)
+    if wrong or not saliency_significant(plain)[0]:
+        return replace(plain, misfit=Misfit(wrong))
     added = added_terms(theta, plain.course, values, mechanical=mechanical)
     if not added.findings:
         return plain
@@ -154,6 +158,17 @@ def fit_rotor_sweep(
     fit = sweep_fit(rate * theta, values - added.shape, None, tried, resolution)
     grown = fit.covariance * added.growth + np.diag([added.doubt**2, added.doubt**2, 0.0])
     return replace(fit, covariance=grown, misfit=Misfit(added.findings))
+
+
+def _wrong_period(theta: FloatArray, values: FloatArray, fit: SweepFit, resolution: float) -> tuple[Finding, ...]:
+    """Return the finding of readings that swing far more than they scatter from angle to angle, but not at the period given."""
+    if values.size < _LEAST_SWING or 2.0 * float(fit.residuals @ fit.residuals) < fit.constant_squares:
+        return ()
+    noise = white_noise(values[np.argsort(theta, kind="stable")], resolution)
+    if fit.residual_rms <= _SWINGS * noise:
+        return ()
+    swing = float(np.ptp(values)) / float(np.mean(values))
+    return (Finding(Cause.WRONG_PERIOD, Answer.WITHHELD, figures={"swing": swing}),)
 
 
 def saliency_significant(fit: Fit, level: float = 0.05) -> tuple[bool, float]:

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Answer, Cause
 from procedures.estimation.winding.rotor_sweep import (
     axis_inductances,
     extremes,
@@ -116,3 +117,19 @@ def test_an_induced_voltage_of_one_period_a_turn_is_no_saliency() -> None:
     assert fit.value("mean") == pytest.approx(LD + LQ, rel=1e-4)
     with pytest.raises(EstimationError, match="periods of the inductance"):
         fit_timed_sweep(time, (LD + LQ) * (1.0 + 0.05 * np.cos(0.9 * time) + noise))
+
+
+@pytest.mark.parametrize("given", [1, 3, 5])
+def test_readings_that_swing_at_another_period_than_the_pole_pairs_say_are_withheld(given: int) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
+    values = 500e-6 - 100e-6 * np.cos(8.0 * angle + 0.3) + np.random.default_rng(given).normal(0.0, 1e-6, angle.size)
+    fit = fit_rotor_sweep(angle, values, pole_pairs=given)
+    assert [(f.cause, f.answer) for f in fit.misfit.findings] == [(Cause.WRONG_PERIOD, Answer.WITHHELD)]
+    assert not fit_rotor_sweep(angle, values, pole_pairs=4).misfit
+
+
+def test_a_rotor_without_saliency_is_not_called_wrong() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
+    for seed in range(20):
+        values = 500e-6 + np.random.default_rng(seed).normal(0.0, 1e-6, angle.size)
+        assert Cause.WRONG_PERIOD not in {f.cause for f in fit_rotor_sweep(angle, values, pole_pairs=4).misfit.findings}
