@@ -18,6 +18,8 @@ MotorClass = Literal["SPMSM", "IPMSM"]
 _ALIKE = 0.35
 #: So many readings show a course from angle to angle; residuals of so many times their scatter are one.
 _LEAST_SWING, _SWINGS = 12, 3.0
+#: Of pole pairs up to so many, one that leaves no more than this share of the squares explains the readings.
+_MOST_POLE_PAIRS, _EXPLAINED = 50, 0.2
 NAMES = ("mean", "amplitude", "phase")
 
 
@@ -131,12 +133,7 @@ def fit_rotor_sweep(
     elif pole_pairs is not None:
         rate = 2 * positive("pole_pairs", pole_pairs, "")
     else:
-        spacing = float(np.median(np.diff(np.unique(theta))))
-        candidates = [
-            2.0 * p
-            for p in range(1, largest_pole_pairs + 1)
-            if 2 * p * np.ptp(theta) >= 1.8 * np.pi and 2 * p * spacing <= 0.9 * np.pi
-        ]
+        candidates = _rates(theta, largest_pole_pairs)
         if not candidates:
             raise EstimationError("the angles cover less than one period of the inductance; turn the rotor further")
         rate = min(candidates, key=lambda r: _harmonic(r * theta, values)[1])
@@ -160,13 +157,22 @@ def fit_rotor_sweep(
     return replace(fit, covariance=grown, misfit=Misfit(added.findings))
 
 
+def _rates(theta: FloatArray, largest_pole_pairs: int) -> list[float]:
+    """Return the periods, per radian, that angles can tell, as far as pole pairs make them."""
+    spacing, span = float(np.median(np.diff(np.unique(theta)))), float(np.ptp(theta))
+    every = [2.0 * p for p in range(1, largest_pole_pairs + 1)]
+    return [rate for rate in every if rate * span >= 1.8 * np.pi and rate * spacing <= 0.9 * np.pi]
+
+
 def _wrong_period(theta: FloatArray, values: FloatArray, fit: SweepFit, resolution: float) -> tuple[Finding, ...]:
-    """Return the finding of readings that swing far more than they scatter from angle to angle, but not at the period given."""
+    """Return the finding of readings that swing, by their course from angle to angle or by another period, but not at the one given."""
     if values.size < _LEAST_SWING or 2.0 * float(fit.residuals @ fit.residuals) < fit.constant_squares:
         return ()
     noise = white_noise(values[np.argsort(theta, kind="stable")], resolution)
     if fit.residual_rms <= _SWINGS * noise:
-        return ()
+        rates = _rates(theta, _MOST_POLE_PAIRS)
+        if not rates or min(_harmonic(rate * theta, values)[1] for rate in rates) > _EXPLAINED * fit.constant_squares:
+            return ()
     swing = float(np.ptp(values)) / float(np.mean(values))
     return (Finding(Cause.WRONG_PERIOD, Answer.WITHHELD, figures={"swing": swing}),)
 

@@ -128,6 +128,12 @@ def test_readings_that_swing_at_another_period_than_the_pole_pairs_say_are_withh
     assert not fit_rotor_sweep(angle, values, pole_pairs=4).misfit
 
 
+def test_few_readings_a_period_tell_it_too() -> None:
+    angle = np.deg2rad(np.arange(0.0, 361.0, 10.0))
+    values = 500e-6 - 100e-6 * np.cos(8.0 * angle + 0.3) + np.random.default_rng(1).normal(0.0, 1e-6, angle.size)
+    assert fit_rotor_sweep(angle, values, pole_pairs=3).misfit.findings[0].cause is Cause.WRONG_PERIOD
+
+
 def test_a_rotor_without_saliency_is_not_called_wrong() -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
     for seed in range(20):
