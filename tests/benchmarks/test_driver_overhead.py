@@ -26,6 +26,12 @@ REPLIES = {
     b"*IDN?\n": b"Keysight Technologies,E36313A,MY1,1.0\n",
     b"SYST:ERR?\n": b'+0,"No error"\n',
     b"MEAS:VOLT? (@1)\n": b"+1.19990000E+00\n",
+    b"OUTP:PAIR?\n": b"OFF\n",
+    b"OUTP:TRAC?\n": b"0\n",
+    b"VOLT:MODE? (@1)\n": b"FIX\n",
+    b"CURR:MODE? (@1)\n": b"FIX\n",
+    b"VOLT:SENS? (@1)\n": b"INT\n",
+    b"SYST:LOC\n": b"",
 }
 
 
