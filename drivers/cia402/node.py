@@ -30,6 +30,9 @@ class BusConnection(Protocol):
     def start_heartbeat(self, producer: int, period: float) -> None:
         """Send heartbeats of node `producer` every `period` (s)."""
 
+    def start_node(self) -> None:
+        """Have the node be operational (NMT start)."""
+
     def disconnect(self) -> None:
         """Leave the bus; may be called twice."""
 
@@ -65,6 +68,9 @@ class Cia402Node:
         self._connection = connection
         self._watchdog = HeartbeatWatchdog(self.objects)
         self.identity = Identity("", "") if guarding else self._identify()
+        if connection is not None and not guarding:
+            # A node in pre-operational may refuse to be enabled; which state it is in no object tells, so it is not put back.
+            connection.start_node()
 
     @property
     def watchdog(self) -> Watchdog | None:

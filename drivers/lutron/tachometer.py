@@ -4,8 +4,6 @@ import math
 from dataclasses import replace
 from typing import Protocol
 
-import serial
-
 from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     UNWATCHED,
@@ -23,6 +21,7 @@ from drivers.interfaces.text import text
 from drivers.lutron.frame import END, LENGTH, START, Frame, parse_frame
 from drivers.lutron.options import LutronTachometerOptions
 from drivers.transport.in_process import is_in_process, open_stream
+from drivers.transport.serial.line_settings import open_port
 from drivers.transport.serial.stream_port import StreamPort
 
 RPM = 2 * math.pi / 60
@@ -72,7 +71,7 @@ class LutronTachometer(Tachometer):
     def open(
         cls, address: str, options: LutronTachometerOptions, surroundings: Surroundings, name: str
     ) -> "LutronTachometer":
-        """Open the tachometer on a serial device or pyserial URL (`/dev/ttyUSB0`, `socket://host:port`), or in process.
+        """Open the tachometer on a serial device, which may have keys (`/dev/ttyUSB0?rtscts=1`), on a pyserial URL, or in process.
 
         Raises CommunicationError where the port cannot be opened.
         """
@@ -82,7 +81,7 @@ class LutronTachometer(Tachometer):
             if is_in_process(address):
                 port = StreamPort(open_stream(address, surroundings.in_process, name), timeout)
             else:
-                port = serial.serial_for_url(address, baudrate=9600, timeout=timeout)
+                port = open_port(address, 9600, timeout)
         except (OSError, ValueError) as error:
             raise CommunicationError(
                 name,

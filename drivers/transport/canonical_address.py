@@ -46,6 +46,7 @@ def canonical_addresses(
 
 def serial_port(path: str) -> str:
     """Return the name of the serial device that a path leads to."""
+    path = path.partition("?")[0]
     return f"serial {os.path.realpath(path) if path.startswith('/') else path.casefold()}"
 
 

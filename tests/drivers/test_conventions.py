@@ -46,6 +46,7 @@ KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
     "drivers.manual.supply.ManualSupply": ("supply", (Supply,)),
     "drivers.manual.lcr_meter.ManualLcrMeter": ("lcr_meter", (LcrMeter,)),
     "drivers.manual.oscilloscope.ManualOscilloscope": ("oscilloscope", (Oscilloscope,)),
+    "bench.captures.oscilloscope.CaptureFilesOscilloscope": ("oscilloscope", (Oscilloscope,)),
     "drivers.manual.dynamometer.ManualDynamometer": ("dynamometer", (Dynamometer,)),
     "drivers.manual.tachometer.ManualTachometer": ("tachometer", (Tachometer,)),
     "drivers.manual.inverter.ManualInverter": ("inverter", (Inverter,)),

@@ -23,6 +23,7 @@ from drivers.interfaces import (
     Trigger,
 )
 from drivers.keysight.infiniivision import KeysightInfiniiVision
+from drivers.keysight.infiniivision_accuracy import trace_accuracy
 from drivers.keysight.options import InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import Preamble, parse_preamble, to_time, to_values
 
@@ -298,3 +299,26 @@ def test_a_voltage_probe_on_50_ohms_is_refused_and_a_current_probe_is_told(
     scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, surroundings, "oscilloscope")
     assert [one.found for one in scope.found_state if one.query == ":CHAN4:IMP?"] == ["FIFT"]
     scope.close()
+
+
+@pytest.mark.parametrize(
+    ("stated", "gain", "said"),
+    [
+        ({"full_scale_gain": 0.01}, 0.01, "1 % of full scale"),
+        ({"gain": 0.004, "gain_source": "K-12"}, 0.004, "0.4 % of the reading, K-12"),
+    ],
+)
+def test_the_station_states_the_gain_of_full_scale_or_of_the_reading(
+    stated: dict[str, Any], gain: float, said: str
+) -> None:
+    options = InfiniiVisionOptions({1: Probe(ProbeKind.VOLTAGE, 10.0, gain=0.005)}, **stated)
+    whole, third = (trace_accuracy(options, 1, ChannelSettings(8.0), -end, end) for end in (4.0, 4.0 / 3.0))
+    assert whole.gain == pytest.approx(gain + 0.005)
+    assert third.gain == pytest.approx(gain * (3.0 if "full_scale_gain" in stated else 1.0) + 0.005)
+    assert said in whole.source
+
+
+@pytest.mark.parametrize("stated", [{"gain": 0.0}, {"full_scale_gain": 0.6}, {"gain": 0.01, "full_scale_gain": 0.01}])
+def test_a_gain_that_cannot_be_is_refused(stated: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="gain"):
+        InfiniiVisionOptions(**stated)

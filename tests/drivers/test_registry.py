@@ -27,7 +27,7 @@ def test_every_role_has_an_automatic_driver_and_what_hands_can_do_a_manual_one()
     assert {role: tuple(sorted(installed().drivers_for(role))) for role in Role} == {
         Role.SUPPLY: ("keysight-e36300", "manual"),
         Role.LCR_METER: ("keysight-e4980a", "manual"),
-        Role.OSCILLOSCOPE: ("keysight-infiniivision", "manual"),
+        Role.OSCILLOSCOPE: ("capture-files", "keysight-infiniivision", "manual"),
         Role.DYNAMOMETER: ("delta-dyn200", "manual"),
         Role.TACHOMETER: ("lutron-tachometer", "manual"),
         Role.INVERTER: ("cia402-inverter", "manual"),
@@ -89,7 +89,7 @@ def test_what_is_missing_is_said(clock: Any) -> None:
 
 def test_only_manual_drivers_need_no_address() -> None:
     assert all(
-        driver.needs_address is (driver.name != MANUAL)
+        driver.needs_address is (driver.name not in (MANUAL, "capture-files"))
         for drivers in installed().drivers.values()
         for driver in drivers
     )

@@ -2,11 +2,12 @@
 
 import contextlib
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyvisa.constants import StatusCode
 
 from bench.station.clock import SystemClock
 from drivers.catalogue import Surroundings
@@ -265,3 +266,31 @@ def test_numbers_survive_their_notation(values: list[float]) -> None:
 def test_nothing_at_the_address(manager: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at TCPIP0::nobody::inst0::INSTR"):
         open_session("TCPIP0::nobody::inst0::INSTR", Surroundings(SystemClock(), lambda: manager), "thing")
+
+
+@pytest.mark.parametrize("sizes", [(2, 1, 3, 100), (1, 1, 1, 1, 1, 100), (100,), (7, 100)])
+def test_a_block_is_whole_whatever_the_chunks(sizes: tuple[int, ...]) -> None:
+    message = b"#210" + b"0123\n56789" + b"\n"
+    left, cuts = [message], list(sizes)
+
+    class Library:
+        def read(self, session: int, count: int) -> tuple[bytes, StatusCode]:
+            taken = min(count, cuts.pop(0) if cuts else 100)
+            data, left[0] = left[0][:taken], left[0][taken:]
+            return data, StatusCode.success if not left[0] else StatusCode.success_max_count_read
+
+    class Resource:
+        timeout = 1000.0
+        read_termination: str | None = None
+        visalib = Library()
+        session = 1
+
+        def write(self, message: str) -> int:
+            return len(message)
+
+        def ignore_warning(self, *_: StatusCode) -> Any:
+            return contextlib.nullcontext()
+
+    session = ScpiSession(cast("Any", Resource()), "scope")
+    assert bytes(session.query_block("DATA?")) == b"0123\n56789"
+    assert left == [b""]

@@ -1,22 +1,28 @@
 """Addresses of nodes on CAN buses."""
 
-from dataclasses import dataclass
+import inspect
+import re
+from collections.abc import Collection
+from dataclasses import dataclass, field
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import urlsplit
 
 from drivers.interfaces import CommunicationError
 from drivers.interfaces.text import text
+from drivers.transport.in_process import IN_PROCESS
+from drivers.transport.parameters import parameters_of, refuse_unknown
 
 DEFAULT_BITRATE = 500_000
 
 
 @dataclass(frozen=True)
 class BusAddress:
-    """One bus: `interface` and `channel` as python-can names them, `bitrate` in bit/s."""
+    """One bus: `interface` and `channel` as python-can names them, `bitrate` in bit/s, and further `settings` of the interface."""
 
     interface: str
     channel: str
     bitrate: int = DEFAULT_BITRATE
+    settings: tuple[tuple[str, str], ...] = field(default=())
 
     @property
     def on_network(self) -> bool:
@@ -24,9 +30,37 @@ class BusAddress:
         return self.interface == "slcan" and self.channel.startswith("socket://")
 
     def arguments(self, waiting_time: float) -> dict[str, Any]:
-        """Return what python-can opens it with; `waiting_time` is how long (s) one attempt to read waits."""
-        named = {"interface": self.interface, "channel": self.channel, "bitrate": self.bitrate}
-        return {**named, "sleep_after_open": 0.0, "timeout": waiting_time} if self.on_network else named
+        """Return what python-can opens it with; `waiting_time` is how long (s) one attempt to read waits.
+
+        Raises ValueError for a setting that this interface does not have, ImportError or OSError where it is not installed.
+        """
+        named: dict[str, Any] = {"interface": self.interface, "channel": self.channel, "bitrate": self.bitrate}
+        if self.on_network:
+            named |= {"sleep_after_open": 0.0, "timeout": waiting_time}
+        if self.settings:
+            from can.util import cast_from_string
+
+            given = dict(self.settings)
+            refuse_unknown(given, {*settings_of_interface(self.interface), "bitrate", "node"})
+            named |= {key: cast_from_string(value) for key, value in given.items()}
+        return named
+
+
+def settings_of_interface(interface: str) -> Collection[str]:
+    """Return what can be set of an interface of python-can: what its class takes by name or documents, as far as text can say it.
+
+    Raises ValueError for an interface that python-can has not, ImportError or OSError where it is not installed.
+    """
+    import can
+    from can.interface import _get_class_for_interface as class_of
+
+    try:
+        made = class_of(interface)
+    except (can.CanInterfaceNotImplementedError, NotImplementedError) as error:
+        raise ValueError(text("interface {interface}: {error}", interface=interface, error=error)) from error
+    named = set(inspect.signature(made.__init__).parameters)
+    named |= set(re.findall(r":param (?:\S+ )?(\w+):", f"{made.__doc__ or ''}{made.__init__.__doc__ or ''}"))
+    return sorted(named - {"self", "channel", "kwargs", "args", "timing", "can_filters", "state", "interface"})
 
 
 def parse_address(address: str, name: str) -> tuple[BusAddress, int]:
@@ -57,14 +91,17 @@ def parse_bus(address: str, name: str) -> BusAddress:
 def _parsed(address: str) -> tuple[BusAddress | None, dict[str, str]]:
     try:
         parts = urlsplit(address)
+        given = parameters_of(parts.query)
     except ValueError:
         return None, {}
-    settings = {key: values[-1] for key, values in parse_qs(parts.query).items()}
-    bitrate = _number(settings.get("bitrate", str(DEFAULT_BITRATE)))
+    bitrate = _number(given.get("bitrate", str(DEFAULT_BITRATE)))
     channel = parts.path.removeprefix("/")
     if parts.scheme != "can" or not parts.netloc or not channel or bitrate < 1:
-        return None, settings
-    return BusAddress(parts.netloc, channel, bitrate), settings
+        return None, given
+    further = tuple(sorted((key, value) for key, value in given.items() if key not in ("node", "bitrate")))
+    if parts.netloc == IN_PROCESS and further:
+        return None, given
+    return BusAddress(parts.netloc, channel, bitrate, further), given
 
 
 def _number(text: str) -> int:

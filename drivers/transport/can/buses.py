@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
 LISTENING_TIME = 0.05
+#: Identifier of network management messages, and the command that makes a node operational (CiA 301).
+_NMT, _START = 0x000, 0x01
 
 
 class CanBuses:
@@ -40,6 +42,12 @@ class CanBuses:
         if bus is None:
             bus = SharedBus(wanted, name, self._in_process)
             self._open[key] = bus
+        if bus.address.settings != wanted.settings:
+            raise CommunicationError(
+                name,
+                text("the bus of {address} is open with other settings already", address=address),
+                remedy=text("Give all nodes of one bus the same settings"),
+            )
         if bus.address.bitrate != wanted.bitrate:
             raise CommunicationError(
                 name,
@@ -154,6 +162,19 @@ class BusNode:
         from drivers.transport.can.heartbeat import HeartbeatProducer
 
         self._heartbeat = HeartbeatProducer(self._bus.network.send_message, producer, period)
+
+    def start_node(self) -> None:
+        """Have the node be operational by NMT (CiA 301); nobody confirms that. Raises CommunicationError for a dead bus."""
+        import can
+
+        try:
+            self._bus.network.send_message(_NMT, bytes((_START, self._node_id)))
+        except (can.CanError, OSError, RuntimeError) as error:
+            raise CommunicationError(
+                self._name,
+                text("cannot be started ({error})", error=error),
+                command=f"NMT start of node {self._node_id}",
+            ) from error
 
     def disconnect(self) -> None:
         """Give the place up, and the bus where it was the last; may be called twice."""

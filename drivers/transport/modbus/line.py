@@ -4,9 +4,10 @@ import struct
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol
-from urllib.parse import parse_qs, urlsplit
+from typing import Protocol, cast
+from urllib.parse import urlsplit
 
+from pymodbus import FramerType
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.client.base import ModbusBaseSyncClient
 from pymodbus.exceptions import ModbusException
@@ -17,6 +18,12 @@ from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Repo
 from drivers.interfaces.text import Text, text
 from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.transport.modbus.stream_client import ModbusStreamClient
+from drivers.transport.parameters import one_of, parameters_of, refuse_unknown
+from drivers.transport.serial.line_settings import LINE_KEYS, LineSettings, line_settings
+
+#: RTU frames over TCP are what a plain serial gateway carries.
+_FRAMERS = {"tcp": FramerType.SOCKET, "rtu": FramerType.RTU, "ascii": FramerType.ASCII}
+_SERIAL_FRAMERS = {"rtu": FramerType.RTU, "ascii": FramerType.ASCII}
 
 #: Modbus Application Protocol V1.1b3, section 7.
 EXCEPTION_NAMES = {
@@ -277,7 +284,7 @@ def open_line(
     in_process: InProcess | None = None,
     clock: Clock | None = None,
 ) -> ModbusLine:
-    """Open `tcp://host:port` or `rtu:///dev/ttyUSB0?baudrate=9600&parity=N&stopbits=1`; `timeout` is in s.
+    """Open `tcp://host:port?framer=tcp` or `rtu:///dev/ttyUSB0?baudrate=9600&parity=N&stopbits=1`; `timeout` is in s.
 
     With a `clock`, frames on a serial line are more than 10 ms apart.
     `in-process://…` is opened through `in_process`. Raises CommunicationError where the address cannot be opened or is malformed.
@@ -303,22 +310,38 @@ def open_line(
 
 
 def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
-    """Return a client, not connected yet, for `tcp://…` or `rtu:///…`; raises ValueError for another address."""
+    """Return a client, not connected yet, for `tcp://…` or `rtu:///…`; raises ValueError for another address, and for a key that is not
+    known.
+    """
     # pymodbus would repeat writes too: its own retries stay off.
     parts = urlsplit(address)
+    given = parameters_of(parts.query)
     if parts.scheme == "tcp" and parts.hostname:
-        return ModbusTcpClient(parts.hostname, port=parts.port or 502, timeout=timeout, retries=0)
+        refuse_unknown(given, ("framer",))
+        framer = cast("FramerType", one_of(given, "framer", _FRAMERS, FramerType.SOCKET))
+        return ModbusTcpClient(parts.hostname, port=parts.port or 502, framer=framer, timeout=timeout, retries=0)
     if parts.scheme == "rtu" and parts.path:
-        settings = {key: values[-1] for key, values in parse_qs(parts.query).items()}
-        baudrate = int(settings.get("baudrate", "9600"))
-        if baudrate < 1:
-            raise ValueError(text("a rate of {baudrate} baud", baudrate=baudrate))
-        return ModbusSerialClient(
-            parts.path,
-            baudrate=baudrate,
-            parity=settings.get("parity", "N"),
-            stopbits=int(settings.get("stopbits", "1")),
-            timeout=timeout,
-            retries=0,
-        )
+        refuse_unknown(given, ("framer", *LINE_KEYS))
+        framer = cast("FramerType", one_of(given, "framer", _SERIAL_FRAMERS, FramerType.RTU))
+        return SettledSerialClient(parts.path, line_settings(given), framer, timeout)
     raise ValueError(text("neither tcp://host:port nor rtu:///path?baudrate=…"))
+
+
+class SettledSerialClient(ModbusSerialClient):
+    """A serial client whose port also has the flow control and the RS-485 direction of its address."""
+
+    def __init__(self, path: str, settings: LineSettings, framer: FramerType, timeout: float) -> None:
+        self._settings = settings
+        super().__init__(path, framer=framer, timeout=timeout, retries=0, **settings.framing())
+
+    def connect(self) -> bool:
+        """Open the port; false where that fails. Raises ValueError where it cannot be set as the address says."""
+        fresh = self.socket is None
+        connected: bool = super().connect()
+        if connected and fresh and self.socket is not None:
+            try:
+                self._settings.apply(self.socket)
+            except (OSError, ValueError) as error:
+                self.close()  # type: ignore[no-untyped-call]
+                raise ValueError(text("the port cannot be set so: {error}", error=error)) from error
+        return connected

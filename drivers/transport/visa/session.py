@@ -26,6 +26,8 @@ IDENTITY_QUERY = "*IDN?"
 LONGEST_QUEUE = 128
 #: No instrument supported sends a longer block (bytes); a VISA library may set aside at once what is asked for.
 LONGEST_BLOCK = 64 * 1024 * 1024
+#: A block's first read (bytes), as large as the packets of a USBTMC device go.
+_FIRST_CHUNK = 4096
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
 #: What a resource raises that does not work; PyVISA-py's HiSLIP says by RuntimeError that the connection was dropped.
@@ -169,7 +171,7 @@ class ScpiSession:
         """Return the `least` … `most` numbers a query is answered with; raises CommunicationError otherwise."""
         return self._parsed(command, self.query(command), lambda reply: parse_numbers(reply, least, most))
 
-    def query_block(self, command: str, *, timeout: float | None = None) -> bytes | bytearray:
+    def query_block(self, command: str, *, timeout: float | None = None) -> bytes | bytearray | memoryview:
         """Return the bytes of an IEEE 488.2 definite length block, exactly as many as it announces.
 
         Raises CommunicationError where the header is malformed or the block ends early.
@@ -387,7 +389,7 @@ class ScpiSession:
                 except CommunicationError:
                     continue
 
-    def _block(self, command: str) -> bytes | bytearray:
+    def _block(self, command: str) -> bytes | bytearray | memoryview:
         resource = self._resource
         self._in_step = False
         self._transmit(command)
@@ -396,23 +398,52 @@ class ScpiSession:
         try:
             # Stopping at the count asked for is the point here, not a finding.
             with resource.ignore_warning(StatusCode.success_max_count_read):
-                length = self._block_length(command)
-                data = self._read_exactly(length, command)
-                self._read_exactly(1, command)  # the message's termination
+                data = self._message_block(command) if self._clearable else self._stream_block(command)
         finally:
             resource.read_termination = text_termination
         self._in_step = True
         if self._traffic is not None:
-            self._traffic("read", f"block of {length} bytes")
+            self._traffic("read", f"block of {len(data)} bytes")
         return data
 
-    def _block_length(self, command: str) -> int:
+    def _stream_block(self, command: str) -> bytes | bytearray:
+        """Read a block where nothing marks a message's end: never more than what must still come."""
         start = bytes(self._read_exactly(2, command))
+        digits = self._digits(start, command)
+        length = self._length(bytes(self._read_exactly(digits, command)), command)
+        data = self._read_exactly(length, command)
+        self._read_exactly(1, command)  # the message's termination
+        return data
+
+    def _message_block(self, command: str) -> bytes | memoryview:
+        """Read a block as a message, by whatever chunks come: some USBTMC devices serve no short reads in the middle of one."""
+        received = bytearray()
+        while len(received) < 2:
+            received += self._chunk(_FIRST_CHUNK, 2, len(received), command)
+        digits = self._digits(bytes(received[:2]), command)
+        start = 2 + digits
+        while len(received) < start:
+            received += self._chunk(_FIRST_CHUNK, start, len(received), command)
+        length = self._length(bytes(received[2:start]), command)
+        whole = start + length + 1  # with the message's termination
+        while len(received) < whole:
+            received += self._chunk(whole - len(received), length, min(len(received) - start, length), command)
+        if len(received) > whole + 1:
+            raise CommunicationError(
+                self.name,
+                text("{extra} bytes more than the {length} announced came", extra=len(received) - whole, length=length),
+                command=command,
+            )
+        return memoryview(received)[start : start + length]
+
+    def _digits(self, start: bytes, command: str) -> int:
         if start[:1] != b"#" or not start[1:].isdigit() or start[1:] == b"0":
             raise CommunicationError(
                 self.name, text("a block must start with #<n>, not {start}", start=repr(start)), command=command
             )
-        digits = bytes(self._read_exactly(int(start[1:]), command))
+        return int(start[1:])
+
+    def _length(self, digits: bytes, command: str) -> int:
         if not digits.isdigit():
             raise CommunicationError(
                 self.name, text("a block's length must be digits, not {digits}", digits=repr(digits)), command=command
@@ -431,32 +462,36 @@ class ScpiSession:
         return length
 
     def _read_exactly(self, count: int, command: str) -> bytes | bytearray:
-        library, handle = self._resource.visalib, self._resource.session
-        collected = bytearray()
+        chunk = self._chunk(count, count, 0, command)
+        if len(chunk) == count:
+            return chunk  # whole at once: no copy
+        collected = bytearray(chunk)
         while len(collected) < count:
-            try:
-                chunk, _ = library.read(handle, count - len(collected))
-            except RESOURCE_ERRORS as error:
-                raise CommunicationError(
-                    self.name,
-                    text(
-                        "only {collected} of {count} announced bytes came ({finding})",
-                        collected=len(collected),
-                        count=count,
-                        finding=_finding(error),
-                    ),
-                    command=command,
-                ) from error
-            if len(chunk) == count:
-                return chunk  # whole at once: no copy
-            if not chunk:
-                raise CommunicationError(
-                    self.name,
-                    text("only {collected} of {count} announced bytes came", collected=len(collected), count=count),
-                    command=command,
-                )
-            collected += chunk
+            collected += self._chunk(count - len(collected), count, len(collected), command)
         return collected
+
+    def _chunk(self, count: int, wanted: int, had: int, command: str) -> bytes:
+        """Return at most `count` bytes; `wanted` and `had` say in an error how many of how many had come."""
+        try:
+            chunk, _ = self._resource.visalib.read(self._resource.session, count)
+        except RESOURCE_ERRORS as error:
+            raise CommunicationError(
+                self.name,
+                text(
+                    "only {collected} of {count} announced bytes came ({finding})",
+                    collected=had,
+                    count=wanted,
+                    finding=_finding(error),
+                ),
+                command=command,
+            ) from error
+        if not chunk:
+            raise CommunicationError(
+                self.name,
+                text("only {collected} of {count} announced bytes came", collected=had, count=wanted),
+                command=command,
+            )
+        return chunk
 
 
 class _NoReplyError(CommunicationError):
