@@ -50,7 +50,8 @@ class Trigger:
 class Waveform:
     """Samples of one channel: `time` (s, shape (n,), 0 at the trigger) and `values` (V or A, shape (n,)).
 
-    `resolution` is one step of the converter. `clipped` tells that samples reached an end of the range.
+    `resolution` is one step of the converter, `full_scale` the range in use (V or A, the whole screen; 0 where
+    unknown). `clipped` tells that samples reached an end of the range.
     """
 
     channel: int
@@ -60,6 +61,7 @@ class Waveform:
     resolution: float
     accuracy: Accuracy = field(default_factory=Accuracy)
     clipped: bool = False
+    full_scale: float = 0.0
 
 
 class Oscilloscope(Instrument, Protocol):

@@ -21,6 +21,7 @@ from drivers.interfaces import (
 )
 from drivers.interfaces.text import Text, text
 from drivers.keysight import infiniivision_data as data
+from drivers.keysight.infiniivision_accuracy import trace_accuracy
 from drivers.keysight.infiniivision_settings import found_settings
 from drivers.keysight.options import InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import Preamble, codes_from_block, parse_preamble, to_time, to_values
@@ -32,8 +33,6 @@ from drivers.transport.visa.session import ScpiSession
 RUNNING, ARMED = 1 << 3, 1 << 5
 #: How long (s) arming may take once the part of the record before the trigger is filled.
 ARMING_TIME = 1.0
-#: Converter steps over the screen's height (eight bits).
-CODES_ON_SCREEN = 256
 UNIT = {ProbeKind.VOLTAGE: "VOLT", ProbeKind.CURRENT: "AMP"}
 
 
@@ -230,9 +229,9 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         """
         missing = text("the screen shows no trace, or a clipped one, of channel {channel}", channel=channel)
         value = self._screen(channel, "VPP", missing) / 2
-        accuracy = self._accuracy(channel, 2.0 * value)
+        accuracy = self._accuracy(channel, -value, value)
         # A difference of two points: the offset falls out, the converter's step stays.
-        step = self._range(channel).range / CODES_ON_SCREEN
+        step = self._range(channel).range / data.CODES_ON_SCREEN
         accuracy = Accuracy(gain=accuracy.gain, resolution=step, source=accuracy.source)
         if value >= self._range(channel).range / 2:
             raise OverloadError(
@@ -316,28 +315,14 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
             to_values(codes, preamble),
             self._probe(channel).kind.value,
             preamble.y_increment * data.CODES_PER_STEP,
-            self._accuracy(channel, _reach(lowest, highest, preamble)),
+            self._accuracy(channel, *_ends(lowest, highest, preamble)),
             highest >= data.HIGHEST_CODE or lowest <= data.LOWEST_CODE,
+            self._range(channel).range,
         )
 
-    def _accuracy(self, channel: int, span: float) -> Accuracy:
-        """Return the limits of error of a trace that spans so much (V or A), or reaches so far from zero."""
-        if channel in self._options.calibration:
-            return self._options.calibration[channel]
-        probe, settings = self._probe(channel), self._range(channel)
-        offset = (
-            data.OFFSET_DIVISIONS * settings.range / data.DIVISIONS
-            + data.OFFSET_FIXED * probe.attenuation
-            + data.OFFSET_SHARE * abs(settings.offset)
-        )
-        own = probe.source or ("as stated" if probe.gain or probe.offset else "error not stated, taken as none")
-        return Accuracy(
-            # Of full scale: a trace over a third of the screen has three times that of its reading.
-            gain=data.GAIN * settings.range / max(span, settings.range / CODES_ON_SCREEN) + probe.gain,
-            offset=offset + probe.offset,
-            resolution=settings.range / CODES_ON_SCREEN,
-            source=f"{data.SOURCE}; probe: {own}",
-        )
+    def _accuracy(self, channel: int, low: float, high: float) -> Accuracy:
+        """Return the limits of error of a trace between two values (V or A)."""
+        return trace_accuracy(self._options, channel, self._range(channel), low, high)
 
     def _screen(self, channel: int, what: str, missing: Text) -> float:
         self._probe(channel)
@@ -352,10 +337,10 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         return value
 
 
-def _reach(lowest: int, highest: int, preamble: Preamble) -> float:
-    """Return what a trace spans, or how far from zero it reaches where that is more (V or A)."""
-    ends = [(code - preamble.y_reference) * preamble.y_increment + preamble.y_origin for code in (lowest, highest)]
-    return max(abs(ends[1] - ends[0]), *map(abs, ends))
+def _ends(lowest: int, highest: int, preamble: Preamble) -> tuple[float, float]:
+    """Return the lowest and the highest value of a trace (V or A)."""
+    low, high = ((code - preamble.y_reference) * preamble.y_increment + preamble.y_origin for code in (lowest, highest))
+    return low, high
 
 
 def _offered_points(points: int) -> int:

@@ -1,10 +1,10 @@
 """Ranges and accuracies of the Keysight InfiniiVision 3000T X-Series."""
 
+from drivers.interfaces.full_scale import FULL_SCALE_READING
+
 #: Where the figures below come from: only the gain has been compared with the data sheet.
-SOURCE = (
-    "Keysight InfiniiVision 3000T X-Series data sheet 5992-0140: gain 2 % of full scale, read as a slope; "
-    "offset typical of its class, enter the calibration"
-)
+OFFSET_SOURCE = "offset typical of its class, enter the calibration"
+SOURCE = f"Keysight InfiniiVision 3000T X-Series data sheet 5992-0140: gain 2 % of full scale: {FULL_SCALE_READING}; {OFFSET_SOURCE}"
 TIME_BASE_SOURCE = "time base typical of its class, not compared with the data sheet"
 
 #: Models this driver knows: the beginnings of the model field.
@@ -29,3 +29,5 @@ TIME_BASE = 1.6e-6 + 10e-6
 #: 0x00 stands for a hole, 0x01 for "below the screen" and 0xFF for "above it".
 LOWEST_CODE, HIGHEST_CODE = 0x01FF, 0xFF00
 CODES_PER_STEP = 256
+#: Converter steps over the screen's height (eight bits).
+CODES_ON_SCREEN = 256

@@ -41,5 +41,7 @@ def _channel(number: int, probe: Probe) -> tuple[WantedSetting, ...]:
             text("the input loads the probe, and its factor is another"),
             remedy=text("Press the channel's key, then Imped, 1 MΩ"),
         ),
-        WantedSetting(f"{head}:PROB:SKEW?", (), text("the trace is shifted by this time (s)")),
+        WantedSetting(
+            f"{head}:PROB:SKEW?", ("0",), text("the trace is shifted by this time (s)"), f"{head}:PROB:SKEW {{value}}"
+        ),
     )

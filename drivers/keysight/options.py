@@ -8,6 +8,9 @@ from drivers.catalogue import Driver
 from drivers.interfaces import Accuracy, ProbeKind, Role
 from drivers.interfaces.text import text
 
+#: A channel whose gain is known worse than this says next to nothing.
+LARGEST_GAIN = 0.5
+
 
 @dataclass(frozen=True)
 class ImpedanceCalibration:
@@ -62,7 +65,8 @@ class E36300Options:
 class Probe:
     """The probe on a channel: `attenuation` is what it senses (V or A) per volt at the oscilloscope's input.
 
-    `gain` (relative) and `offset` (V or A at the tip) are its limits of error, `source` where they are stated.
+    `gain` (relative) and `offset` (V or A at the tip) are its limits of error, `source` where they are stated. `serial_number` tells it
+    from another of its kind: a verification holds for the one it was made with.
     """
 
     kind: ProbeKind
@@ -70,13 +74,15 @@ class Probe:
     gain: float = 0.0
     offset: float = 0.0
     source: str = ""
+    serial_number: str = ""
 
 
 @dataclass(frozen=True)
 class InfiniiVisionOptions:
     """Settings of a Keysight InfiniiVision: the probe on each channel used, and calibrations.
 
-    `calibration` replaces, for a channel, the accuracy of oscilloscope and probe together.
+    `full_scale_gain` (share of full scale) or `gain` (relative, of the reading) replaces the data sheet's limit of gain, for all
+    channels; `gain_source` says who states it. `calibration` replaces, for a channel, the accuracy of oscilloscope and probe together.
     `poll_interval` (s) is the longest time between two looks at the acquisition's state once the record can be complete.
     """
 
@@ -84,6 +90,28 @@ class InfiniiVisionOptions:
     serial_number: str | None = None
     calibration: Mapping[int, Accuracy] = field(default_factory=dict)
     poll_interval: float = 0.02
+    full_scale_gain: float | None = None
+    gain: float | None = None
+    gain_source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.gain is not None and self.full_scale_gain is not None:
+            raise ValueError(
+                text(
+                    "gain and full_scale_gain: both limit the same error; give the calibrated gain (of the reading), or the data sheet's "
+                    "(of full scale)"
+                )
+            )
+        for name, limit in (("gain", self.gain), ("full_scale_gain", self.full_scale_gain)):
+            if limit is not None and not 0.0 < limit <= LARGEST_GAIN:
+                raise ValueError(
+                    text(
+                        "{name} = {limit:g}: allowed is a share above 0, up to {most:g}; 0.02 is 2 %",
+                        name=name,
+                        limit=limit,
+                        most=LARGEST_GAIN,
+                    )
+                )
 
 
 @dataclass(frozen=True)

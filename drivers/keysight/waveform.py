@@ -43,7 +43,7 @@ def parse_preamble(reply: str) -> Preamble:
     return Preamble(int(points), x_increment, x_origin, x_reference, y_increment, y_origin, y_reference)
 
 
-def codes_from_block(block: bytes | bytearray) -> NDArray[np.uint16]:
+def codes_from_block(block: bytes | bytearray | memoryview) -> NDArray[np.uint16]:
     """Return the unsigned 16-bit codes in a block, least significant byte first, without copying.
 
     Raises ValueError where the number of bytes is odd.
