@@ -52,6 +52,8 @@ class Contacts:
 
     `thermal_emf` (V) fades with `thermal_time` (s) after fingers have warmed a clamp. `resistance` (Ω) of a clamp lies within the
     sensing leads; it has doubled where `doubling_current` (A) has flowed for long, and follows with `heating_time` (s).
+    No contact is like the one before: put on anew, its resistance is log-normal about that, with the standard deviation `remaking`
+    of its logarithm.
     """
 
     thermal_emf: float = 0.0
@@ -59,6 +61,7 @@ class Contacts:
     resistance: float = 0.0
     doubling_current: float = 10.0
     heating_time: float = 5.0
+    remaking: float = 0.5
 
     def __post_init__(self) -> None:
         _not_negative(self, frozenset({"thermal_time", "doubling_current", "heating_time"}))

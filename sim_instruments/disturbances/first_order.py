@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 FloatArray = NDArray[np.float64]
 
@@ -17,6 +16,9 @@ def lag(signal: FloatArray, interval: float, time_constant: float, first: float)
     """Return 1/(1 + sτ) of a signal (shape (n,)) sampled every `interval` s, having been at `first` when it began."""
     if not len(signal):
         return signal
+    # Late: most benches are disturbed by nothing, and scipy.signal takes as long to import as a run's command.
+    from scipy.signal import lfilter
+
     fall = interval / time_constant
     kept = math.exp(-fall)
     # Of a straight piece: the part that its end has, and the part that its beginning has.

@@ -88,21 +88,31 @@ class LcrErrors:
 
 @dataclass(frozen=True)
 class ScopeErrors:
-    """Errors of an oscilloscope: `gain` (relative) and `offset` (of the full scale) a channel, `time_base` (relative)."""
+    """Errors of an oscilloscope: of all channels alike, by their common reference, `reference` (relative).
+
+    `gain` (relative) and `offset` (of the full scale) are a channel's own, `time_base` (relative).
+    """
 
     gain: tuple[float, float, float, float] = (5.0e-4, -4.0e-4, 3.0e-4, -5.0e-4)
     offset: tuple[float, float, float, float] = (1.0e-4, -1.0e-4, 0.5e-4, -0.8e-4)
     time_base: float = 2.0e-7
+    reference: float = 0.0
 
     @classmethod
     def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "ScopeErrors":
-        """Draw a unit within ±2 % gain, ±0.1 division offset and ±1.6 ppm (Keysight 5992-0140EN)."""
-        gain = [draw(generator, 0.02) for _ in range(4)]
+        """Draw a unit within ±2 % of full scale, ±0.1 division offset and ±1.6 ppm (Keysight 5992-0140EN).
+
+        A trace over the whole screen is off by 2 % of it at most. The reference's error is in every channel; a channel has to itself
+        what that leaves of the limit.
+        """
+        reference = draw(generator, 0.02)
+        gain = [draw(generator, 0.02 - abs(reference)) for _ in range(4)]
         offset = [draw(generator, 0.0125) for _ in range(4)]
         return cls(
             (gain[0], gain[1], gain[2], gain[3]),
             (offset[0], offset[1], offset[2], offset[3]),
             draw(generator, 1.6e-6),
+            reference,
         )
 
 

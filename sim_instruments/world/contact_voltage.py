@@ -1,4 +1,4 @@
-"""What clamps add to the voltage that a voltmeter's leads sense."""
+"""What clamps add to what a bridge and a voltmeter's leads sense."""
 
 import math
 
@@ -10,12 +10,34 @@ from sim_instruments.world.settings import FloatArray
 from sim_instruments.world.timeline import Timeline
 
 
+class Clamp:
+    """An instrument's clamp on the motor: each time it is put on it is another contact."""
+
+    def __init__(self, contacts: Contacts, seed: tuple[int, int]) -> None:
+        self._contacts = contacts
+        self._random = np.random.default_rng(seed)
+        self.resistance = 0.0
+        self.put_on()
+
+    def put_on(self) -> None:
+        """Make the contact anew; `resistance` (Ω) is that of the new one, cold."""
+        self.resistance = self._contacts.resistance * math.exp(self._contacts.remaking * self._random.standard_normal())
+
+
 def contact_voltage(
-    contacts: Contacts, timeline: Timeline, terminal: int, aperture: float, until: float, attached: float
+    contacts: Contacts,
+    resistance: float,
+    timeline: Timeline,
+    terminal: int,
+    aperture: float,
+    until: float,
+    attached: float,
 ) -> float:
-    """Return the mean voltage (V) over the `aperture` s before `until` (s), the clamp being on a terminal for `attached` s."""
+    """Return the mean voltage (V) over the `aperture` s before `until` (s), the clamp, of `resistance` (Ω), being on a terminal for
+    `attached` s.
+    """
     voltage = contacts.thermal_emf * math.exp(-max(attached, 0.0) / contacts.thermal_time)
-    if not contacts.resistance:
+    if not resistance:
         return voltage
 
     def current(times: FloatArray) -> FloatArray:
@@ -27,4 +49,4 @@ def contact_voltage(
     warmth = lagged_now(lambda times: current(times) ** 2, until, contacts.heating_time) / contacts.doubling_current**2
     mean = float(np.mean(current(until - aperture * np.linspace(0.0, 1.0, 33)))) if aperture > 0.0 else 0.0
     flowing = mean if aperture > 0.0 else float(current(np.array([until]))[0])
-    return voltage + flowing * contacts.resistance * (1.0 + warmth)
+    return voltage + flowing * resistance * (1.0 + warmth)

@@ -17,10 +17,12 @@ class InTerminal:
     sign: int
 
 
-#: Of a voltage probe the rows of its two nodes: A, B, C, N, the artificial star, then the Hall sensors' leads, H0 last.
+#: Of a voltage probe the rows of its two nodes: A, B, C, N, the artificial star, the Hall sensors' leads with H0 last, the supply's output.
 Place = tuple[int, int] | InTerminal
 #: The row of H1; H0 is three below.
 FIRST_HALL = 5
+#: The row of the supply's plus; its minus follows.
+FIRST_SUPPLY = 9
 
 
 class HeldProbes:
@@ -54,7 +56,9 @@ class HeldProbes:
                 self._nodes = self._past.sample(lambda segment, at: segment.node_potentials(at), times)
             nodes: FloatArray = self._nodes[row]
             return nodes
-        if row == FIRST_HALL + 3:
+        if row == FIRST_SUPPLY:
+            return self._past.sample(lambda segment, at: segment.output_voltage(at), times)
+        if row in (FIRST_HALL + 3, FIRST_SUPPLY + 1):
             return np.zeros_like(times)
         if self._halls is None:
             self._halls = self._past.sample(lambda segment, at: segment.hall_voltages(at), times)

@@ -5,9 +5,11 @@ from typing import Literal
 
 from sim_instruments.world.settings import Terminal
 
-Node = Literal["A", "B", "C", "N", "star", "H1", "H2", "H3", "H0", "loose"]
+Node = Literal["A", "B", "C", "N", "star", "H1", "H2", "H3", "H0", "S+", "S-", "loose"]
 
-NODES: tuple[Node, ...] = ("A", "B", "C", "N", "star", "loose")
+NODES: tuple[Node, ...] = ("A", "B", "C", "N", "star", "S+", "S-", "loose")
+#: The supply's own output, whatever it is connected to.
+SUPPLY_NODES: tuple[Node, ...] = ("S+", "S-")
 #: The leads of the Hall sensors, where the motor has them.
 HALL_NODES: tuple[Node, ...] = ("H1", "H2", "H3", "H0")
 

@@ -14,11 +14,19 @@ from sim_instruments.faults.damage import Damage, Switched
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world import impedance
-from sim_instruments.world.contact_voltage import contact_voltage
-from sim_instruments.world.held_probes import FIRST_HALL, HeldProbes, InTerminal, Place
+from sim_instruments.world.contact_voltage import Clamp, contact_voltage
+from sim_instruments.world.held_probes import FIRST_HALL, FIRST_SUPPLY, HeldProbes, InTerminal, Place
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.miswiring import Miswirings
-from sim_instruments.world.probes import HALL_NODES, NODES, Node, PlacedCurrentProbe, PlacedVoltageProbe, Probe
+from sim_instruments.world.probes import (
+    HALL_NODES,
+    NODES,
+    SUPPLY_NODES,
+    Node,
+    PlacedCurrentProbe,
+    PlacedVoltageProbe,
+    Probe,
+)
 from sim_instruments.world.segment import Segment
 from sim_instruments.world.settings import SOCKETS, TERMINALS, Contact, FloatArray, Socket, Terminal
 from sim_instruments.world.shaft import hand
@@ -64,6 +72,7 @@ class World:
         #: What disturbs the bench beyond its instruments' limits of error.
         self.disturbances = disturbances or Disturbances()
         self._random = np.random.default_rng(seed)
+        self._bridge_clamp, self._sense_clamp = (Clamp(self.disturbances.contacts, (seed, k)) for k in (0xC1A, 0xC1B))
         stage = None if six_step is None else SixStepStage(six_step, motor)
         self._timeline = Timeline(
             motor,
@@ -125,6 +134,7 @@ class World:
             complete[terminal] = cast("Socket", socket)
         with self._timeline.changing() as settings:
             settings.wiring = {**self.miswirings.connected(complete)}
+            self._bridge_clamp.put_on()
 
     def switch(self, wiring: Mapping[Terminal, Contact]) -> None:
         """Have relays wire the motor's three terminals anew; no hand errs, and nothing is checked."""
@@ -132,7 +142,7 @@ class World:
             settings.wiring = dict(wiring)
 
     def attach_voltage_probe(self, channel: int, positive: Node, negative: Node) -> None:
-        """Put a channel's differential probe on two nodes: A, B, C, N, star (artificial, of equal resistors) or loose.
+        """Put a channel's differential probe on two nodes: A, B, C, N, star (of equal resistors), S+ and S- of the supply, or loose.
 
         Where the motor has Hall sensors, H1, H2, H3 and H0 are nodes, too; H0 counts as at the potential of the supply's minus.
         Raises ValueError for an unknown node, or N where the star point is not accessible.
@@ -157,18 +167,20 @@ class World:
         with self.lock:
             self._probes.pop(channel, None)
 
-    def attach_voltmeter(self, positive: Terminal, negative: Terminal) -> None:
-        """Put the voltmeter's leads on two of the motor's own terminals, inside the clamps of whatever feeds it.
+    def attach_voltmeter(self, positive: Node, negative: Node) -> None:
+        """Put the voltmeter's leads on two of the motor's own terminals, inside the clamps of whatever feeds it, or on the supply's output.
 
         Raises ValueError for an unknown terminal, or one given twice.
         """
-        self._check_terminal(positive)
-        self._check_terminal(negative)
+        for node in (positive, negative):
+            if node not in SUPPLY_NODES:
+                self._check_terminal(node)
         if positive == negative:
             raise ValueError(f"the voltmeter's leads must be on two different terminals, not {positive} twice")
         with self.lock:
             self._sense = self.miswirings.voltage(None, PlacedVoltageProbe(positive, negative))
             self._sensed_since = self.clock.now()
+            self._sense_clamp.put_on()
 
     def detach_voltmeter(self) -> None:
         """Take the voltmeter's leads off; it then senses nothing."""
@@ -280,7 +292,7 @@ class World:
         with self._timeline.observing():
             read = impedance.reading(self._timeline, frequency, level_rms, aperture)
             # Clipped together, the leads have no clamp of the motor's between them.
-            return read if self._timeline.settings.leads_shorted else read + self.disturbances.contacts.resistance
+            return read if self._timeline.settings.leads_shorted else read + self._bridge_clamp.resistance
 
     def probe_signal(self, channel: int, times: ArrayLike) -> FloatArray:
         """Return the true signal (V or A, shape of `times`) of a channel's probe at past bench times (s).
@@ -319,6 +331,9 @@ class World:
             if self._sense is None or self._sense.loose:
                 return 0.0
             plus, minus = self._node_row(self._sense.positive), self._node_row(self._sense.negative)
+            if plus >= FIRST_SUPPLY or minus >= FIRST_SUPPLY:
+                output = self._timeline.mean(lambda segment, at: segment.output_voltage(at), aperture, until)
+                return output * ((plus == FIRST_SUPPLY) - (minus == FIRST_SUPPLY))
 
             def difference(segment: Segment, at: FloatArray) -> FloatArray:
                 nodes = segment.node_potentials(at)
@@ -328,7 +343,13 @@ class World:
             voltage = self._timeline.mean(difference, aperture, until)
             at = self._timeline.now if until is None else until
             return voltage + contact_voltage(
-                self.disturbances.contacts, self._timeline, plus, aperture, at, at - self._sensed_since
+                self.disturbances.contacts,
+                self._sense_clamp.resistance,
+                self._timeline,
+                plus,
+                aperture,
+                at,
+                at - self._sensed_since,
             )
 
     def shaft_speed(self, gate: float, until: float | None = None) -> float:
@@ -461,6 +482,8 @@ class World:
             raise ValueError("node 'loose' has no potential")
         if node in HALL_NODES:
             return FIRST_HALL + HALL_NODES.index(node)
+        if node in SUPPLY_NODES:
+            return FIRST_SUPPLY + SUPPLY_NODES.index(node)
         return TERMINALS.index(settings.motor_terminal(cast("Terminal", node)))
 
     @staticmethod

@@ -84,8 +84,11 @@ def test_healthy_units_are_far_better_than_drawn_ones() -> None:
     healthy = Errors()
     drawn = [Errors.drawn(np.random.default_rng(seed)) for seed in range(200)]
     assert abs(healthy.supply.voltage_gain) < np.std([unit.supply.voltage_gain for unit in drawn])
-    assert max(abs(unit.oscilloscope.gain[0]) for unit in drawn) <= 0.02
-    assert np.std([unit.oscilloscope.gain[0] for unit in drawn]) == pytest.approx(0.02 / np.sqrt(3.0), rel=0.15)
+    channels = np.array([unit.oscilloscope.reference + np.array(unit.oscilloscope.gain) for unit in drawn])
+    assert np.abs(channels).max() <= 0.02
+    assert np.std(channels) == pytest.approx(0.0133, rel=0.15)
+    # The reference is common: the channels' mean is not much better than one of them.
+    assert np.std(channels.mean(axis=1)) > 0.8 * np.std(channels)
     assert max(abs(share) for unit in drawn for share in unit.lcr_meter.share) <= 1.0
     assert max(abs(unit.dynamometer.torque_gain) for unit in drawn) <= 2e-3
     assert max(abs(unit.tachometer.gain) for unit in drawn) <= 5e-4

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.instruments.errors import ScopeErrors
-from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition, Setup
+from sim_instruments.instruments.keysight.infiniivision_acquisition import AC_CORNER, Acquisition, Setup
 from sim_instruments.instruments.keysight.infiniivision_measure import MeasureSubsystem
 from sim_instruments.instruments.keysight.infiniivision_record import DIVISIONS, Vertical
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, Slope
@@ -27,6 +28,9 @@ SOURCES = {
     **{f"CHAN{n}": f"CHAN{n}" for n in range(1, CHANNELS + 1)},
     **{f"CHANNEL{n}": f"CHAN{n}" for n in range(1, CHANNELS + 1)},
 }
+#: Corner (Hz) of the rejection of low and of high frequencies in the trigger's path, and of its couplings.
+_REJECTION = 50.0e3
+_TRIGGER_CORNERS = {"DC": 0.0, "AC": AC_CORNER, "LFR": _REJECTION}
 _TRIGGER_SOURCES = {**SOURCES, **choices(("EXTernal", "LINE"))}
 _CLEAR = choices(("CLEar",))
 _RUN_BIT, _WAIT_BIT = 0x08, 0x20
@@ -227,10 +231,11 @@ class KeysightInfiniiVision(ScpiInstrument):
             self._probes[index],
             settings.flag("invert", channel),
             settings.word("coupling", channel) == "AC",
-            loaded * (1.0 + self._errors.gain[index]) - 1.0,
+            loaded * (1.0 + self._errors.reference + self._errors.gain[index]) - 1.0,
             self._errors.offset[index],
             max(automatic_bits, 12) if kind in ("HRES", "AVER") else automatic_bits,
             factor,
+            settings.number("skew", channel),
         )
 
     # time base
@@ -258,9 +263,9 @@ class KeysightInfiniiVision(ScpiInstrument):
         put = self.settings
         put.add_choice("trigger_mode", "TRIGger:MODE", ("EDGE",), "EDGE")
         put.add_choice("sweep", "TRIGger:SWEep", ("AUTO", "NORMal"), "AUTO", changed=self._rearm)
-        put.add_number("holdoff", "TRIGger:HOLDoff", 4.0e-8, 10.0, 4.0e-8, unit="S")
+        put.add_number("holdoff", "TRIGger:HOLDoff", 4.0e-8, 10.0, 4.0e-8, unit="S", changed=self._rearm)
         put.add_flag("noise_reject", "TRIGger:NREJect", False, changed=self._rearm)
-        put.add_flag("hf_reject", "TRIGger:HFReject", False)
+        put.add_flag("hf_reject", "TRIGger:HFReject", False, changed=self._rearm)
         put.add_choice(
             "slope",
             "TRIGger[:EDGE]:SLOPe",
@@ -268,7 +273,8 @@ class KeysightInfiniiVision(ScpiInstrument):
             "POS",
             changed=self._rearm,
         )
-        put.add_choice("trigger_coupling", "TRIGger[:EDGE]:COUPling", ("AC", "DC", "LFReject"), "DC")
+        couplings = ("AC", "DC", "LFReject")
+        put.add_choice("trigger_coupling", "TRIGger[:EDGE]:COUPling", couplings, "DC", changed=self._rearm)
         self._source = "CHAN1"
         self._levels = dict.fromkeys(range(1, CHANNELS + 1), 0.0)
         self.tree.add("TRIGger[:EDGE]:SOURce", command=self._set_source, query=bare(lambda: self._source))
@@ -354,7 +360,15 @@ class KeysightInfiniiVision(ScpiInstrument):
             Edge(self._levels.get(channel, 0.0), slope, hysteresis),
             settings.word("sweep") == "AUTO",
             self._averages(),
+            settings.number("holdoff"),
+            self._trigger_path(),
         )
+
+    def _trigger_path(self) -> ChannelPath:
+        settings = self.settings
+        corner = _TRIGGER_CORNERS[settings.word("trigger_coupling")]
+        pole = _REJECTION if settings.flag("hf_reject") else math.inf
+        return ChannelPath(coupling_corner=corner, pole=pole)
 
     def _rearm(self, _: int = 1) -> None:
         """Have a running acquisition go on with the new setting."""

@@ -30,7 +30,10 @@ Hold = Callable[[float, float], HeldSignals]
 
 @dataclass(frozen=True)
 class Setup:
-    """What an acquisition is armed with: `origin` and `span` in s, `source` None where no channel triggers."""
+    """What an acquisition is armed with: `origin`, `span` and `holdoff` in s, `source` None where no channel triggers.
+
+    `trigger_path` is what coupling and rejection of the trigger let through to it.
+    """
 
     origin: float
     span: float
@@ -41,6 +44,8 @@ class Setup:
     edge: Edge
     automatic: bool
     averages: int
+    holdoff: float = 0.0
+    trigger_path: ChannelPath = CLEAR
 
     @property
     def before(self) -> float:
@@ -180,14 +185,19 @@ class Acquisition:
             signal = self._signal(channel, times)
             return source.displayed(signal if path.clear else path.triggering(signal, times))
 
+        filtered = setup.trigger_path
+
+        def passed(times: FloatArray) -> FloatArray:
+            return filtered.shown(seen, times)
+
         edge = Edge(setup.edge.level + noise, setup.edge.slope, setup.edge.hysteresis)
-        return EdgeFinder(seen, edge, start, setup.search_step)
+        return EdgeFinder(seen if filtered.clear else passed, edge, start, setup.search_step)
 
     def _eligible(self) -> float:
         setup = self._setup
         assert setup is not None  # noqa: S101  (only asked while armed)
         if self._triggers:
-            return self._triggers[-1] + setup.after + setup.before
+            return self._triggers[-1] + max(setup.after + setup.before, setup.holdoff)
         return self._armed_at + setup.before
 
     def _find(self, setup: Setup, now: float) -> float | None:
@@ -258,6 +268,8 @@ class Acquisition:
     def _input(self, channel: int, vertical: Vertical) -> ChannelPath:
         """Return what lies before the converter, the input's own coupling with it."""
         path = self._path(channel)
+        if vertical.skew:
+            path = replace(path, skew=path.skew + vertical.skew)
         if not vertical.ac_coupled:
             return path
         return replace(path, coupling_corner=max(path.coupling_corner, AC_CORNER))

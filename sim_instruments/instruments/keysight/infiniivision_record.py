@@ -25,7 +25,8 @@ class Vertical:
     """Vertical setting of a channel and this unit's errors.
 
     `scale` and `offset` in V or A, `probe` attenuation, `gain_error` relative, `offset_error` of the full scale;
-    `bits` of the converter, `noise_factor` for bandwidth limit, averaging or high resolution.
+    `bits` of the converter, `noise_factor` for bandwidth limit, averaging or high resolution; `skew` (s) by which the trace is
+    shown late.
     """
 
     scale: float
@@ -37,6 +38,7 @@ class Vertical:
     offset_error: float = 0.0
     bits: int = 8
     noise_factor: float = 1.0
+    skew: float = 0.0
 
     @property
     def step(self) -> float:

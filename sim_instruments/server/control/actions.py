@@ -61,11 +61,11 @@ class DetachProbe(Request):
 
 
 class AttachVoltmeter(Request):
-    """Put the voltmeter's leads on two terminals."""
+    """Put the voltmeter's leads on two terminals, or on the supply's output."""
 
     action: Literal["attach_voltmeter"]
-    positive: Terminal
-    negative: Terminal
+    positive: Terminal | Literal["S+", "S-"]
+    negative: Terminal | Literal["S+", "S-"]
 
     def perform(self, world: World) -> None:
         """Do it."""
