@@ -36,6 +36,7 @@ ORDER: tuple[str, ...] = (
     "cogging-torque",
     "hall-sensors",
     "insulation-resistance",
+    "probe-verification",
 )
 
 

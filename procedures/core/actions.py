@@ -1,7 +1,7 @@
 """Hand work as data: a person, a virtual operator or a switch matrix performs the same actions."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from drivers.interfaces.text import Text, text
@@ -44,6 +44,8 @@ class Node(Enum):
     HALL_2 = "H2"
     HALL_3 = "H3"
     HALL_GROUND = "H0"
+    SUPPLY_POSITIVE = "S+"
+    SUPPLY_NEGATIVE = "S-"
 
 
 SOCKET_NAMES: Mapping[Socket, Text] = {
@@ -71,6 +73,8 @@ NODE_NAMES: Mapping[Node, Text] = {
     Node.HALL_2: text("Hall sensor 2"),
     Node.HALL_3: text("Hall sensor 3"),
     Node.HALL_GROUND: text("the Hall sensors' ground"),
+    Node.SUPPLY_POSITIVE: text("the supply's plus"),
+    Node.SUPPLY_NEGATIVE: text("the supply's minus"),
 }
 
 
@@ -181,6 +185,15 @@ class _Sentence:
     def lines(self, colours: Mapping[str, str]) -> list[Text]:
         """Say it, in one line."""
         return [self.sentence()]
+
+
+@dataclass(frozen=True)
+class ConnectVoltmeterToSupply(_Sentence):
+    """Put the voltmeter's leads on the supply's own output."""
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Put the voltmeter's sense leads on the supply's output: high on plus, low on minus")
 
 
 @dataclass(frozen=True)
@@ -301,6 +314,7 @@ class UncoupleDynamometer(_Sentence):
 class EnterReading(_Sentence):
     """Type in a number that only a person can read; refused outside `minimum` … `maximum` (in `unit`).
 
+    Outside `usual`, where there is one, it is doubted: who cannot be asked again refuses it.
     `key` names the quantity for a performer that is no person: `winding_temperature`, `maximum_current`, `rated_speed_rpm`.
     """
 
@@ -309,6 +323,7 @@ class EnterReading(_Sentence):
     unit: str
     minimum: float
     maximum: float
+    usual: tuple[float, float] | None = field(default=None, metadata={"optional": True})
 
     def sentence(self) -> Text:
         """Say what to do."""
@@ -351,6 +366,7 @@ Action = (
     Connect
     | ConnectProbes
     | ConnectVoltmeter
+    | ConnectVoltmeterToSupply
     | DisconnectVoltmeter
     | ShortMeterLeads
     | SeparateMeterLeads

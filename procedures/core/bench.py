@@ -94,7 +94,13 @@ class Bench:
 
     @property
     def oscilloscope(self) -> Oscilloscope:
-        """The oscilloscope."""
+        """The oscilloscope: corrected by its verification where there was one, else with its probes' limits, which are asked for."""
+        scope, state = self.bare_oscilloscope, self.state
+        return state.verified_channels.on(scope, state.stated_probes.on(scope, self.reading))
+
+    @property
+    def bare_oscilloscope(self) -> Oscilloscope:
+        """The oscilloscope as its driver gives it."""
         return cast("Oscilloscope", self._get(Role.OSCILLOSCOPE))
 
     @property

@@ -20,6 +20,10 @@ _SEEN = {
     Cause.TORQUE_FILTER: text(
         "the torque follows the shaft through a filter of about {time_constant:.2g} s: state the transducer's filter, or make it faster"
     ),
+    Cause.TORQUE_ZERO: text(
+        "the torque's zero moved by {drift:.3g} N·m ({share:.1%} of the ramp's torque) in {time:.0f} s, read at rest before and after: let "
+        "the transducer warm up, and keep the ramps short"
+    ),
     Cause.DROPOUTS: text(
         "{count:.0f} of {readings:.0f} speeds are zero or wild and were left out: check the sensor's cable and threshold"
     ),
@@ -39,6 +43,14 @@ _SEEN = {
         "them"
     ),
     Cause.SLOPE: text("readings drift with time beyond their scatter: let instrument and object settle, and repeat"),
+    Cause.WARM_WINDING: text(
+        "the resistance changed by {change:+.2%} in {seconds:.0f} s, as a winding's does that was warmer than its surroundings and cools: "
+        "let it stand until it no longer does, and measure again"
+    ),
+    Cause.CONTACT: text(
+        "a line's resistance came out {change:+.2%} when its terminals were connected once more: contacts differ that much. Clean them, "
+        "use four terminals at the winding itself (Kelvin clips), and measure again"
+    ),
     Cause.REPEATS_DIFFER: text(
         "{count:.0f} readings of one quantity, {terminals}, contradict each other: {least:.4g} … {most:.4g} {unit}; look at contacts, "
         "range and unit, and take them again"
@@ -126,6 +138,20 @@ _SEEN_IN_STEP = {
         "the shaft and the contacts, and measure again"
     ),
 }
+#: What is said otherwise of voltages that do not follow the waveform: `record` = "emf", and "emf-jumps" of samples that are missing.
+_SEEN_IN_EMF = {
+    Cause.DROPOUTS: text(
+        "{count:.0f} of {readings:.0f} readings, most of them of channel {channel}, are none: {frozen:.0f} stand still while the voltage "
+        "goes on, {spikes:.0f} are single spikes; they were left out. Check cable and connection, and record again"
+    ),
+}
+_SEEN_IN_EMF_JUMPS = {
+    Cause.DROPOUTS: text(
+        "the waveform's phase jumps {count:.0f} times in all channels at once, as where samples were lost under a time column without a "
+        "gap; only the longest whole part counts, {used:.0%} of the record. Export the record whole"
+    ),
+}
+_SEEN_IN = {"step": _SEEN_IN_STEP, "emf": _SEEN_IN_EMF, "emf-jumps": _SEEN_IN_EMF_JUMPS}
 _DONE = {
     Answer.MODELLED: text("it is in the model, and the interval holds it"),
     Answer.WIDENED: text("the interval is widened by what it may do"),
@@ -135,8 +161,8 @@ _DONE = {
 
 def sentence(finding: Finding) -> Text:
     """Return what was seen, what was done and what to do."""
-    of_step = finding.figures.get("record") == "step" and finding.cause in _SEEN_IN_STEP
-    seen = (_SEEN_IN_STEP if of_step else _SEEN)[finding.cause]
+    of_record = _SEEN_IN.get(str(finding.figures.get("record")), {})
+    seen = of_record.get(finding.cause) or _SEEN[finding.cause]
     return text("{seen}; {done}", seen=Text(seen.template, dict(finding.figures)), done=_DONE[finding.answer])
 
 

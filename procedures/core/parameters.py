@@ -15,6 +15,8 @@ _UNBALANCE, _DEVIATION = Bounds(0.0, 200.0), Bounds(0.0, 180.0)
 _LARGEST_LOAD = "at the largest load"
 _BETWEEN_LINES = "between lines; the bridge's gain and zero are common to the three readings and cancel"
 
+_SHOWN = "shown over true, in the verified range where it is known best"
+
 # A current loop tuned on L and R keeps its phase margin within about 10 % of them; the flux linkage scales torque and speed;
 # friction only feeds forward.
 # fmt: off
@@ -92,6 +94,11 @@ PARAMETERS = ParameterTable(
                             "electrical degrees", bounds=_DEVIATION),
         ParameterDefinition("hall_duty_deviation", "", "%", text("Deviation of the Hall sensors' duty from one half"),
                             "per cent of an electrical turn", bounds=Bounds(0.0, 50.0)),
+        # Of the bench, not of the motor.
+        ParameterDefinition("channel_1_gain", "", "1", text("Gain of channel 1 with its probe"), _SHOWN),
+        ParameterDefinition("channel_2_gain", "", "1", text("Gain of channel 2 with its probe"), _SHOWN),
+        ParameterDefinition("channel_3_gain", "", "1", text("Gain of channel 3 with its probe"), _SHOWN),
+        ParameterDefinition("channel_4_gain", "", "1", text("Gain of channel 4 with its probe"), _SHOWN),
         # What only the analysis of a stored capture gives.
         ParameterDefinition("electrical_frequency", "f", "Hz", text("Electrical frequency"), type_value=False),
         ParameterDefinition("loop_resistance", "R", "Ω", text("Loop resistance"), type_value=False),

@@ -59,7 +59,7 @@ class PhaseOrder(Procedure[PhaseOrderSettings]):
             raise ProcedureError(
                 text("the order of three phases needs three voltage probes, the station has {n}", n=len(channels))
             )
-        if bench.dynamometer.read_by_hand or not bench.oscilloscope.gives_waveforms:
+        if bench.dynamometer.read_by_hand or bench.oscilloscope.read_by_hand:
             raise ProcedureError(
                 text("the order of the phases needs a dynamometer and an oscilloscope that are read automatically")
             )

@@ -198,7 +198,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     def _to_cold(self) -> UncertainReal:
         """Return what refers the constants to 25 °C; the magnets are taken to be as warm as the winding."""
         temperature = winding_temperature(
-            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
+            self, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
         self.findings["winding_temperature"] = float(temperature.x)
         return magnet_factor(

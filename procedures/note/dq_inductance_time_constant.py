@@ -24,7 +24,7 @@ from procedures.core.actions import (
     UncoupleDynamometer,
     VoltageProbe,
 )
-from procedures.core.bench import Role
+from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
@@ -38,6 +38,7 @@ from procedures.estimation.winding.step_response import apparent_inductance, tim
 from procedures.techniques.acquisition import configure, fill_screen, record
 from procedures.techniques.alignment import Alignment, aligning
 from procedures.techniques.step_probes import StepSource, probes_against_supply
+from procedures.techniques.step_read_off import DrivenStep, ReadOffStep, loop_inductance, read_off_steps
 from procedures.verification.settings import SupplyWiringSettings
 
 _POINTS = 10_000
@@ -52,6 +53,8 @@ _ATTEMPTS = 12
 _ABOVE_ZERO, _MOST_SHARE, _ZERO_ROOM = 5.0, 0.5, 1.5
 #: The supply's current limit, in currents of the step.
 _LIMIT = 2.0
+#: The other axis carries current too: phases differ by some percent, and friction holds the rotor off d or q by some degrees. As k².
+_OTHER_AXIS = 3e-3
 #: A difference that the bridge's resistance makes is worth a notice beyond this.
 _TELLING = 0.02
 #: Length (s) of the first record where nothing is known.
@@ -85,6 +88,12 @@ class DqInductanceTimeConstantSettings(SupplyWiringSettings):
         description="first guess of the record's length, s; from L and R known earlier when not given, else 0.05",
     )
     repeats: int = Field(default=4, ge=1, le=100, description="steps on each axis")
+    screen_reading: float = Field(
+        default=0.03,
+        gt=0.0,
+        le=0.5,
+        description="a time constant read off a screen is within this share of it, where the oscilloscope gives no waveform",
+    )
     curve_shares: tuple[float, ...] = Field(
         default=(), description="further step currents, shares of the rated current, for inductance against current"
     )
@@ -173,12 +182,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._step_voltage(alignment)
 
     @step("3.3.1-d/4", "Switch on and record the current's step response")
-    def record_d(self, voltage: float, alignment: Alignment) -> list[RecordedStep]:
-        """Return the recorded steps."""
-        return self._record("d", voltage, alignment, forward=self.settings.polarity is Polarity.ALONG)
+    def record_d(self, voltage: float, alignment: Alignment) -> list[RecordedStep] | list[ReadOffStep]:
+        """Return the steps, recorded or read off the screen."""
+        return self._take("d", voltage, alignment, forward=self.settings.polarity is Polarity.ALONG)
 
     @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
-    def conclude_d(self, voltage: float, steps: list[RecordedStep]) -> None:
+    def conclude_d(self, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
         self._conclude("d_axis_inductance", "d", voltage, steps)
 
@@ -210,12 +219,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return self._step_voltage(alignment)
 
     @step("3.3.1-q/4", "Switch on and record the current's step response")
-    def record_q(self, voltage: float, alignment: Alignment) -> list[RecordedStep]:
-        """Return the recorded steps."""
-        return self._record("q", voltage, alignment, forward=True)
+    def record_q(self, voltage: float, alignment: Alignment) -> list[RecordedStep] | list[ReadOffStep]:
+        """Return the steps, recorded or read off the screen."""
+        return self._take("q", voltage, alignment, forward=True)
 
     @step("3.3.1-q/5", "Lq is two thirds of time constant times resistance")
-    def conclude_q(self, voltage: float, steps: list[RecordedStep]) -> None:
+    def conclude_q(self, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
         """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
         self._conclude("q_axis_inductance", "q", voltage, steps)
 
@@ -245,6 +254,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         """Step to several currents in both directions on the held axis: flux over current, the apparent inductance."""
         if not self.settings.curve_shares:
             return
+        if not self.bench.oscilloscope.gives_waveforms:
+            raise ProcedureError(
+                text(
+                    "inductance against current needs waveforms, which this oscilloscope does not give; leave curve_shares out"
+                )
+            )
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         points = []
         for sign, connection in ((1.0, STEP_POSITIVE), (-1.0, STEP_NEGATIVE)):
@@ -266,6 +281,24 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                     }
                 )
         self.findings.setdefault("curve", {})[axis] = sorted(points, key=lambda point: point["current"])
+
+    def _take(
+        self, axis: str, voltage: float, alignment: Alignment, *, forward: bool
+    ) -> list[RecordedStep] | list[ReadOffStep]:
+        """Record the steps, or have them read off where the oscilloscope gives no waveform."""
+        scope, current = self.bench.oscilloscope, voltage / alignment.loop_resistance
+        if scope.gives_waveforms:
+            return self._record(axis, voltage, alignment, forward=forward)
+        channels = [scope.channels(kind)[0] for kind in (ProbeKind.VOLTAGE, ProbeKind.CURRENT)]
+        self.wiring.supply.probed(
+            STEP_POSITIVE if forward else STEP_NEGATIVE,
+            VoltageProbe(channels[0], Node.A, Node.B),
+            CurrentProbe(channels[1], Terminal.A),
+        )
+        limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
+        driven = DrivenStep(voltage, limit, current, forward, *channels)
+        guess = self.settings.record_time or self._expected(axis)
+        return read_off_steps(self.bench, driven, guess, self.settings.repeats)
 
     def _record(self, axis: str, voltage: float, alignment: Alignment, *, forward: bool) -> list[RecordedStep]:
         """Step until the record's length fits the time constant, then repeat."""
@@ -316,6 +349,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         for _ in range(_ATTEMPTS):
             seen = once(record_time)
             wanted = _wanted(seen)
+            if scope.read_by_hand and wanted <= float(np.ptp(seen.current.time)):
+                # A person sets width and ranges, and saves no record twice.
+                return [seen, *(once(record_time) for _ in range(self.settings.repeats - 1))]
             if 0.5 * record_time <= wanted <= record_time:
                 # The steps to come are this one again: a scope's gain is stated of full scale, not of what is shown.
                 for wave in (seen.voltage, seen.current):
@@ -331,7 +367,39 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             return _FIRST_GUESS
         return 1.3 * _TIME_CONSTANTS * inductance / resistance
 
-    def _conclude(self, name: str, axis: str, voltage: float, steps: list[RecordedStep]) -> None:
+    def _conclude(self, name: str, axis: str, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
+        read_off = [each for each in steps if isinstance(each, ReadOffStep)]
+        if read_off:
+            self._conclude_read_off(name, axis, read_off)
+            return
+        self._conclude_recorded(name, axis, voltage, [each for each in steps if isinstance(each, RecordedStep)])
+
+    def _conclude_read_off(self, name: str, axis: str, steps: list[ReadOffStep]) -> None:
+        """Report τ·R of what was read off; nothing tells whether the current's course was that of one time constant."""
+        last = steps[-1]
+        tau, resistance = (
+            float(np.mean([each.time_constant for each in steps])),
+            last.voltage.value / last.current.value,
+        )
+        self.findings[axis] = {
+            "total_resistance": resistance,
+            "time_constant": tau,
+            "read_off": [each.crossing for each in steps],
+            "voltage_rise_time": last.rise,
+        }
+        self._compare_with_bridge_resistance(axis, tau, resistance)
+        factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
+        loop = loop_inductance(self.bench, axis, steps, self.settings.screen_reading)
+        self.report(
+            name,
+            factors.y_equivalent * loop,
+            section="3.3.1",
+            estimator="time constant read off the screen times the loop's resistance by the supply's meters",
+            note_value=factors.y_equivalent * last.crossing * resistance,
+            winding=float((factors.winding * loop).x) if self.is_delta else None,
+        )
+
+    def _conclude_recorded(self, name: str, axis: str, voltage: float, steps: list[RecordedStep]) -> None:
         try:
             repeats = fit_repeats([_recorded(s) for s in steps])
         except WithheldError as error:
@@ -349,7 +417,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         loop = self.bench.uncertainties.instrument("skew of the channels", loop, late)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         last = steps[-1]
-        probes = probes_against_supply(last.voltage, last.current, last.source, misfit)
+        probes = probes_against_supply(last.voltage, last.current, last.source, misfit, float(resistance.x))
         misfit = Misfit.together((misfit, probes.misfit))
         off = Accuracy(gain=probes.share, source="against the supply's readings")
         loop = self.bench.uncertainties.instrument(f"oscilloscope, channel {last.current.channel}", loop, off)
@@ -418,7 +486,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 def _recorded(taken: RecordedStep) -> StepReading:
     """Return a step as the estimator takes it."""
     v, i = taken.voltage, taken.current
-    return StepReading(i.time, v.values, i.values, v.resolution, i.resolution, _ends(v), _ends(i))
+    return StepReading(i.time, v.values, i.values, v.resolution, i.resolution, _ends(v), _ends(i), _OTHER_AXIS)
 
 
 def _ends(wave: Waveform) -> tuple[float, float] | None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, ClassVar
 
@@ -20,10 +20,10 @@ from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
-from procedures.estimation.fitting.noise import white_noise
 from procedures.estimation.mechanics import inertia as estimation
 from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.torque_zero import TorqueZero, ZeroLine, read_zero
 
 #: Share of the dynamometer's torque at which the search for the ramp's torque begins.
 _SMALLEST_TORQUE = 0.002
@@ -81,6 +81,12 @@ class InertiaSettings(Settings):
         description="time constant of the torque signal's first-order filter, s; as the station states it when not given",
     )
     sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
+    zero_rest: float = Field(
+        default=2.0,
+        ge=0.0,
+        le=60.0,
+        description="rest before the torque's zero is read, in which a filter forgets the torque that was there, s",
+    )
     torque: float | None = Field(
         default=None, gt=0.0, description="accelerating torque, N·m; found by trial when not given"
     )
@@ -106,8 +112,12 @@ class InertiaSettings(Settings):
 
 @dataclass(frozen=True)
 class Curve:
-    """One ramp: bench time (s), speed (rad/s) and torque (N·m), each of shape (n,), the readings' accuracies and filters (s)."""
+    """One ramp: time (s) from its first reading, speed (rad/s) and torque (N·m), each of shape (n,), the readings' accuracies and filters
+    (s); `begin` is the first reading's bench time (s), `zero` the torque's at rest beside the ramp.
+    """
 
+    begin: float
+    zero: TorqueZero
     time: NDArray[np.float64]
     speed: NDArray[np.float64]
     torque: NDArray[np.float64]
@@ -119,10 +129,17 @@ class Curve:
 
 @dataclass(frozen=True)
 class Ramps:
-    """A driven ramp and the coast after it."""
+    """A driven ramp, its torque freed of the `zero` that was read before it and after the coast, and that coast."""
 
     driven: Curve
     coast: Curve
+    zero: ZeroLine
+
+    @classmethod
+    def freed(cls, driven: Curve, coast: Curve) -> "Ramps":
+        """Take the zero off a driven ramp as it was read."""
+        zero = ZeroLine(driven.zero, coast.zero)
+        return cls(replace(driven, torque=driven.torque - zero.at(driven.begin + driven.time)), coast, zero)
 
 
 class Inertia(Procedure[InertiaSettings]):
@@ -140,7 +157,7 @@ class Inertia(Procedure[InertiaSettings]):
         top = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
         driven = self.accelerate(top)
         coast = self.coast(top)
-        self.solve(Ramps(driven, coast), tare)
+        self.solve(Ramps.freed(driven, coast), tare)
 
     @step("3.5/1", "Leave the stator's terminals open", by_hand=True)
     def open_terminals(self) -> Ramps | None:
@@ -154,7 +171,7 @@ class Inertia(Procedure[InertiaSettings]):
             bench.perform(UncoupleDynamometer())
             bench.dynamometer.zero_torque()
             top = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
-            tare = Ramps(self._accelerate(top), self._coast(top))
+            tare = Ramps.freed(self._accelerate(top), self._coast(top))
         bench.perform(CoupleDynamometer())
         return tare
 
@@ -171,7 +188,6 @@ class Inertia(Procedure[InertiaSettings]):
     @step("3.5/4", "Solve both equations for inertia and no-load torque")
     def solve(self, ramps: Ramps, tare: Ramps | None) -> None:
         """Fit J, Coulomb, viscous and quadratic friction to both whole curves; the two-point figures stand beside."""
-        zero = self._zero(ramps.driven)
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
         self.findings["ramps"] = _curves(_to_fit(ramps), total)
@@ -188,12 +204,15 @@ class Inertia(Procedure[InertiaSettings]):
             "two_point_inertia": simple - simple_tare,
             "quadratic_friction": _quadratic(total, own),
         }
-        misfit = Misfit.together([total.misfit, own.misfit] if own else [total.misfit])
-        coupled = self._quantities("ramps", total, ramps.driven, zero)
-        if own and tare:
-            dynamometer = self._quantities("tare ramps", own, tare.driven, zero)
-        else:
-            dynamometer = {name: self._given_tare(name) for name in NAMES}
+        parts = [(ramps, total), (tare, own)] if tare and own else [(ramps, total)]
+        drifts = [each.zero.misfit(float(np.mean(each.driven.torque))) for each, _ in parts]
+        misfit = Misfit.together([*(fit.misfit for _, fit in parts), *drifts])
+        coupled = self._quantities("ramps", total, ramps)
+        dynamometer = (
+            self._quantities("tare ramps", own, tare)
+            if own and tare
+            else {name: self._given_tare(name) for name in NAMES}
+        )
         alone = estimation.subtract_tare(coupled, dynamometer)
         for name, motor in alone.items():
             self.report(
@@ -229,6 +248,7 @@ class Inertia(Procedure[InertiaSettings]):
     def _accelerate(self, top: float) -> Curve:
         dynamometer, clock = self.bench.dynamometer, self.bench.clock
         torque = self.settings.torque or self._find_torque(top)
+        zero = read_zero(self.bench, self.settings.sample_interval, self.settings.zero_rest)
         deadline = clock.now() + 20.0 * self.settings.ramp_time
         readings: list[DynamometerReading] = []
         with dynamometer.driving_torque(torque):
@@ -246,7 +266,7 @@ class Inertia(Procedure[InertiaSettings]):
                     )
                 readings.append(dynamometer.measure())
                 clock.sleep(self.settings.sample_interval)
-        return self._curve(readings, switched)
+        return self._curve(readings, switched, zero)
 
     def _coast(self, top: float) -> Curve:
         dynamometer, clock = self.bench.dynamometer, self.bench.clock
@@ -257,7 +277,9 @@ class Inertia(Procedure[InertiaSettings]):
             readings.append(dynamometer.measure())
             clock.sleep(self.settings.sample_interval)
         dynamometer.stop()
-        return self._curve(readings, switched)
+        return self._curve(
+            readings, switched, read_zero(self.bench, self.settings.sample_interval, self.settings.zero_rest)
+        )
 
     def _find_torque(self, top: float) -> float:
         """Return a torque (N·m) that reaches `top` (rad/s) in about the ramp time, from short trials."""
@@ -291,7 +313,7 @@ class Inertia(Procedure[InertiaSettings]):
         dynamometer.stop()
         return reached * self.settings.ramp_time / (trial * top)
 
-    def _curve(self, readings: list[DynamometerReading], switched: float) -> Curve:
+    def _curve(self, readings: list[DynamometerReading], switched: float, zero: TorqueZero) -> Curve:
         readings = [r for r in readings if r.time >= switched + self.settings.settling]
         if len(readings) < _FEWEST:
             raise ProcedureError(
@@ -310,6 +332,8 @@ class Inertia(Procedure[InertiaSettings]):
         time = np.array([r.time for r in readings])
         last, settings = readings[-1], self.settings
         return Curve(
+            float(time[0]),
+            zero,
             time - time[0],
             speed,
             torque,
@@ -344,11 +368,12 @@ class Inertia(Procedure[InertiaSettings]):
             coast.time[early], coast.speed[early], coast.time[late], coast.speed[late],
         )  # fmt: skip
 
-    def _quantities(self, what: str, fit: Fit, curve: Curve, zero: UncertainReal) -> dict[str, UncertainReal]:
+    def _quantities(self, what: str, fit: Fit, ramps: Ramps) -> dict[str, UncertainReal]:
         """Return the fitted inertia and friction with the errors of the torque that drove the ramp."""
         unc = self.bench.uncertainties
+        scale = self._torque_scale(ramps.driven, ramps.zero.left(unc))
         return {
-            name: self._torque_scale(curve, zero)
+            name: scale
             * unc.statistical(f"fit of {what}: {name}", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom)
             for name in NAMES
         }
@@ -356,14 +381,6 @@ class Inertia(Procedure[InertiaSettings]):
     def _given_tare(self, name: str) -> UncertainReal:
         uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0
         return self.bench.uncertainties.standard(f"tare: {name}", getattr(self.settings, f"tare_{name}"), uncertainty)
-
-    def _zero(self, curve: Curve) -> UncertainReal:
-        """Return what is left of the torque's zero (N·m): one reading's scatter where it was zeroed, else the offset."""
-        accuracy, unc = curve.torque_accuracy, self.bench.uncertainties
-        if self.settings.tare is not Tare.MEASURED:
-            return unc.instrument("dynamometer, torque", 0.0, Accuracy(offset=accuracy.offset, source=accuracy.source))
-        scatter = white_noise(curve.torque, accuracy.resolution)
-        return unc.statistical("zeroing the torque", 0.0, scatter, float(curve.torque.size - 2))
 
     def _torque_scale(self, curve: Curve, zero: UncertainReal) -> UncertainReal:
         """Return one, uncertain as the ramp's torque is: all three figures grow with it."""

@@ -19,8 +19,10 @@ from procedures.core.result import Notice
 from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding import resistance, unbalance
+from procedures.estimation.winding.closing import ReadAgain, Unsettled, read_again
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE, PhaseResistance
 from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
+from procedures.techniques.closing_reading import allowed_for, closed
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_resistance
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, bridge_readings
 from procedures.techniques.short_correction import short_correct
@@ -36,6 +38,8 @@ from procedures.verification.settings import WiringSettings
 
 #: The note's own coefficient, per kelvin from 25 °C (§3.2.1, E7).
 NOTE_COEFFICIENT = 0.004
+#: A display that is read by eye shows three digits at least: its last one over the reading.
+_DISPLAY = 0.01
 
 
 class StatorResistanceSettings(WiringSettings):
@@ -45,6 +49,9 @@ class StatorResistanceSettings(WiringSettings):
     level: float = Field(default=1.0, gt=0.0, le=20.0, description="test level, V rms")
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=3, ge=1, le=100, description="readings a line pair")
+    closing: bool = Field(
+        default=True, description="read the first line pair once more at the end, of two readings a line pair on"
+    )
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     winding_temperature: WindingTemperature = None
     temperature_uncertainty: TemperatureUncertainty = 1.0
@@ -63,10 +70,11 @@ class StatorResistanceSettings(WiringSettings):
 
 @dataclass(frozen=True)
 class LineReadings:
-    """Mean reading (Ω) of each line pair with its uncertainty, and the bridge's accuracy there."""
+    """Mean reading (Ω) of each line pair with its uncertainty, the bridge's accuracy there, and what reading them again showed."""
 
     quantities: dict[LinePair, UncertainReal]
     accuracies: dict[LinePair, Accuracy]
+    unsettled: Unsettled
 
     @property
     def values(self) -> dict[LinePair, float]:
@@ -172,15 +180,39 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
         readings: dict[LinePair, list[ImpedanceReading]] = {}
         while pairs:
             for pair in pairs:
-                self.wiring.bridge.connect(meter_across(*pair), settings.frequency, settings.level, settings.aperture)
-                line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, self.gives)
-                readings[pair] = bridge_readings(self, line, settings.repeats)
+                readings[pair] = self._read(pair)
             means = {pair: mean_of_readings([r.resistance for r in read]) for pair, read in readings.items()}
             pairs = self.wiring.bridge.lines_to_repeat({pair: mean for pair, (mean, _, _) in means.items()})
         accuracies = {pair: read[-1].resistance_accuracy for pair, read in readings.items()}
-        lines = LineReadings({pair: self._line(pair, means[pair], accuracies[pair]) for pair in LINE_PAIRS}, accuracies)
+        quantities = {pair: self._line(pair, means[pair], accuracies[pair]) for pair in LINE_PAIRS}
+        lines = LineReadings(quantities, accuracies, self._close(readings))
         self.bench.state.lines.read_by_bridge(tuple(lines.values.values()), lines.largest_error, settings.frequency)
         return lines
+
+    def _read(self, pair: LinePair) -> list[ImpedanceReading]:
+        settings = self.settings
+        self.wiring.bridge.connect(meter_across(*pair), settings.frequency, settings.level, settings.aperture)
+        return bridge_readings(self, RepeatedQuantity(between(pair), Wanted.RESISTANCE, self.gives), settings.repeats)
+
+    def _close(self, readings: dict[LinePair, list[ImpedanceReading]]) -> Unsettled:
+        """Return what lines read once more show of contacts and of a winding that cools."""
+        if not self.settings.closing or self.settings.repeats < 2:
+            return Unsettled()
+        values = {pair: [r.resistance for r in read] for pair, read in readings.items()}
+
+        def again(pair: LinePair) -> ReadAgain:
+            first, last = readings[pair], self._read(pair)
+            digits = _DISPLAY if self.bench.lcr_meter.read_by_hand else 0.0
+            resolution = max(digits, last[-1].resistance_accuracy.resolution / abs(last[-1].resistance))
+            return read_again(
+                values[pair],
+                [r.resistance for r in last],
+                [values[other] for other in LINE_PAIRS if other != pair],
+                seconds=last[-1].time - first[-1].time,
+                coarseness=resolution / math.sqrt(12.0),
+            )
+
+        return closed(self, again)
 
     def _line(self, pair: LinePair, mean: tuple[float, float, float], accuracy: Accuracy) -> UncertainReal:
         unc = self.bench.uncertainties
@@ -224,9 +256,8 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     def refer_to_temperature(self, lines: LineReadings, phase: PhaseResistance[UncertainReal]) -> None:
         """Report the cold value at 25 °C with the winding's temperature in its budget."""
         settings, copper = self.settings, (self.settings.coefficient, self.settings.reference_temperature)
-        temperature = winding_temperature(
-            self.bench, self.nameplate, settings.winding_temperature, settings.temperature_uncertainty
-        )
+        temperature = winding_temperature(self, settings.winding_temperature, settings.temperature_uncertainty)
+        temperature, contacts = allowed_for(self, lines.unsettled, temperature, *copper)
         cold = phase.at_temperature(temperature, COLD, *copper)
         working = cold.at_temperature(COLD, settings.working_temperature, *copper)
         self.findings |= {
@@ -246,11 +277,12 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
             )
         self.report(
             "stator_resistance",
-            cold.y_equivalent,
+            cold.y_equivalent * contacts,
             section="3.2.2",
             estimator="mean of three line resistances, referred to 25 °C by copper's coefficient",
             note_value=float(phase.winding.x),
             winding=float(cold.winding.x) if self.is_delta else None,
+            misfit=lines.unsettled.misfit,
         )
         relative = float(cold.y_equivalent.u) / float(cold.y_equivalent.x)
         if relative > settings.requested_uncertainty:

@@ -25,8 +25,10 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.winding import resistance
+from procedures.estimation.winding.closing import Unsettled, four_wires_again
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
 from procedures.techniques.alignment import flowing_current
+from procedures.techniques.closing_reading import allowed_for, closed
 from procedures.techniques.temperature_correction import check_temperature, warmed, winding_temperature
 from procedures.techniques.temperature_settings import (
     COLD,
@@ -52,6 +54,7 @@ class StatorResistanceDcSettings(SupplyWiringSettings):
     power_line_cycles: float = Field(
         default=10.0, ge=0.02, le=100.0, description="voltmeter's integration, power-line cycles"
     )
+    closing: bool = Field(default=True, description="read the first two terminals once more at the end")
     heating_limit: float = Field(
         default=1.0, gt=0.0, le=50.0, description="warming of the winding that is a warning, K"
     )
@@ -99,7 +102,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
                 slopes[pair] = self.slope(pair)
                 hottest = self._check_warming(hottest, slopes[pair].rise)
             pairs = self.wiring.supply.lines_to_repeat({pair: float(s.resistance.x) for pair, s in slopes.items()})
-        self.conclude(slopes, temperature)
+        self.conclude(slopes, temperature, self.close(slopes))
 
     @step("S1/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
     def prepare(self) -> UncertainReal:
@@ -107,9 +110,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         if self.bench.has(Role.DYNAMOMETER):
             self.bench.perform(UncoupleDynamometer())
         self.bench.perform(LockRotor())
-        return winding_temperature(
-            self.bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
-        )
+        return winding_temperature(self, self.settings.winding_temperature, self.settings.temperature_uncertainty)
 
     @step("S1/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
     def slope(self, pair: LinePair) -> LineSlope:
@@ -164,8 +165,14 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         }
         return LineSlope(quantity, (np.array(times), i, v))
 
+    def close(self, slopes: dict[LinePair, LineSlope]) -> Unsettled:
+        """Return what lines read once more show of contacts and of a winding that cools."""
+        if not self.settings.closing:
+            return Unsettled()
+        return closed(self, lambda pair: four_wires_again(slopes[pair].readings, self.slope(pair).readings))
+
     @step("S1/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
-    def conclude(self, slopes: dict[LinePair, LineSlope], temperature: UncertainReal) -> None:
+    def conclude(self, slopes: dict[LinePair, LineSlope], temperature: UncertainReal, found: Unsettled) -> None:
         """Report the phase's resistance; each phase alone stands in the findings."""
         ab, bc, ca = (slopes[pair].resistance for pair in LINE_PAIRS)
         self.bench.state.lines.read_by_four_wires(
@@ -178,16 +185,17 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         }
         measured = resistance.from_lines(ab, bc, ca, self.winding)
         at_first = self._at_first_reading([slopes[pair].readings for pair in LINE_PAIRS])
-        cold = measured.at_temperature(
-            temperature, COLD, self.settings.coefficient, self.settings.reference_temperature
-        )
+        copper = self.settings.coefficient, self.settings.reference_temperature
+        temperature, contacts = allowed_for(self, found, temperature, *copper)
+        cold = measured.at_temperature(temperature, COLD, *copper)
         self.report(
             "stator_resistance",
-            cold.y_equivalent * at_first,
+            cold.y_equivalent * at_first * contacts,
             section="3.2.2",
             estimator="slope of four-wire voltage over current, both polarities, referred to 25 °C",
             note_value=float(measured.winding.x),
             winding=float((cold.winding * at_first).x) if self.is_delta else None,
+            misfit=found.misfit,
         )
 
     def _reading(self, level: float, *, choose_range: bool) -> tuple[Reading, Reading]:

@@ -92,7 +92,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         bench.perform(CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
         temperature = winding_temperature(
-            bench, self.nameplate, self.settings.winding_temperature, self.settings.temperature_uncertainty
+            self, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
         largest = self._largest_current(float(derived.x) if derived is not None else None)
         levels = np.concatenate([-np.linspace(largest, 0.0, self.settings.levels, endpoint=False), [0.0],

@@ -72,9 +72,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         torques = self._torques()
         bench.dynamometer.stop()
         bench.dynamometer.zero_torque()
-        before = winding_temperature(
-            bench, self.nameplate, settings.winding_temperature, settings.temperature_uncertainty
-        )
+        before = winding_temperature(self, settings.winding_temperature, settings.temperature_uncertainty)
         probe = CurrentProbe(bench.oscilloscope.channels(ProbeKind.CURRENT)[0], Terminal.A)
         points: list[LoadPoint] = []
         bench.thermometer.warmed()
@@ -86,9 +84,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                     bench.clock.sleep(settings.settle)
                     points.append(self._point(torque, probe, begun, first=not points))
             end = bench.clock.now()
-        after = winding_temperature(
-            bench, self.nameplate, settings.winding_temperature_after, settings.temperature_uncertainty
-        )
+        after = winding_temperature(self, settings.winding_temperature_after, settings.temperature_uncertainty)
         self.findings["winding_temperature"] = {"before": float(before.x), "after": float(after.x)}
         return LoadPoints.between(points, before, after, end, bench.uncertainties)
 

@@ -43,16 +43,24 @@ class ProbesJudged:
     share: float = 0.0
 
 
-def probes_against_supply(voltage: Waveform, current: Waveform, source: StepSource, found: Misfit) -> ProbesJudged:
-    """Return whether the records of a settled step agree with what drove it; `found` is what they were found to show before.
+def probes_against_supply(
+    voltage: Waveform, current: Waveform, source: StepSource, found: Misfit, resistance: float | None = None
+) -> ProbesJudged:
+    """Return whether the records of a settled step agree with what drove it; `found` is what they were found to show before, `resistance`
+    (Ω) the fitted one, by which a current that is cut off would have gone on.
 
     Names the channel and the factor that would make it right; a channel that is off by more than 15 % gives no inductance.
     """
-    if any(finding.cause in _SPOILT for finding in found.findings):
-        return ProbesJudged()
     v, i = abs(_change(voltage)), abs(_change(current))
     free = _SUPPLY + source.zero / source.voltage
     ratio = i * source.resistance / source.voltage
+    spoilt = {finding.cause for finding in found.findings}.intersection(_SPOILT)
+    if spoilt == {Cause.CLIPPED} and ratio > 1.0 + max(_CONTRADICTION, free):
+        # What is cut off hides how much too large it reads.
+        whole = ratio if resistance is None else max(ratio, v / resistance * source.resistance / source.voltage)
+        return ProbesJudged(_wrong(current.channel, whole))
+    if spoilt:
+        return ProbesJudged()
     if abs(ratio - 1.0) > max(_CONTRADICTION, free):
         return ProbesJudged(_wrong(current.channel, ratio))
     winding, across = source.winding_resistance, v / source.voltage

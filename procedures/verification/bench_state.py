@@ -2,6 +2,8 @@
 
 from procedures.core.actions import Action, Connect, LockRotor, ReleaseRotor, SeparateMeterLeads, ShortMeterLeads
 from procedures.verification.lines import Lines
+from procedures.verification.stated_probes import StatedProbes
+from procedures.verification.verified_channels import VerifiedChannels
 
 
 class BenchState:
@@ -16,6 +18,10 @@ class BenchState:
         self.rotor_locked = False
         #: The motor's line resistances, as far as this run has read them.
         self.lines = Lines()
+        #: Gains of the oscilloscope's channels that a verification found.
+        self.verified_channels = VerifiedChannels()
+        #: Limits of its probes that the station file leaves open.
+        self.stated_probes = StatedProbes()
 
     def after(self, action: Action) -> None:
         """Take an action into account that has been done."""

@@ -88,7 +88,7 @@ class InverterWiring:
 
     def _by_probe(self, probe: CurrentProbe) -> Check:
         bench = self._bench
-        if bench.inverter.read_by_hand or not bench.oscilloscope.gives_waveforms:
+        if bench.inverter.read_by_hand or bench.oscilloscope.read_by_hand:
             return Check(WiringOutcome.UNVERIFIED, Role.INVERTER.value, reason="by hand")
         level = self._harmless()
 

@@ -53,7 +53,7 @@ class ShaftWiring:
 
     def _turned(self, probes: Sequence[VoltageProbe]) -> Check:
         bench = self._bench
-        if bench.dynamometer.read_by_hand or not bench.oscilloscope.gives_waveforms:
+        if bench.dynamometer.read_by_hand or bench.oscilloscope.read_by_hand:
             return Check(WiringOutcome.UNVERIFIED, "oscilloscope", reason="by hand")
         plate, share = self._verifier.nameplate, self._verifier.settings.wiring_speed_share
         pole_pairs = self._verifier.known.get("pole_pairs")

@@ -137,7 +137,7 @@ class SupplyWiring:
 
     def _by_probes(self, connect: Connect, voltage: VoltageProbe, current: CurrentProbe) -> Check:
         supply, scope = self._bench.supply, self._bench.oscilloscope
-        if supply.read_by_hand or not scope.gives_waveforms:
+        if supply.read_by_hand or scope.read_by_hand:
             return Check(WiringOutcome.UNVERIFIED, "oscilloscope", reason="by hand")
         volts, amperes = self._harmless()
         with supply.energised(volts, amperes, Regulated.CURRENT):

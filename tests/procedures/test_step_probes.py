@@ -58,3 +58,12 @@ def test_a_winding_that_is_warm_is_no_wrong_probe() -> None:
 def test_a_clipped_record_says_nothing_of_a_factor() -> None:
     clipped = Misfit((Finding(Cause.CLIPPED, Answer.MODELLED),))
     assert judged(current=0.5, found=clipped).misfit == Misfit()
+
+
+def test_a_current_that_reads_too_much_even_where_it_is_cut_off_gives_nothing() -> None:
+    clipped = Misfit((Finding(Cause.CLIPPED, Answer.MODELLED),))
+    voltage, current = wave(1, 7.5, "V", 1e-6), wave(2, 6.5, "A", 0.05)
+    # The fit of what is left says that the current goes on to 10 A.
+    (found,) = probes_against_supply(voltage, current, SOURCE, clipped, 0.75).misfit.findings
+    assert (found.cause, found.answer, found.figures["channel"]) == (Cause.PROBE_FACTOR, Answer.WITHHELD, "2")
+    assert found.figures["factor"] == 0.5

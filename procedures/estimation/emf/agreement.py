@@ -70,9 +70,10 @@ def combine(
     spread = np.maximum(np.hypot(own, shared), 1e-12 * abs(mean))
     chi = float(np.sum((beyond / spread) ** 2))
     told = chi > float(special.chdtri(v.size - 1, _CHANCE))
-    # What may be chance or within the limits, and may be not: what exceeds the likely size of both is in the interval as well.
+    # What may be chance or within the limits, and may be not: from their likely size on the whole scatter is in the interval as well.
     likely = 0.0 if told else float(np.mean(own**2 + limits**2 / 3.0))
-    scatter = math.sqrt(max(float(np.var(v, ddof=1)) - likely, 0.0) / v.size)
+    variance = float(np.var(v, ddof=1))
+    scatter = math.sqrt(variance / v.size) if variance > likely else 0.0
     total = math.hypot(internal, scatter)
     # Two channels' difference has one degree of freedom; that it stayed below a contradiction is worth another.
     left = total**4 / (scatter**4 / max(v.size - 1.0, 2.0) + internal**4 / max(freedom, 1.0)) if total else freedom

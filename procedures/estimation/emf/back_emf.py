@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from procedures.estimation.emf.agreement import Combined, combine
-from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
+from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin, waveform_basis
 from procedures.estimation.emf.making_good import MadeGood, as_recorded, make_good, rounding, too_coarse
+from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
@@ -98,10 +99,11 @@ def fit_back_emf(
     """Fit fundamental and harmonics of all channels (C, n), V, with one common frequency, evenly sampled time (s).
 
     `frequency` (Hz) is a start value only. Harmonics beyond the sampling limit are left out. `digitized` says what is known of each
-    channel: then what clipped is left out and hum taken out. `resolution` (V) is one converter step, one value or one a channel, where no
+    channel: then what clipped or is no reading is left out, hum is taken out, and of a record in which samples are missing under a time
+    column without a gap the longest whole part is fitted. `resolution` (V) is one converter step, one value or one a channel, where no
     more is told. Raises EstimationError on a gap, a constant channel, or less than a period.
     """
-    t, v = prepare(time, channels)
+    t, v = prepare(time, channels, digitized)
     told = channels_told(v.shape[0], digitized, resolution)
     begin = start(t, v, frequency)
     kept = usable(t, harmonics, begin)
@@ -115,7 +117,18 @@ def fit_back_emf(
     good = make_good(t, v, kept, solved.model, solved.colour, told, refit) if len(digitized) else as_recorded(v, kept)
     if good.values is not v:
         solved = _solve(t, good.values, kept, begin)
-    return _result(solved, good, kept, told)
+    fit = _result(solved, good, kept, told)
+    jump = find_jump(t, kept, solved.model) if len(digitized) else None
+    if jump is None:
+        return fit
+    part, found = longest_whole(t, jump, fit.frequency, fit.misfit)
+    if part is None:
+        return replace(fit, misfit=found)
+    of_part = fit_back_emf(t[part], v[:, part], harmonics=harmonics, frequency=fit.frequency, digitized=digitized)
+    model = of_part.model
+    values = np.column_stack((model.offsets, model.flux.real, model.flux.imag))
+    left = v - values @ waveform_basis(model, of_part.harmonics, t)
+    return replace(of_part, residuals=left, misfit=with_jump(of_part.misfit, found))
 
 
 def _solve(t: FloatArray, v: FloatArray, kept: tuple[int, ...], begin: FloatArray) -> _Solved:
@@ -192,6 +205,6 @@ def _result(solved: _Solved, good: MadeGood, kept: tuple[int, ...], channels: Se
         model=model,
         flux_linkage=combined,
         misfit=Misfit.together(
-            (Misfit((*good.findings, *too_coarse(rms, channels))), combined.misfit),
+            (Misfit((*good.findings, *good.unlike(model, rms, channels), *too_coarse(rms, channels))), combined.misfit),
         ),
     )

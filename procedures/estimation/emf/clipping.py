@@ -1,14 +1,17 @@
-"""Readings that stand at an end of the converter's range: found by counting, left out by what the model says of them."""
+"""Readings that stand at an end of a range: the converter's, found by counting, or an amplifier's before it, found by its corner. They are
+left out by what the model says of them.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from procedures.estimation.emf.dropouts import BoolArray, fit_the_rest
+from procedures.estimation.emf.flat_tops import find_flat_tops
 from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
 from procedures.estimation.emf.record import DigitizedChannel
-from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 from procedures.estimation.fitting.noise import white_noise
 
@@ -19,22 +22,24 @@ _CERTAIN = 6.0
 #: Beyond this share of readings lost, or of the fundamental moved by harmonics that may be, the rest no longer tells the waveform.
 _MOST_LOST, _MOST_MOVED = 0.45, 0.05
 _ROUNDS, _STEPS = 4, 12
+#: Noise of so much of a step, rounding included, spreads a flat top over several cells.
+_SPREAD = 0.55
 #: The model's peak lies beyond the flat top by so many of its uncertainties, or it is no flat top.
 _CLEARLY = 4.0
 #: What is left of a waveform that the model holds is noise, and this much more at most.
 _AS_NOISE = 1.3
 
-BoolArray = NDArray[np.bool_]
-
 
 @dataclass(frozen=True)
 class Ends:
     """The level of each channel's lower and upper end (C, 2), V, infinite where nothing stands at it; `certain` (C,) where the
-    instrument itself says that it clipped, or no wave has so many readings at its peak.
+    instrument itself says that it clipped, no wave has so many readings at its peak, or only a cut makes such a corner; `margins` (C,),
+    V, is how far within an end a reading may be lost.
     """
 
     levels: FloatArray
     certain: BoolArray
+    margins: FloatArray
 
     def __bool__(self) -> bool:
         """Whether any channel may be clipped."""
@@ -55,12 +60,19 @@ class Restored:
     findings: tuple[Finding, ...]
 
 
-def find_ends(v: FloatArray, channels: Sequence[DigitizedChannel]) -> Ends:
-    """Return where readings pile up: more of them in the extreme cell than in the next one. One that the instrument says is whole
-    is taken as whole.
+def find_ends(
+    t: FloatArray,
+    v: FloatArray,
+    orders: Sequence[int],
+    model: HarmonicModel,
+    channels: Sequence[DigitizedChannel],
+    hum: float | None = None,
+) -> Ends:
+    """Return where readings pile up, more of them in the extreme cell than in the next one, or tops are flat beneath the noise. A
+    converter that the instrument says is whole is taken as whole; `hum` (Hz) is the mains' frequency where the record carries it.
     """
     levels = np.full((len(channels), 2), np.inf) * np.array([-1.0, 1.0])
-    certain = np.array([channel.clipped is True for channel in channels])
+    certain: BoolArray = np.array([channel.clipped is True for channel in channels])
     for k, (row, channel) in enumerate(zip(v, channels, strict=True)):
         if channel.clipped is False:
             continue
@@ -72,8 +84,22 @@ def find_ends(v: FloatArray, channels: Sequence[DigitizedChannel]) -> Ends:
             following = int(np.count_nonzero((below >= 0.5 * cell) & (below < 1.5 * cell)))
             if at >= _LEAST and at > following:
                 levels[k, side] = sign * level
-                certain[k] |= at > _CERTAIN * max(following, _LEAST)
-    return Ends(levels, certain)
+                certain[k] = certain[k] or at > _CERTAIN * max(following, _LEAST)
+    steps = np.array([channel.resolution for channel in channels])
+    noise = np.array([white_noise(row, step) for row, step in zip(v, steps, strict=True)])
+    margins = np.maximum(steps, 3.0 * noise)
+    tops = find_flat_tops(t, v, orders, model, channels, hum)
+    flat = tops.levels
+    if tops.own:
+        # Flat tops of the machine's own fill a cell as well, unless noise spreads them; then only the instrument knows.
+        told = np.array([channel.clipped is True for channel in channels])
+        open_ = np.flatnonzero(~told & (noise < _SPREAD * steps))
+        levels[open_], certain[open_] = flat[0], False
+    found = np.asarray(np.any(np.isfinite(flat), axis=1))
+    # A level that was fitted is no single reading's: no noise is on it.
+    return Ends(
+        np.where(found[:, None], flat, levels), certain | found, np.where(found, 0.5 * steps + 0.1 * noise, margins)
+    )
 
 
 def restore(
@@ -91,12 +117,12 @@ def restore(
     """
     steps = np.array([channel.resolution for channel in channels])
     noise = np.array([white_noise(row, step) for row, step in zip(v, steps, strict=True)])
-    margin = np.maximum(steps, 3.0 * noise)[:, None]
+    margin = ends.margins[:, None]
     low, high = ends.levels[:, :1] + margin, ends.levels[:, 1:] - margin
     lost = (v < low) | (v > high)
     for _ in range(_ROUNDS):
         basis = waveform_basis(model, orders, t)
-        values = _of_the_rest(v, basis, lost)
+        values = fit_the_rest(v, basis, lost)
         before = lost
         for _ in range(_STEPS):
             fitted = values @ basis
@@ -104,7 +130,7 @@ def restore(
             if np.array_equal(chosen, lost):
                 break
             lost = chosen
-            values = _of_the_rest(v, basis, lost)
+            values = fit_the_rest(v, basis, lost)
         filled = np.where(lost, values @ basis, v)
         if np.mean(lost, axis=1).max() > 0.8 or np.array_equal(lost, before):
             break
@@ -155,27 +181,15 @@ def _moved(t: FloatArray, v: FloatArray, orders: Sequence[int], model: HarmonicM
     """
     first, moved = list(orders).index(1), np.zeros(v.shape[0])
     more = [*orders, max(orders) + 2, max(orders) + 4]
-    if not lost.any() or 2.5 * max(more) * float(model.course[1]) / model.half > np.pi * (t.size - 1) / float(
+    if not lost.any() or 1.2 * max(more) * float(model.course[1]) / model.half > np.pi * (t.size - 1) / float(
         t[-1] - t[0]
     ):
         return moved
     clipped = lost.any(axis=1)
     sizes = []
     for chosen in (orders, more):
-        values = _of_the_rest(v[clipped], waveform_basis(model, chosen, t), lost[clipped])
+        values = fit_the_rest(v[clipped], waveform_basis(model, chosen, t), lost[clipped])
         sizes.append(np.hypot(values[:, 1 + first], values[:, 1 + len(chosen) + first]))
     # One record's channels have much the same waveform: what moves one by chance little moves it as the others.
     moved[clipped] = np.sqrt(np.mean((sizes[1] - sizes[0]) ** 2))
     return moved
-
-
-def _of_the_rest(v: FloatArray, basis: FloatArray, lost: BoolArray) -> FloatArray:
-    """Return offset and fluxes of each channel by least squares over what was not lost."""
-    rows = []
-    for row, out in zip(v, lost, strict=True):
-        kept = basis * ~out
-        try:
-            rows.append(np.linalg.lstsq(kept @ basis.T, kept @ row, rcond=1e-12)[0])
-        except np.linalg.LinAlgError as error:
-            raise EstimationError("too few readings are left within the channel's range; take a wider range") from error
-    return np.array(rows)

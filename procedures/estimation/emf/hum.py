@@ -73,14 +73,14 @@ def find_hum(
         for frequency in tried:
             if basis is None:
                 basis = waveform_basis(model, orders, few_t)
-            pair, _ = _across(_pair(few_t, float(frequency)), basis)
+            pair, _ = _across(mains_pair(few_t, float(frequency)), basis)
             size = left @ pair.T @ np.linalg.inv(pair @ pair.T)
             if np.max(np.hypot(size[:, 0], size[:, 1]) - _LEAST_STEPS * steps) <= 0.0:
                 continue
             power = float(np.sum(np.einsum("cm,mn,cn->c", size, pair @ pair.T, size) / spread**2)) / colour
             if power < float(special.chdtri(2 * left.shape[0], _CHANCE)):
                 continue
-            image, _ = _across(_pair(few_t, abs(2.0 * fundamental - float(frequency))), basis)
+            image, _ = _across(mains_pair(few_t, abs(2.0 * fundamental - float(frequency))), basis)
             mirrored = left @ image.T @ np.linalg.pinv(image @ image.T)
             opposite = float(np.sum(np.einsum("cm,mn,cn->c", mirrored, image @ image.T, mirrored) / spread**2)) / colour
             if power > _MIRRORED * opposite and (best is None or power > best[0]):
@@ -95,7 +95,7 @@ def take_out(
     the line.
     """
     basis = waveform_basis(model, orders, t)
-    pair = _pair(t, frequency)
+    pair = mains_pair(t, frequency)
     across, shift = _across(pair, basis)
     normal = across @ across.T
     rest = v - (v @ basis.T @ np.linalg.inv(basis @ basis.T)) @ basis
@@ -107,7 +107,8 @@ def take_out(
     return v - size @ pair, growth, Hum(frequency, np.hypot(size[:, 0], size[:, 1]), math.sqrt(power))
 
 
-def _pair(t: FloatArray, frequency: float) -> FloatArray:
+def mains_pair(t: FloatArray, frequency: float) -> FloatArray:
+    """Return cosine and sine of a line (Hz) at times (s), (2, n)."""
     angle = 2.0 * math.pi * frequency * t
     return np.array((np.cos(angle), np.sin(angle)))
 

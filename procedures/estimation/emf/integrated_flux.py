@@ -1,7 +1,7 @@
 """Flux linkage by integrating a turning machine's voltage, which needs no constant speed (§3.4)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from procedures.estimation.emf.agreement import Combined, combine
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
 from procedures.estimation.emf.making_good import as_recorded, make_good, rounding, too_coarse
+from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
@@ -69,6 +70,13 @@ def _drifting_model(
     return best
 
 
+def _jump(t: FloatArray, v: FloatArray, kept: tuple[int, ...], course: FloatArray, highest: float) -> int | None:
+    """Return the sample where the phase jumps; a course of a higher degree would bend along with it."""
+    few_t, few_v, block = thin(t, v, highest)
+    at = find_jump(few_t, kept, fit_harmonics(few_t, few_v, kept, course))
+    return None if at is None else at * block
+
+
 def flux_by_integration(
     time: ArrayLike,
     channels: ArrayLike,
@@ -85,7 +93,7 @@ def flux_by_integration(
     a polynomial of up to `largest_degree`. `digitized` and `resolution` are those of `fit_back_emf`. Raises EstimationError where the
     record holds no whole period.
     """
-    t, v = prepare(time, channels)
+    t, v = prepare(time, channels, digitized)
     told = channels_told(v.shape[0], digitized, resolution)
     begin = start(t, v, frequency)
     kept = usable(t, harmonics, begin)
@@ -106,6 +114,19 @@ def flux_by_integration(
     if good.values is not v:
         v = good.values
         model, reduced, few_t, block = reduced_model(v)
+    if len(digitized) and (jump := _jump(t, v, kept, reduced.course[:3], highest)) is not None:
+        part, found = longest_whole(t, jump, float(begin[1]) / (np.pi * float(t[-1] - t[0])), Misfit(good.findings))
+        if part is not None:
+            of_part = flux_by_integration(
+                t[part],
+                np.atleast_2d(np.asarray(channels, dtype=np.float64))[:, part],
+                harmonics=harmonics,
+                frequency=frequency,
+                largest_degree=largest_degree,
+                digitized=digitized,
+            )
+            return replace(of_part, misfit=with_jump(of_part.misfit, found))
+        good = replace(good, findings=found.findings)
     phase = model.phase(t)
     turns = np.floor((phase[-1] - phase[0]) / (2 * np.pi) + 1e-9)
     if turns < 1:
@@ -160,5 +181,7 @@ def flux_by_integration(
         drift_uncertainty=float(np.sqrt(density * ends @ model.course_covariance @ ends)),
         model=model,
         flux_linkage=combined,
-        misfit=Misfit.together((Misfit((*good.findings, *too_coarse(rms, told))), combined.misfit)),
+        misfit=Misfit.together(
+            (Misfit((*good.findings, *good.unlike(model, rms, told), *too_coarse(rms, told))), combined.misfit)
+        ),
     )

@@ -6,15 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from procedures.estimation.emf.clipping import find_ends, restore
+from procedures.estimation.emf.dropouts import leave_out_dropouts
 from procedures.estimation.emf.harmonics import HarmonicModel
 from procedures.estimation.emf.hum import find_hum, take_out
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
-from procedures.estimation.fitting.noise import undithered_sine
+from procedures.estimation.fitting.noise import undithered_sine, white_noise
 
 #: Noise below a tenth of a step, as far as a residual tells it: what is left is the steps' own.
 _COARSE = 0.05
+#: Where this share of the amplitude, and so many times the samples' noise, is left, the record is none of a turning machine.
+_UNLIKE, _UNLIKE_NOISE = 0.12, 3.0
 #: Alternations of fit and line until neither moves.
 _ROUNDS = 3
 
@@ -31,6 +34,20 @@ class MadeGood:
     growth: FloatArray
     beside: FloatArray
     findings: tuple[Finding, ...]
+    told: bool = True
+
+    def unlike(
+        self, model: HarmonicModel, noise: FloatArray, channels: Sequence[DigitizedChannel]
+    ) -> tuple[Finding, ...]:
+        """Return the finding of a record that is no waveform: of which the `model` leaves much more, `noise` (C,), V, than its samples'
+        own noise and the harmonics that a machine may have. Of channels that nobody describes nothing is said.
+        """
+        sizes = np.abs(model.flux).max(axis=1) * float(model.speed(np.array([model.middle]))[0])
+        own = np.array([white_noise(row, each.resolution) for row, each in zip(self.values, channels, strict=True)])
+        if not (self.told and np.any((noise > _UNLIKE * sizes) & (noise > _UNLIKE_NOISE * own))):
+            return ()
+        score = float(np.max(noise / np.maximum(own, 1e-300)))
+        return (Finding(Cause.UNEXPLAINED, Answer.WITHHELD, ("flux_linkage",), score),)
 
 
 def make_good(
@@ -42,18 +59,26 @@ def make_good(
     channels: Sequence[DigitizedChannel],
     refit: Callable[[FloatArray], HarmonicModel],
 ) -> MadeGood:
-    """Leave out what clipped and take out a line of the mains, where the record (C, n) shows them; `refit` fits a whole record."""
+    """Leave out what is no reading and what clipped, and take out a line of the mains, where the record (C, n) shows them; `refit` fits
+    a whole record.
+    """
     values, growth = v, np.ones((v.shape[0], 1 + 2 * len(orders)))
     kept, beside = np.ones(v.shape[0]), np.zeros(v.shape[0])
     findings: list[Finding] = []
-    if ends := find_ends(v, channels):
+    if without := leave_out_dropouts(t, v, orders, model, channels, refit):
+        v = values = without.values
+        growth, kept = without.growth, 1.0 - np.mean(without.lost, axis=1)
+        findings += without.findings
+        model = refit(values)
+    hum = find_hum(t, orders, model, colour, channels)
+    if ends := find_ends(t, v, orders, model, channels, hum):
         restored = restore(t, v, orders, model, ends, channels, refit)
         if restored.lost.any():
-            values, growth, beside = restored.values, restored.growth, restored.moved
-            kept = 1.0 - np.mean(restored.lost, axis=1)
+            values, growth, beside = restored.values, growth * restored.growth, restored.moved
+            kept = np.maximum(kept - np.mean(restored.lost, axis=1), 0.05)
             findings += restored.findings
             model = refit(values)
-    hum = find_hum(t, orders, model, colour, channels)
+            hum = find_hum(t, orders, model, colour, channels)
     if hum is not None:
         recorded = values
         for _ in range(_ROUNDS):
@@ -67,7 +92,7 @@ def make_good(
 def as_recorded(v: FloatArray, orders: Sequence[int]) -> MadeGood:
     """Return a record (C, n) whose channels nobody describes as it is."""
     count = v.shape[0]
-    return MadeGood(v, np.ones(count), np.ones((count, 1 + 2 * len(orders))), np.zeros(count), ())
+    return MadeGood(v, np.ones(count), np.ones((count, 1 + 2 * len(orders))), np.zeros(count), (), told=False)
 
 
 def rounding(sizes: FloatArray, noise: FloatArray, channels: Sequence[DigitizedChannel]) -> FloatArray:

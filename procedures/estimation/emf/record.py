@@ -39,17 +39,22 @@ def channels_told(
     return [DigitizedChannel(str(k + 1), float(step)) for k, step in enumerate(steps)]
 
 
-def prepare(time: ArrayLike, channels: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return time (n,) and channels (C, n). Raises EstimationError on a gap, a constant channel or values that are no numbers."""
+def prepare(
+    time: ArrayLike, channels: ArrayLike, digitized: Sequence[DigitizedChannel] = ()
+) -> tuple[FloatArray, FloatArray]:
+    """Return time (n,) and channels (C, n), which are called as `digitized` says, by their number from 1 elsewhere. Raises
+    EstimationError on a gap, a constant channel or values that are no numbers.
+    """
     t = series("time", time, least=16)
     array = np.atleast_2d(np.asarray(channels, dtype=np.float64))
     if array.ndim != 2:
         raise EstimationError("channels must have the shape (channels, points)")
-    rows = [series(f"channel {k}", row, least=16) for k, row in enumerate(array)]
-    for k, row in enumerate(rows):
-        same_length(time=t, **{f"channel {k}": row})
+    names = [digitized[k].name if k < len(digitized) else str(k + 1) for k in range(len(array))]
+    rows = [series(f"channel {name}", row, least=16) for name, row in zip(names, array, strict=True)]
+    for name, row in zip(names, rows, strict=True):
+        same_length(time=t, **{f"channel {name}": row})
         if np.ptp(row) == 0:
-            raise EstimationError(f"channel {k} is constant; check its probe and that the shaft turns")
+            raise EstimationError(f"channel {name} is constant; check its probe and that the shaft turns")
     uniform_step(t)
     return t, np.vstack(rows)
 

@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
 #: exp(±this) is within the range of numbers, and exp(−_GONE) is nothing beside 1.
 _RANGE, _GONE = 600.0, 40.0
@@ -160,3 +160,27 @@ def recursion_unevenly(x: FloatArray, gain: FloatArray, start: FloatArray | floa
             result[..., begin + 1 : end + 1] = decayed * (result[..., begin, None] + summed)
         begin = end
     return result
+
+
+def time_constant_of_ramp(crossing: float, rise: float) -> float:
+    """Return the time constant (s) of a first-order response to a straight rise of length `rise` (s), from the time (s) between the
+    rise's middle and where the response has gone 63.2 % of its way.
+
+    With τ and x = rise/τ the crossing is τ·(1 + ln(2·sinh(x/2)/x)) after the middle. Raises EstimationError for a crossing that
+    still lies in the rise.
+    """
+    if not crossing > 0.5 * rise:
+        raise EstimationError(
+            f"the current crosses 63.2 % {crossing:g} s after the middle of a rise of {rise:g} s, before its end: the rise hides it"
+        )
+    if rise == 0.0:
+        return crossing
+    # Late: reading off a screen is rare, and this takes a while to import.
+    from scipy.optimize import brentq
+
+    def beyond(tau: float) -> float:
+        x = rise / tau
+        return tau * (1.0 + math.log(-math.expm1(-x) / x) + 0.5 * x) - crossing
+
+    # The shortest is that of a response which ends with the rise; it crosses as late as 0.5 · rise there.
+    return float(brentq(beyond, 1e-3 * crossing, crossing))

@@ -21,15 +21,11 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True)
 class Smoothed:
-    """`values` (n,), and in `pieces` the directions in which noise of the samples is left in them."""
+    """`values` (n,) of `count` coefficients, and in `pieces` the directions in which they may be off by the samples' noise."""
 
     values: FloatArray
     pieces: tuple[Piece, ...]
-
-    @property
-    def count(self) -> int:
-        """How many directions there are."""
-        return sum(len(piece.directions) for piece in self.pieces)
+    count: int
 
 
 def components(pieces: Sequence[Piece], rows: FloatArray) -> FloatArray:
@@ -95,12 +91,14 @@ def smooth(
         if size > _SHORTEST:
             # Schwarz's criterion: a coefficient that noise alone may have made costs more than it brings.
             gains = np.cumsum(coefficients**2 / noise**2 - np.log(size))
-            kept = max(int(np.argmax(gains)), 0) + 1
-            directions = directions[:kept]
-            fitted = coefficients[:kept] @ directions
+            kept = int(np.argmax(gains)) + 1
+            fitted = coefficients[:kept] @ directions[:kept]
+        else:
+            kept = size
         result[begin:end] = fitted
+        # What is left out was not shown to be none: it may be as large as the noise.
         pieces.append(Piece(begin, directions))
-        count += len(directions)
+        count += kept
         if count > most:
             return None
-    return Smoothed(result, tuple(pieces))
+    return Smoothed(result, tuple(pieces), count)

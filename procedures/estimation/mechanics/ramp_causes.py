@@ -15,12 +15,14 @@ from procedures.estimation.mechanics.turning import Run
 
 #: Speeds of the Stribeck term that are looked for, shares of the top speed, and those that are fitted, by both laws.
 _STRIBECK_SEEN = (0.03, 0.1, 0.25)
-_STRIBECK_FITTED, _POWERS = (0.02, 0.035, 0.06, 0.1, 0.16, 0.25, 0.35), (1.0, 2.0)
+_STRIBECK_FITTED, _POWERS = (0.02, 0.035, 0.06, 0.1, 0.16, 0.25, 0.35, 0.5, 0.7), (1.0, 2.0)
 _FILTERS_SEEN, _FILTERS_FITTED = 3, 9
 #: Orders of the shaft's angle that are looked for, and how often chance alone may find one of them.
 _ORDERS, _CHANCE = 120, 1e-3
 #: From this order on it is cogging, below it a coupling or an encoder that runs out.
 _COGGING = 4
+#: The part of z² that chance explains where the sign is known; 1 is that of both signs.
+_ONE_SIDED = 0.65
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,15 @@ class Look:
         """Return the score farthest from chance, of a cause or of all; 0 where none was looked for."""
         z = [value for name, value in zip(self.causes, self.score.z, strict=True) if cause in (None, name)]
         return float(max(z, key=abs)) if z else 0.0
+
+    def growth(self) -> FloatArray:
+        """Return by what each estimate's variance grows (k,) for what is not seen clearly enough to be in the model.
+
+        Of the Stribeck effect the sign is known, more friction at low speed: more of that counts, and none of the other.
+        """
+        one_sided = np.sqrt(1.0 - _ONE_SIDED + np.maximum(self.score.z, 0.0) ** 2)
+        stribeck = np.array([cause is Cause.STRIBECK for cause in self.causes], dtype=bool)
+        return replace(self.score, z=np.where(stribeck, one_sided, self.score.z)).growth()
 
 
 @dataclass(frozen=True)

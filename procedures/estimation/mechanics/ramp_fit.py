@@ -64,6 +64,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     best = _Fitted(model, model.solve(model.start(start)), np.zeros(shared))
     told: list[Finding] = []
     rivals: list[_Fitted] = []
+    laws: list[_Fitted] = []
     moved = [best.moved]
     seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
     for _ in range(_MOST_TERMS):
@@ -77,6 +78,9 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         if best.cost - further.cost < _ACCEPTED + 2.0 * (added - 1):
             break
         rivals = [each for _, each in tried if each is not further and each.cost < further.cost + _RIVAL]
+        if cause is Cause.STRIBECK:
+            # A real bearing follows neither law: what lies between them is as likely as either.
+            laws = [each for other, each in tried if other is cause and each is not further]
         moved.append(further.moved)
         told.append(_finding(cause, best, further, found, seen))
         best = further
@@ -86,7 +90,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     covariance += _coarse(best, runs)
     for each in moved:
         covariance[:shared, :shared] += np.outer(each, each)
-    covariance = _spanned(covariance, best, rivals, shared)
+    covariance = _spanned(covariance, best, [*rivals, *laws], shared)
     unexplained = bool(np.any(seen.score.alarms) or found) or scatter_of_parts(best.model, best.solved) < _CHANCE
     if unexplained:
         score = seen.clearest() if np.any(seen.score.alarms) else 0.0
@@ -96,7 +100,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     if told:
         # What explains one record may have taken the place of what is not known here.
         covariance = _grown(covariance, _from_parts(best, shared))
-    growth = seen.score.growth()
+    growth = seen.growth()
     scale = np.ones(values.size)
     scale[: growth.size] = np.sqrt(growth[: values.size])
     scale[shared:] = 1.0

@@ -14,7 +14,7 @@ from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_term import StepScale, Term, current_with, figures_of
-from procedures.estimation.winding.step_terms import TERMS, Direction, directions
+from procedures.estimation.winding.step_terms import TERMS, Direction, directions, other_axis_errors
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
@@ -71,12 +71,13 @@ class _Variance:
         self._step, self._full = step, fitted.full
         # Codes are whole multiples of a step from one another, not from zero.
         self._current = fitted.current - step.record.current[0]
+        self._other_axis = step.white.apply(other_axis_errors(step.record, fitted.full))
 
     def __call__(self, unit: FloatArray) -> FloatArray:
         """Return it for unit directions (m, n + priors)."""
         record = self._step.record
         shares = self._step.white.back(unit[:, : record.time.size])
-        variance = np.ones(len(unit))
+        variance: FloatArray = 1.0 + np.sum((unit[:, : record.time.size] @ self._other_axis.T) ** 2, axis=1)
         rounding = undithered(record.current_noise, record.current_resolution)
         if rounding > 0.02 * record.current_noise:
             variance += rounding**2 * _of_runs(self._current / record.current_resolution, shares)

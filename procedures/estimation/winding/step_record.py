@@ -17,6 +17,8 @@ _CLEAR = 20.0
 #: A source's resistance shows where the voltage follows the current by more than so many standard deviations of the noise; shorter
 #: records do not show it.
 _TAKEN, _LEAST_TO_FOLLOW = 3.0, 200
+#: A voltage whose smoothing takes more coefficients than this counts as sampled.
+_MOST = 72
 #: Before the step lie at least so many samples and this share of the record, and the voltage there is below this share of its end.
 _LEAST_BEFORE, _SHARE_BEFORE, _MOST_BEFORE = 20, 0.01, 0.3
 
@@ -27,7 +29,7 @@ class StepRecord:
 
     `voltage` is as sampled; `noise_left` are the directions of the noise left in `drive` where it was smoothed, None where it is as
     sampled. The resolutions are one converter step of each channel. Samples of the current whose `kept` is 0 do not count; None where all
-    do.
+    do. `other_axis` is as `fit_step_response` takes it.
     """
 
     time: FloatArray
@@ -43,6 +45,7 @@ class StepRecord:
     voltage_resolution: float
     current_resolution: float
     kept: FloatArray | None = None
+    other_axis: float = 0.0
 
     @cached_property
     def sharp(self) -> bool:
@@ -84,7 +87,7 @@ def _edge(voltage: FloatArray, noise: float, resolution: float) -> int:
 def _smoothed(drive: FloatArray, current: FloatArray, voltage_noise: float, current_noise: float) -> Smoothed | None:
     """Return the voltage freed of its noise; what the current takes from it across the source's resistance is known by its shape."""
     # All three are cut into pieces of the same few lengths.
-    smoothed = partial(smooth, polynomials=cache(cubics))
+    smoothed = partial(smooth, most=_MOST, polynomials=cache(cubics))
     shape = smoothed(current, current_noise)
     if shape is None or drive.size < _LEAST_TO_FOLLOW:
         return smoothed(drive, voltage_noise)
@@ -106,7 +109,7 @@ def _smoothed(drive: FloatArray, current: FloatArray, voltage_noise: float, curr
         part = slice(begin, begin + directions.shape[1])
         beside[part] -= (directions @ taken[part]) @ directions
     shape_left = Piece(0, beside[None] / np.sqrt(squares))
-    return Smoothed(rest.values + drop * taken, (*rest.pieces, shape_left))
+    return Smoothed(rest.values + drop * taken, (*rest.pieces, shape_left), rest.count + 1)
 
 
 def _risen(drive: FloatArray) -> int:

@@ -22,7 +22,9 @@ _ALONE = 4.5
 
 
 class StepReading(NamedTuple):
-    """Time (s), voltage (V) and current (A) of a step, one converter step of each channel, and their ends where known."""
+    """Time (s), voltage (V) and current (A) of a step, one converter step of each channel, and their ends where known; `other_axis` as
+    `fit_step_response` takes it.
+    """
 
     time: ArrayLike
     voltage: ArrayLike
@@ -31,6 +33,7 @@ class StepReading(NamedTuple):
     current_resolution: float = 0.0
     voltage_ends: Ends = None
     current_ends: Ends = None
+    other_axis: float = 0.0
 
     def fitted(self, alarm: float = ALARM) -> StepFit:
         """Return the fit; what is seen by less than `alarm` is chance. Raises EstimationError."""
@@ -42,6 +45,7 @@ class StepReading(NamedTuple):
             current_resolution=self.current_resolution,
             voltage_ends=self.voltage_ends,
             current_ends=self.current_ends,
+            other_axis=self.other_axis,
             alarm=alarm,
         )
 

@@ -1,6 +1,6 @@
 """Resistance and inductance from the recorded voltage and current of a step (§3.3.1, erratum E10)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from procedures.estimation.winding.step_codes import limited_from, too_coarse
 from procedures.estimation.winding.step_fit import Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
+from procedures.estimation.winding.step_terms import other_axis_errors
 
 #: Noise, as a share of the step, through which 63 % of it are read off.
 _JITTER = 0.01
@@ -101,6 +102,7 @@ def fit_step_response(
     current_resolution: float = 0.0,
     voltage_ends: Ends = None,
     current_ends: Ends = None,
+    other_axis: float = 0.0,
     alarm: float = ALARM,
 ) -> StepFit:
     """Fit `resistance` (Ω), `inductance` (H), `offset` (A, of the current probe) to a recorded step (V, A; evenly sampled).
@@ -109,9 +111,11 @@ def fit_step_response(
     the supply may rise slowly or overshoot. Also `voltage_offset` (V), the probe's reading at rest; where the step is sharper than a
     sampling interval also `delay` (s), its instant against mid-interval. The resolutions (V, A) are one converter step, the ends the
     least and the largest value that a converter gives, where they are known; what is seen by less than `alarm` standard deviations is
-    chance. `misfit` is what the record shows beside; `residuals` end where a supply's limit ended the step. Where the inductance
-    depends on the current, it is that at none. Raises EstimationError where there is no step, the record is too short, or a
-    probe is reversed, and WithheldError where nothing of it can be used, for want of a baseline or of range.
+    chance. `other_axis` is by how much the winding's other axis may be coupled to the stepped one (standard deviation of k², as that of a
+    closed circuit): so much is not told of, but is in the interval. `misfit` is what the record shows beside; `residuals` end where a
+    supply's limit ended the step. Where the inductance depends on the current, it is that at none. Raises EstimationError where there is
+    no step, the record is too short, or a probe is reversed, and WithheldError where nothing of it can be used, for want of a baseline or
+    of range.
     """
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
     cut = None
@@ -120,6 +124,7 @@ def fit_step_response(
         # What the supply did from its limit on is known by single samples only.
         t, v, i = (np.asarray(x, dtype=np.float64)[:limited] for x in (time, voltage, current))
         record = read_step(t, v, i, voltage_resolution, current_resolution)
+    record = replace(record, other_axis=other_axis)
     if clipped := without_end(record, voltage_ends, current_ends):
         record, cut = clipped
     start = _start(record)
@@ -202,7 +207,8 @@ def _lasting_errors(record: StepRecord, full: FloatArray) -> FloatArray:
     after = (np.arange(record.time.size) >= record.edge).astype(np.float64)
     drive = undithered(record.voltage_noise, record.voltage_resolution) / inductance * after
     through = respond_evenly(record.step, drive, rate)
-    return np.column_stack((undithered(record.current_noise, record.current_resolution) * after, through))
+    errors = [undithered(record.current_noise, record.current_resolution) * after, through]
+    return np.column_stack((*errors, *other_axis_errors(record, full)))
 
 
 def time_constant_63(time: ArrayLike, current: ArrayLike) -> float:

@@ -8,12 +8,15 @@ import numpy as np
 from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.winding.step_circuit import response
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_term import StepScale, Term, high_pass
 
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
 MAINS = (50.0, 60.0)
+#: Time constants that the winding's other axis may have, in those of the stepped one.
+_OTHER_AXIS = (0.4, 1.0, 2.5)
 
 
 class _Skew(Term):
@@ -101,6 +104,23 @@ class _FluxSaturation(_Saturation):
         return bool(-0.45 < figures[0] < 4.0)
 
 
+class _BiasedSaturation(_Saturation):
+    """Inductance L₀·(1 − a·i/I): of an axis whose iron the magnets fill in part, it falls with one direction and rises with the other."""
+
+    def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
+        return np.asarray(0.5 * float(np.clip(figures[0], -0.9, 0.9)) * current**2 / scale.current)
+
+    def share(self, at: float, figures: FloatArray) -> float:
+        return 1.0 - float(figures[0]) * at
+
+    def possible(self, figures: FloatArray) -> bool:
+        return bool(abs(figures[0]) < 0.9)
+
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
+        smaller = float(scale.current * 0.01 / max(abs(figures[0]), 0.01))
+        return {"current": scale.current, "share": self.share(1.0, figures), "smaller": smaller}
+
+
 @dataclass(frozen=True)
 class _Eddy(Term):
     """A closed circuit that is coupled to the winding: k², and the logarithm of its time constant in `lag` of the winding's."""
@@ -173,12 +193,13 @@ class _Hum(Term):
         return {"frequency": self.frequency, "amplitude": abs(scale.current) * float(np.hypot(*figures))}
 
 
-#: All that is looked for. Skew and pole, and the two laws of saturation, are one direction each.
+#: All that is looked for. Skew and pole, and the laws of saturation, are one direction each.
 TERMS: tuple[Term, ...] = (
     _Skew(),
     _Pole(),
     _Saturation(),
     _FluxSaturation(),
+    _BiasedSaturation(),
     _Eddy(),
     _Coupling(),
     _Slope(),
@@ -195,6 +216,27 @@ class Direction:
     term: Term
 
 
+def closed_circuits(record: StepRecord, rate: float, flowing: FloatArray, lags: tuple[float, ...]) -> FloatArray:
+    """Return ∂current/∂k² (m, n), at none, of closed circuits with time constants of `lags` (m,) times that of the winding, 1/`rate` (s).
+
+    `flowing` (A, shape (n,)) is the current from the step on.
+    """
+    missing = np.column_stack([high_pass(flowing, record.step, rate / lag) for lag in lags])
+    return np.asarray((missing - rate * respond_evenly(record.step, missing, rate)).T)
+
+
+def other_axis_errors(record: StepRecord, p: FloatArray) -> FloatArray:
+    """Return errors of the current's model (A, shape (m, n)) of one standard deviation each, from the winding's other axis: no rows where
+    it is not coupled.
+    """
+    result = np.zeros((len(_OTHER_AXIS) if record.other_axis else 0, record.time.size))
+    if record.other_axis:
+        after = slice(max(record.edge - 1, 0), None)
+        flowing = response(record, p)[after]
+        result[:, after] = record.other_axis * closed_circuits(record, p[0] / p[1], flowing, _OTHER_AXIS)
+    return result
+
+
 def directions(
     record: StepRecord, p: FloatArray, current: FloatArray, scale: StepScale
 ) -> tuple[list[Direction], FloatArray]:
@@ -206,15 +248,12 @@ def directions(
     after = slice(max(record.edge - 1, 0), None)
     part = current[after]
     # Nothing flows before the step.
-    missing = np.empty((part.size, 1 + len(EDDIES)))
-    missing[:, 0] = part * (part / scale.current) ** 2 / 3.0
-    for column, lag in enumerate(EDDIES, 1):
-        missing[:, column] = high_pass(part, record.step, 1.0 / (lag * scale.time_constant))
-    missing -= rate * respond_evenly(record.step, missing, rate)
+    cubic = part * (part / scale.current) ** 2 / 3.0
     angles = [2.0 * np.pi * f * (record.time - scale.begin) for f in MAINS if f * record.step < 0.4]
     rows = np.zeros((3 + len(EDDIES) + 1 + 2 * len(angles), size))
     rows[0, after] = -np.gradient(part)
-    rows[1 : 2 + len(EDDIES), after] = missing.T
+    rows[1, after] = cubic - rate * respond_evenly(record.step, cubic, rate)
+    rows[2 : 2 + len(EDDIES), after] = closed_circuits(record, rate, part, EDDIES)
     rows[2 + len(EDDIES), after] = -np.cumsum(part)
     rows[3 + len(EDDIES)] = (record.time - scale.begin) / scale.length
     for k, angle in enumerate(angles):

@@ -85,7 +85,7 @@ def test_plain_readings_of_the_note() -> None:
 @pytest.mark.parametrize(
     ("time", "values", "message"),
     [
-        (TIME, np.ones(2000), "channel 0 is constant"),
+        (TIME, np.ones(2000), "channel 1 is constant"),
         (TIME, np.where(np.arange(2000) == 5, np.nan, waves()[0]), "not numbers"),
         (np.delete(TIME, 900), np.delete(waves()[0], 900), "not evenly spaced"),
         (TIME, np.sin(2 * np.pi * 6.0 * TIME), "no whole period"),

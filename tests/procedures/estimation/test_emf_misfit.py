@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -6,7 +7,7 @@ import pytest
 from procedures.estimation.emf.back_emf import BackEmfFit, fit_back_emf
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.record import DigitizedChannel
-from procedures.estimation.fitting.fit import EstimationError, coverage_interval
+from procedures.estimation.fitting.fit import EstimationError, FloatArray, coverage_interval
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 from tests.studies.emf_records import Setup, draw, record
 
@@ -52,7 +53,7 @@ def test_what_clipped_is_left_out_and_the_rest_tells_the_waveform(ends: tuple[fl
     assert holds(fit, setup.flux, times=1.5)
     # What all readings would give is several times as far off.
     time, v = record(np.random.default_rng(1), setup)
-    silent = fit_back_emf(time, v, digitized=told(setup, clipped=False)).flux_linkage.value
+    silent = fit_back_emf(time, v).flux_linkage.value
     assert abs(silent - setup.flux) > 3.0 * abs(fit.flux_linkage.value - setup.flux)
 
 
@@ -115,3 +116,89 @@ def test_each_channel_is_described() -> None:
     time, v = record(np.random.default_rng(1), PLAIN)
     with pytest.raises(EstimationError, match="1 channels are described, 3 recorded"):
         fit_back_emf(time, v, digitized=told(PLAIN)[:1])
+
+
+def before_the_noise(setup: Setup, level: float, seed: int = 2) -> tuple[FloatArray, FloatArray]:
+    """Return a record whose probes' amplifiers cut off at so much of the amplitude, above and below zero; noise comes after them."""
+    random = np.random.default_rng(seed)
+    time, v = record(random, replace(setup, noise=0.0, steps=1e9))
+    amplitude = setup.step * setup.steps
+    noisy = np.clip(v, -level * amplitude, level * amplitude) + random.normal(0.0, setup.noise * setup.step, v.shape)
+    return time, np.round(noisy / setup.step) * setup.step
+
+
+@pytest.mark.parametrize("level", [0.94, 0.83])
+def test_tops_that_an_amplifier_cuts_off_are_seen_beneath_the_noise(level: float) -> None:
+    setup = replace(PLAIN, noise=1.5, points=1000)
+    time, v = before_the_noise(setup, level)
+    # The converter itself is whole, as the instrument says.
+    fit = fit_back_emf(time, v, digitized=told(setup, clipped=False))
+    assert only(fit, Cause.CLIPPED).figures["level"] == pytest.approx(level * setup.step * setup.steps, rel=0.01)
+    assert holds(fit, setup.flux, times=1.5)
+    assert fit_back_emf(time, v).flux_linkage.value < 0.99 * setup.flux
+
+
+def test_a_trapezoid_is_not_taken_for_a_cut_wave() -> None:
+    orders = np.arange(1, 60, 2)[:, None]
+    # Flat over 110°, its corners rounded over about 15°.
+    ramp = np.radians(35.0)
+    sizes = np.sin(orders * ramp) / (orders**2 * ramp) * np.exp(-0.5 * (orders * np.radians(6.5)) ** 2)
+    random = np.random.default_rng(6)
+    time = np.arange(2500) * 1e-5
+    for noise in (0.2, 0.5, 1.0):
+        angle = 2.0 * np.pi * 300.0 * time + np.array([0.0, -2.0, 2.0])[:, None] * np.pi / 3.0
+        v = 90.0 / sizes[0] * np.einsum("ko,ckn->cn", sizes, np.sin(orders * angle[:, None]))
+        v = np.round(v + random.normal(0.0, noise, v.shape))
+        fit = fit_back_emf(time, v, digitized=told(replace(PLAIN, flux=90.0 / (2 * np.pi * 80.0))))
+        assert not any(f.cause is Cause.CLIPPED for f in fit.misfit.findings)
+
+
+def frozen(v: FloatArray) -> FloatArray:
+    v[1, 700:1500] = v[1, 699]
+    return v
+
+
+def with_spikes(v: FloatArray) -> FloatArray:
+    v[[0, 1, 2], [300, 1100, 2000]] *= [40.0, -3.0, 7.0]
+    return v
+
+
+@pytest.mark.parametrize(("spoilt", "lost"), [(frozen, 800), (with_spikes, 3)])
+def test_readings_that_are_none_are_counted_and_left_out(spoilt: Callable[[FloatArray], FloatArray], lost: int) -> None:
+    time, v = record(np.random.default_rng(3), PLAIN)
+    v = spoilt(v)
+    fit = fit_back_emf(time, v, digitized=told(PLAIN))
+    finding = only(fit, Cause.DROPOUTS)
+    assert finding.answer is Answer.MODELLED
+    assert finding.figures["count"] == pytest.approx(lost, abs=2)
+    assert holds(fit, PLAIN.flux, times=1.5)
+    assert (
+        only(fit, Cause.DROPOUTS).figures
+        == flux_by_integration(time, v, digitized=told(PLAIN)).misfit.findings[0].figures
+    )
+
+
+def test_a_channel_that_stood_still_for_most_of_the_record_gives_no_figure() -> None:
+    time, v = record(np.random.default_rng(3), PLAIN)
+    v[2, 600:2100] = v[2, 600]
+    fit = fit_back_emf(time, v, digitized=told(PLAIN))
+    assert fit.misfit.withholding("flux_linkage") is only(fit, Cause.DROPOUTS)
+
+
+def test_samples_lost_under_a_time_without_a_gap_leave_the_longest_whole_part() -> None:
+    time, v = record(np.random.default_rng(3), PLAIN)
+    whole = np.ones(time.size, dtype=bool)
+    whole[500:560] = whole[2000:2100] = False
+    v, time = v[:, whole], time[: np.count_nonzero(whole)]
+    fit = fit_back_emf(time, v, digitized=told(PLAIN))
+    figures = only(fit, Cause.DROPOUTS).figures
+    assert figures["count"] == 2.0
+    assert figures["used"] == pytest.approx(1440 / 2340, abs=0.05)
+    assert holds(fit, PLAIN.flux, times=1.5)
+    assert fit.residuals.shape == v.shape
+    integrated = flux_by_integration(time, v, digitized=told(PLAIN))
+    assert integrated.flux_linkage.value == pytest.approx(PLAIN.flux, rel=1e-3)
+    # Where neither part holds a period, nothing is given.
+    short = slice(140, 740)
+    fit = fit_back_emf(time[short], v[:, short], digitized=told(PLAIN))
+    assert fit.misfit

@@ -1,6 +1,7 @@
 """Ramps that the world bends: records are integrated on their own (`tests.studies.shaft_records`), the truth is known."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -9,18 +10,26 @@ from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp, wild
-from tests.studies.shaft_records import Shaft, move, record
+from tests.studies.shaft_records import Motion, Shaft, move, record
 
 #: 5 s from 300 rad/s down to a fifth, 1 s up.
 SHAFT = Shaft(
     inertia=1e-3, coulomb=0.03, viscous=1.5e-4, torque=0.35, top=300.0, noise=0.1, torque_noise=3e-3, samples=600, settling=0.05
 )  # fmt: skip
 TRUTH = {"inertia": SHAFT.inertia, "coulomb_friction": SHAFT.coulomb, "viscous_friction": SHAFT.viscous}
+#: What acts on the readings and not on the motion.
+SENSORS = {"speed_filter", "torque_filter", "dropouts", "eccentricity", "settling"}
+
+
+@cache
+def motion(**acting: float) -> Motion:
+    return move([replace(SHAFT, **acting)])[0]
 
 
 def measured(seed: int = 1, *, stated: bool = False, **disturbed: float) -> Fit:
-    shaft = replace(SHAFT, **disturbed)
-    return fit_ramps(record(shaft, move([shaft])[0], np.random.default_rng(seed), stated=stated))
+    acting = {name: value for name, value in disturbed.items() if name not in SENSORS}
+    random = np.random.default_rng(seed)
+    return fit_ramps(record(replace(SHAFT, **disturbed), motion(**acting), random, stated=stated))
 
 
 def holds(fit: Fit) -> bool:
@@ -32,8 +41,7 @@ def causes(fit: Fit) -> set[Cause]:
 
 
 def test_a_clean_record_says_nothing_and_holds_the_truth() -> None:
-    motion = move([SHAFT])[0]
-    fits = [fit_ramps(record(SHAFT, motion, np.random.default_rng(seed))) for seed in range(6)]
+    fits = [measured(seed) for seed in range(6)]
     assert not any(fit.misfit for fit in fits)
     assert all(holds(fit) for fit in fits)
 

@@ -1,0 +1,46 @@
+"""The first line once more at the end, and all of them where it has changed: what follows for the resistance."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from GTC.lib import UncertainReal
+
+from procedures.core.actions import LINE_PAIRS, LinePair
+from procedures.core.procedure import Procedure
+from procedures.estimation.winding.closing import ReadAgain, Unsettled, unsettled
+
+_PARAMETER = "stator_resistance"
+
+
+def closed(procedure: Procedure[Any], again: Callable[[LinePair], ReadAgain]) -> Unsettled:
+    """Return what reading the first line again shows; where it has changed beyond chance the others are read again, too."""
+    read: dict[LinePair, ReadAgain] = {}
+    for pair in LINE_PAIRS:
+        read[pair] = again(pair)
+        if not read[LINE_PAIRS[0]].unexplained:
+            break
+    procedure.findings["read_again"] = _rows(read)
+    return unsettled(tuple(read.values()), _PARAMETER)
+
+
+def _rows(read: Mapping[LinePair, ReadAgain]) -> dict[str, dict[str, float]]:
+    return {
+        f"{high.value}{low.value}": {"change": r.change, "uncertainty": r.uncertainty, "seconds": r.seconds}
+        for (high, low), r in read.items()
+    }
+
+
+def allowed_for(
+    procedure: Procedure[Any], found: Unsettled, temperature: UncertainReal, coefficient: float, reference: float
+) -> tuple[UncertainReal, UncertainReal | float]:
+    """Return the winding's temperature (°C) with the warmth that was found, and by which factor contacts make the readings too large.
+
+    `coefficient` (1/K) holds at `reference` (°C).
+    """
+    bench = procedure.bench
+    if not found.excess:
+        return temperature, 1.0
+    if not found.warm:
+        return temperature, 1.0 - bench.uncertainties.one_sided("contacts", 0.0, found.excess)
+    kelvin = found.excess * (1.0 / coefficient + float(temperature.x) - reference)
+    return temperature + bench.thermometer.hides(kelvin, bench.clock.now()), 1.0

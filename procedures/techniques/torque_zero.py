@@ -1,0 +1,80 @@
+"""Zero of a dynamometer's torque, read at rest before and after what it is needed for."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from GTC.lib import UncertainReal
+from numpy.typing import NDArray
+
+from procedures.core.bench import Bench
+from procedures.core.budget import Uncertainties
+from procedures.estimation.fitting.misfit import ALARM, NO_MISFIT, Answer, Cause, Finding, Misfit
+from procedures.estimation.fitting.noise import undithered, white_noise
+
+#: Readings of one zero.
+_READINGS = 25
+#: Share of the change between two zeros by which a course that bends may leave the straight line between them.
+_BEND = 0.25
+
+
+@dataclass(frozen=True)
+class TorqueZero:
+    """The zero (N·m) at bench time `time` (s), its standard `uncertainty` from the scatter."""
+
+    time: float
+    value: float
+    uncertainty: float
+
+
+@dataclass(frozen=True)
+class ZeroLine:
+    """The zero between two times, taken to go straight from one to the other."""
+
+    before: TorqueZero
+    after: TorqueZero
+
+    def at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the zero (N·m) at bench times (s)."""
+        begin, end = self.before, self.after
+        return np.asarray(begin.value + (time - begin.time) * (end.value - begin.value) / (end.time - begin.time))
+
+    @property
+    def _drift(self) -> float:
+        return self.after.value - self.before.value
+
+    @property
+    def _score(self) -> float:
+        spread = math.hypot(self.before.uncertainty, self.after.uncertainty)
+        return self._drift / spread if spread else 0.0
+
+    def left(self, unc: Uncertainties) -> UncertainReal:
+        """Return what is left of the zero (N·m): the readings' scatter, and a bend where it moved beyond that."""
+        scatter = max(self.before.uncertainty, self.after.uncertainty)
+        zero = unc.statistical("zeroing the torque", 0.0, scatter, float(_READINGS - 1))
+        bend = _BEND * abs(self._drift) if abs(self._score) > ALARM else 0.0
+        return zero + unc.limit("drift of the torque's zero", 0.0, bend) if bend else zero
+
+    def misfit(self, torque: float) -> Misfit:
+        """Return what is to be told of a zero that moved, of a ramp's torque (N·m)."""
+        if abs(self._score) <= ALARM or not torque:
+            return NO_MISFIT
+        figures: dict[str, float | str] = {
+            "drift": self._drift,
+            "share": abs(self._drift / torque),
+            "time": self.after.time - self.before.time,
+        }
+        return Misfit((Finding(Cause.TORQUE_ZERO, Answer.MODELLED, score=self._score, figures=figures),))
+
+
+def read_zero(bench: Bench, interval: float, rest: float) -> TorqueZero:
+    """Return the torque's zero, of a shaft that nothing drives and that has been at `rest` (s), from readings `interval` (s) apart."""
+    bench.clock.sleep(rest)
+    taken = []
+    for _ in range(_READINGS):
+        taken.append(bench.dynamometer.measure())
+        bench.clock.sleep(interval)
+    torque, resolution = np.array([r.torque for r in taken]), taken[-1].torque_accuracy.resolution
+    scatter = white_noise(torque, resolution)
+    uncertainty = math.hypot(scatter / math.sqrt(torque.size), undithered(scatter, resolution))
+    return TorqueZero(float(np.mean([r.time for r in taken])), float(np.mean(torque)), uncertainty)
