@@ -10,11 +10,14 @@ from bench.analysis.statements import Statement
 from bench.captures import Capture
 from bench.captures.capture import FloatArray, same_name
 from drivers.interfaces import Accuracy
+from drivers.interfaces.full_scale import FULL_SCALE_READING, gain_of_full_scale
 from drivers.interfaces.text import Text, text
 from procedures.core.budget import Uncertainties
 
 #: What a budget's rows say of where the limits come from.
 _SOURCE = "as stated"
+#: A trace that fills less of its range than the largest step of 1, 2, 5 leaves would have had a finer one.
+_FINEST = 2.5
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,9 @@ class Applied:
         """Take the statements for `uses`, names of channels by kind. Raises InputError for one that is about none of them."""
         self._limits: dict[tuple[str, str], Statement] = {}
         self._captures = captures
+        self._assumed_ranges: dict[str, str] = {}
+        self._ranges = _stated_ranges([s for s in statements if s.range_only], uses)
+        statements = [s for s in statements if not s.range_only]
         kinds = [s for s in statements if s.name in _KINDS]
         for statement in kinds:
             if statement.name not in uses:
@@ -158,7 +164,9 @@ class Applied:
         """Return what a result says about its uncertainties."""
         by_statement: dict[str, tuple[str, list[str], Statement]] = {}
         for (kind, channel), statement in self._limits.items():
-            by_statement.setdefault(statement.given + kind, (kind, [], statement))[1].append(channel)
+            by_statement.setdefault(f"{statement.given}, {kind}, {statement.gain:g}", (kind, [], statement))[1].append(
+                channel
+            )
         said = []
         for kind, channels, statement in by_statement.values():
             whose = kind if kind == "time" else f"{kind} ({', '.join(dict.fromkeys(channels))})"
@@ -172,6 +180,11 @@ class Applied:
                     f"{instrument} ({', '.join(channels)}): errors taken as common, as of one instrument: averaging channels "
                     "does not reduce them"
                 )
+        for channel, assumed in self._assumed_ranges.items():
+            said.append(
+                f"the range of {channel} is not stated: taken as {assumed}, {_FINEST:g} times what it spans, since "
+                f"otherwise the next finer step of 1, 2, 5 would have held it; state it with --full-scale {channel}=RANGE"
+            )
         if self._missing:
             said.append(
                 f"accuracy of {', '.join(self._missing)} not stated: taken as exact, apart from what the fit sees"
@@ -194,25 +207,62 @@ class Applied:
         self._limits[kind, channel] = self._of_reading(kind, channel, statement)
 
     def _of_reading(self, kind: str, channel: str, statement: Statement) -> Statement:
-        """Return the statement with its share of full scale as a gain, as large as it can be at the channel's largest reading."""
+        """Return the statement with its share of full scale as a limit of gain of the channel's trace."""
         if not statement.full_scale_share:
             return statement
-        readings = [np.abs(c.values).max() for capture in self._captures for c in capture.channels if c.name == channel]
-        if kind == "time" or not readings or not max(readings) > 0.0:
+        seen = [c for capture in self._captures for c in capture.channels if c.name == channel and c.values.size]
+        if kind == "time" or not any(np.any(c.values) for c in seen):
             raise statement.error(text("'{name}' has no readings to hold against a full scale", name=channel))
-        largest = float(max(readings))
-        if largest > 1.01 * statement.full_scale:
-            raise statement.error(
+        low, high = min(float(c.values.min()) for c in seen), max(float(c.values.max()) for c in seen)
+        stated, own = self._ranges.get((kind, channel)), max(c.full_scale for c in seen)
+        full_scale = stated.full_scale if stated else statement.full_scale or own
+        if (stated or statement.full_scale) and high - low > 1.01 * full_scale:
+            raise (stated or statement).error(
                 text(
-                    "'{name}' reads up to {largest:.4g}, beyond the full scale of {full:.4g} {unit}; give the range that was set (limits "
-                    "hold for the values after --scale)",
+                    "'{name}' spans {span:.4g}, beyond the full scale of {full:.4g} {unit}; give the range that was set (limits hold for "
+                    "the values after --scale)",
                     name=channel,
-                    largest=largest,
-                    full=statement.full_scale,
+                    span=high - low,
+                    full=full_scale,
                     unit=_KINDS[kind].unit,
                 )
             )
-        return replace(statement, gain=statement.gain + statement.full_scale_share * statement.full_scale / largest)
+        if not full_scale:
+            full_scale = _FINEST * max(high - low, abs(low), abs(high))
+            self._assumed_ranges[channel] = f"{full_scale:.3g} {_KINDS[kind].unit}"
+        gain = gain_of_full_scale(statement.full_scale_share, full_scale, low, high)
+        return replace(statement, gain=statement.gain + gain, full_scale=full_scale)
+
+
+def _stated_ranges(
+    statements: Sequence[Statement], uses: Mapping[str, Sequence[str]]
+) -> dict[tuple[str, str], Statement]:
+    """Return what `--full-scale` states, by kind and channel. Raises UsageError for one that is about none of them."""
+    found = {}
+    # A channel's own statement overrules its kind's.
+    for statement in sorted(statements, key=lambda each: each.name not in uses):
+        meant = [
+            (kind, c)
+            for kind, names in uses.items()
+            for c in names
+            if kind != "time" and (kind == statement.name or same_name(c, statement.name))
+        ]
+        if not meant:
+            raise statement.error(
+                text("'{name}' is no channel of this analysis; {allowed}", name=statement.name, allowed=_allowed(uses))
+            )
+        for kind, channel in meant:
+            if statement.unit != _KINDS[kind].unit:
+                raise statement.error(
+                    text(
+                        "a full scale in {unit}; allowed for {kind} is one in {allowed}",
+                        unit=statement.unit,
+                        kind=kind,
+                        allowed=_KINDS[kind].unit,
+                    )
+                )
+            found[kind, channel] = statement
+    return found
 
 
 def _instrument(kind: str, statement: Statement) -> str:
@@ -229,9 +279,6 @@ def _allowed(uses: Mapping[str, Sequence[str]]) -> Text:
 def _shown(statement: Statement, unit: str) -> str:
     gain = f"±{100 * statement.gain:.4g} %" if statement.gain >= 1e-4 else f"±{1e6 * statement.gain:g} ppm"
     if statement.full_scale_share:
-        gain += (
-            f" (with ±{100 * statement.full_scale_share:g} % of full scale, {statement.full_scale:g} {unit}, read as an error of gain "
-            "that is as large at the largest reading)"
-        )
+        gain += f" (with ±{100 * statement.full_scale_share:g} % of full scale, {statement.full_scale:g} {unit}: {FULL_SCALE_READING})"
     parts = ([gain] if statement.gain else []) + ([f"±{statement.offset:g} {unit}"] if statement.offset else [])
     return " and ".join(parts) or "exact"

@@ -120,7 +120,18 @@ def read_couplings(words: Sequence[str]) -> dict[str, str]:
                     word=word,
                 )
             )
-        found[name.strip()] = coupling.strip().lower()
+        said = coupling.strip().lower()
+        earlier = next((key for key in found if same_name(key, name)), None)
+        if earlier is not None and found[earlier] != said:
+            raise UsageError(
+                text(
+                    "--coupling {word}: {which} said to be {earlier} before; say each of them once",
+                    word=word,
+                    which=name.strip() or "all channels",
+                    earlier=found[earlier],
+                )
+            )
+        found[name.strip()] = said
     return found
 
 

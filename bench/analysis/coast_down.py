@@ -21,6 +21,8 @@ from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast
 from procedures.estimation.mechanics.turning import SpeedRamp
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
+#: A coast-down that ends above this share of its top speed does not show what low speeds do.
+_LOW_ENOUGH = 0.1
 _RATES = ("coulomb_deceleration", "viscous_rate")
 #: What stands for the channel of a torque that no column has.
 _GIVEN = "as given"
@@ -129,6 +131,13 @@ def analyze_coast_down(
         outcome.detail(ramps=len(parts), residual_rms=fit.residual_rms)
         return outcome.as_dict()
     outcome.assume("no torque on the shaft but its own friction")
+    reached = min(float(np.min(np.abs(part.speed))) / float(np.max(np.abs(part.speed))) for part in parts)
+    if reached > _LOW_ENOUGH:
+        outcome.warn(
+            f"the coast-down ends at {reached:.0%} of its top speed: friction that grows again at low speed (Stribeck) hardly shows "
+            "there, and would move these figures by more than their intervals; record down to 5 % of the top speed",
+            "coast-lower",
+        )
     outcome.detail(initial_speed=fit.value("initial_speed"), residual_rms=fit.residual_rms)
     if inertia is None:
         outcome.warn(

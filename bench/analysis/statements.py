@@ -17,6 +17,7 @@ _TERM = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*(%
 _FULL_SCALE = re.compile(
     r"±?\s*(\d+\.?\d*|\.\d+)\s*%\s*fs\b\s*(?:@\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+)\s*([^\s+%\d]+))?", re.IGNORECASE
 )
+_RANGE = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*([^\s+%\d]+)\s*")
 _WANTED = text("a gain in % or ppm, of the reading or of full scale (1.5%fs@8V), an offset with its unit, as in 2%+5mV")
 #: A larger error of gain makes no interval: the reading says next to nothing.
 _LARGEST_GAIN = 0.5
@@ -27,8 +28,9 @@ class Statement:
     """Limits of error of a channel, or of all channels of a kind (half-widths, rectangular).
 
     `gain` is relative, `offset` in SI; its `unit` is SI, empty where none was written. Channels of one `instrument` (empty: the
-    kind's own) err together. `full_scale_share` is the limit of the gain's error as a share of `full_scale` (SI). `given` is how the user
-    wrote it, for messages; `typed` whether on the command line.
+    kind's own) err together. `full_scale_share` is the limit of the gain's error as a share of `full_scale` (SI, 0 where the capture is
+    to say it). `given` is how the user wrote it, for messages; `typed` whether on the command line. With `range_only` it states a
+    channel's full scale and no limit.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Statement:
     typed: bool = False
     full_scale_share: float = 0.0
     full_scale: float = 0.0
+    range_only: bool = False
 
     def error(self, what: Text | str) -> InputError:
         """Return the error that says what is wrong with this statement."""
@@ -69,8 +72,10 @@ class _Table(Section):
     instrument: str = Field("", description="what channels that err together have in common, text in quotes")
 
 
-def read_statements(words: Sequence[str] = (), file: Path | None = None) -> tuple[Statement, ...]:
-    """Return what `--accuracy NAME=LIMITS` and `--accuracy-file` state; on the command line overrules the file.
+def read_statements(
+    words: Sequence[str] = (), file: Path | None = None, full_scales: Sequence[str] = ()
+) -> tuple[Statement, ...]:
+    """Return what `--accuracy NAME=LIMITS`, `--accuracy-file` and `--full-scale NAME=RANGE` state; on the command line overrules the file.
 
     Raises UsageError or InputError naming option or file and key, what was given and what is allowed.
     """
@@ -96,7 +101,7 @@ def read_statements(words: Sequence[str] = (), file: Path | None = None) -> tupl
                 )
             )
         typed[name] = _parse(name, limits, given, typed=True)
-    return tuple({**stated, **typed}.values())
+    return (*{**stated, **typed}.values(), *(_range_of(word) for word in full_scales))
 
 
 def _of_file(file: Path) -> list[Statement]:
@@ -117,8 +122,8 @@ def _of_file(file: Path) -> list[Statement]:
                 full_scale_share=table.full_scale_gain,
                 full_scale=table.full_scale,
             )
-            if bool(table.full_scale_gain) != bool(table.full_scale):
-                raise stated.error(text("full_scale_gain and full_scale belong together; give both"))
+            if table.full_scale and not table.full_scale_gain:
+                raise stated.error(text("full_scale without full_scale_gain states no limit; give full_scale_gain"))
             found.append(stated)
         else:
             raise InputError(
@@ -185,25 +190,39 @@ def _full_scale(blank: Statement, limits: str) -> tuple[float, float, str, str]:
     found = _FULL_SCALE.search(limits)
     if found is None:
         return 0.0, 0.0, "", limits
-    if found[2] is None:
-        raise blank.error(
-            text(
-                "per cent of which full scale? Give the range that was set: the screen's divisions times volts a division, as in 1.5%fs@8V"
-            )
-        )
-    known = si(found[3])
-    if known is None or not float(found[2]) > 0.0 or not float(found[1]) / 100.0 <= _LARGEST_GAIN:
+    known = ("", 0.0) if found[2] is None else si(found[3])
+    empty = found[2] is not None and not float(found[2]) > 0.0
+    if known is None or empty or not 0.0 < float(found[1]) / 100.0 <= _LARGEST_GAIN:
         raise blank.error(
             text(
                 "'{scale}' of {share} % is no full scale; allowed is a range above 0 with its unit, and up to {most:g} %",
-                scale=f"{found[2]}{found[3]}",
+                scale=f"{found[2] or ''}{found[3] or ''}",
                 share=found[1],
                 most=100 * _LARGEST_GAIN,
             )
         )
     before, after = limits[: found.start()].strip(), limits[found.end() :].strip()
     rest = "+".join(part for part in (before.removesuffix("+").strip(), after.removeprefix("+").strip()) if part)
-    return float(found[1]) / 100.0, float(found[2]) * known[1], known[0], rest
+    return float(found[1]) / 100.0, float(found[2] or 0.0) * known[1], known[0], rest
+
+
+def _range_of(word: str) -> Statement:
+    """Return what `--full-scale NAME=RANGE` says."""
+    name, mark, given = word.rpartition("=")
+    found = _RANGE.fullmatch(given)
+    known = si(found[2]) if found else None
+    if not (name.strip() and mark) or found is None or known is None or not float(found[1]) > 0.0:
+        raise UsageError(
+            text(
+                "--full-scale {word}: give NAME=RANGE: a channel's name or a kind, then the range that was set, the screen's divisions "
+                "times volts a division, as in CH1=40V",
+                word=word,
+            )
+        )
+    size = float(found[1]) * known[1]
+    return Statement(
+        name.strip(), 0.0, 0.0, known[0], f"--full-scale {word}", typed=True, full_scale=size, range_only=True
+    )
 
 
 def _terms(blank: Statement, limits: str) -> list[tuple[float, str]]:

@@ -75,6 +75,15 @@ def analyze_step_response(
         voltage, current = first.name, second.name
     v = pick(capture, voltage, ("V",), "voltage", ("volt", "u"))
     i = pick(capture, current, ("A",), "current", ("curr", "i"))
+    if v.name == i.name:
+        raise CaptureError(
+            capture.source,
+            text(
+                "column '{name}' is asked for as voltage and as current; name two columns of {names}",
+                name=v.name,
+                names=[channel.name for channel in capture.channels],
+            ),
+        )
     applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
     outcome = AnalysisOutcome("dq_inductance_time_constant", "3.3.1", capture, applied)

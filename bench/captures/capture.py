@@ -26,6 +26,7 @@ class CaptureError(InputError):
 class CaptureChannel:
     """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0.
 
+    `full_scale` is the range that was set (SI, the whole screen), 0 where the file does not say.
     `clipped` tells whether readings reached an end of the converter, `coupling` is "dc" or "ac"; None and empty where no one says.
     """
 
@@ -35,6 +36,7 @@ class CaptureChannel:
     resolution: float = 0.0
     clipped: bool | None = None
     coupling: str = ""
+    full_scale: float = 0.0
 
     @property
     def ends(self) -> tuple[float, float] | None:
@@ -85,7 +87,12 @@ class Capture:
                     ),
                 )
         changed = tuple(
-            replace(c, values=c.values * wanted[c.name], resolution=c.resolution * abs(wanted[c.name]))
+            replace(
+                c,
+                values=c.values * wanted[c.name],
+                resolution=c.resolution * abs(wanted[c.name]),
+                full_scale=c.full_scale * abs(wanted[c.name]),
+            )
             if c.name in wanted
             else c
             for c in self.channels

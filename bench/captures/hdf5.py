@@ -44,7 +44,8 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
             )
     # Every driver couples DC, and says where a record clipped.
     channels = tuple(
-        CaptureChannel(name, w.unit, w.values, w.resolution, w.clipped, "dc") for name, w in waveforms.items()
+        CaptureChannel(name, w.unit, w.values, w.resolution, w.clipped, "dc", w.full_scale)
+        for name, w in waveforms.items()
     )
     return Capture(channels, reference.time, str(path), "motorbench HDF5")
 

@@ -12,6 +12,7 @@ from bench.captures.hdf5 import read_hdf5
 from bench.captures.part import WHOLE, CapturePart
 from bench.captures.plain import read_plain
 from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
+from bench.captures.siglent import is_siglent, read_siglent
 from bench.captures.tektronix import is_tektronix, read_tektronix
 from bench.captures.text import read_lines
 from drivers.interfaces.text import text
@@ -20,7 +21,7 @@ _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def read_capture(path: Path | str, *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
-    """Return a stored capture: Rohde & Schwarz or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
+    """Return a stored capture: Rohde & Schwarz, Siglent or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
     record of several); text may be gzip'ed.
 
     `abscissa` ("time" or "angle") says what the first column of a table without headings is, `selection` which part is wanted. Raises
@@ -42,6 +43,9 @@ def _read(path: Path | str, abscissa: str, time_column: str | None) -> Capture:
     if is_rohde_schwarz(lines):
         _refuse_column(file, time_column)
         return read_rohde_schwarz(file, lines)
+    if is_siglent(lines):
+        _refuse_column(file, time_column)
+        return read_siglent(file, lines)
     if is_tektronix(lines):
         _refuse_column(file, time_column)
         return read_tektronix(file, lines)

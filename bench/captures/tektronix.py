@@ -7,6 +7,9 @@ from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
 
+#: The screen's height, of which full scale is meant.
+_DIVISIONS = 8
+
 
 def is_tektronix(lines: list[str]) -> bool:
     """Whether the first row begins with the maker's first setting; some files have a stray character before it."""
@@ -45,8 +48,11 @@ def read_tektronix(path: Path, lines: list[str]) -> Capture:
     # Some models write it, as "Coupling,DC" or "Vertical Coupling,AC".
     said = next((value for name, value in settings.items() if name.lower().endswith("coupling")), "").lower()
     coupling = next((each for each in ("ac", "dc") if said.startswith(each)), "")
+    scale = number(settings.get("Vertical Scale", "")) or 0.0
+    full_scale = _DIVISIONS * scale * factor if scale > 0.0 else 0.0
+    name = settings.get("Source", path.stem)
     return Capture(
-        (CaptureChannel(settings.get("Source", path.stem), known, values, converter_step(values), None, coupling),),
+        (CaptureChannel(name, known, values, converter_step(values), None, coupling, full_scale),),
         table[:, 0],
         str(path),
         f"Tektronix CSV{f' of a {model}' if model else ''}",

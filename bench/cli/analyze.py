@@ -29,17 +29,18 @@ def back_emf(
     time_column: str | None = None,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
+    full_scale: Sequence[str] = (),
     budget: bool = False,
     json: bool = False,
 ) -> int:
     """Fundamental, harmonics, drift and flux linkage of captured back-EMF voltages (§3.4).
 
-    Exit status 0 where every figure is given, 1 where one is withheld.
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
 
     Parameters
     ----------
     files
-        Captures of one record, or of one a speed: R&S RTB or Tektronix TDS CSV, columns of time and volts, or HDF5.
+        Captures of one record, or of one a speed: R&S RTB, Tektronix TDS or Siglent CSV, columns of time and volts, or HDF5.
     connection
         Where the probes were: between two lines, phase to an artificial star point, or phase to the winding's own.
     pole_pairs
@@ -72,6 +73,8 @@ def back_emf(
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, time.
     accuracy_file
         TOML file with the same; what is on the command line overrules it.
+    full_scale
+        Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
     budget
         Print every parameter's uncertainty budget; JSON always holds them.
     json
@@ -93,7 +96,7 @@ def back_emf(
         speeds=speeds,
         coupling=read_couplings(coupling),
         harmonics=harmonics,
-        accuracy=read_statements(accuracy, accuracy_file),
+        accuracy=read_statements(accuracy, accuracy_file, full_scale),
         selection=CapturePart(from_, to, time_column),
         temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
     )
@@ -117,12 +120,13 @@ def step_response(
     skew: float = 0.0,
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
+    full_scale: Sequence[str] = (),
     budget: bool = False,
     json: bool = False,
 ) -> int:
     """Resistance and inductance from a recorded voltage step and its current (§3.3.1).
 
-    Exit status 0 where every figure is given, 1 where one is withheld.
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
 
     Parameters
     ----------
@@ -158,6 +162,8 @@ def step_response(
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
     accuracy_file
         TOML file with the same; what is on the command line overrules it.
+    full_scale
+        Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
     budget
         Print every parameter's uncertainty budget; JSON always holds them.
     json
@@ -176,7 +182,7 @@ def step_response(
         voltage=voltage,
         current=current,
         scale=_factors(scale),
-        accuracy=read_statements(accuracy, accuracy_file),
+        accuracy=read_statements(accuracy, accuracy_file, full_scale),
         selection=CapturePart(from_, to, time_column),
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
         skew=skew,
@@ -203,7 +209,7 @@ def coast_down(
 ) -> int:
     """Friction from a coast-down, and inertia where a driven ramp is there too (§3.5).
 
-    Exit status 0 where every figure is given, 1 where one is withheld.
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
 
     Parameters
     ----------
@@ -275,7 +281,7 @@ def rotor_sweep(
 ) -> int:
     """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
 
-    Exit status 0 where every figure is given, 1 where one is withheld.
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
 
     Parameters
     ----------

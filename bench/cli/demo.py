@@ -24,6 +24,7 @@ def demo(
     runs: Path = Path("runs"),
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
+    disturbances: Path | None = None,
 ) -> int:
     """Measure a virtual motor by every procedure, print the summary beside the truth, and write the report's page.
 
@@ -43,6 +44,8 @@ def demo(
         A file of faults to inject.
     fault
         One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
+    disturbances
+        A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
 
     """
     chosen = language_of(language)
@@ -55,6 +58,7 @@ def demo(
         runs=runs,
         seed=seed,
         faults=given_faults_of(faults, fault),
+        disturbances=disturbances,
     )
     if json:
         done = run_session(request, installed().procedures, console_on(sys.stderr))

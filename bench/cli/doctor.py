@@ -13,6 +13,9 @@ from bench.run.console import console_on
 from bench.safety.guardian.scope import guardian_scope
 from bench.safety.ownership.owner import holders
 from bench.safety.ownership.state_folder import state_folder
+from bench.station.computer import Computer
+from bench.station.connections import problems
+from bench.station.station_file import load_station
 
 _LIBRARIES = (
     "motorbench", "numpy", "scipy", "GTC", "pydantic", "PyVISA", "PyVISA-py", "pyserial", "pymodbus", "python-can",
@@ -20,27 +23,43 @@ _LIBRARIES = (
 )  # fmt: skip
 
 
-def doctor(*, json: bool = False, runs: Path = Path("runs")) -> int:
-    """Report versions of libraries, the VISA backends found, serial and CAN devices, permissions, and where a guardian would live.
+def doctor(station: Path | None = None, /, *, json: bool = False, runs: Path = Path("runs")) -> int:
+    """Report versions of libraries, the VISA backends found, USB, serial and CAN devices, permissions, and where a guardian would live.
 
     Parameters
     ----------
+    station
+        A station file: can this computer reach each of its addresses? Nothing is opened; `station check` does that.
     json
         Print one JSON object and nothing else.
     runs
         Folder of the runs, which must be writable.
 
     """
+    computer = Computer()
     found: dict[str, Any] = {
         "python": platform.python_version(),
         "system": platform.platform(),
         "libraries": {name: _version(name) for name in _LIBRARIES},
         "visa_backends": _backends(),
-        "serial_ports": _serial_ports(),
-        "can_interfaces": _can_interfaces(),
+        "serial_ports": {
+            port: "usable" if usable else "no permission" for port, usable in computer.serial_ports().items()
+        },
+        "usb_devices": {
+            f"0x{device.vendor:04X}::0x{device.product:04X}::{device.serial}": "usable"
+            if device.usable
+            else "no permission"
+            for device in computer.usb_devices()
+        },
+        "can_interfaces": {name: "up" if up else "down" for name, up in computer.can_interfaces().items()},
         **_state(),
         "guardian": guardian_scope().about(),
     }
+    if station is not None:
+        found["station"] = [
+            {"instrument": name, "address": address, "problems": [said.render() for said in stands]}
+            for name, address, stands in problems(load_station(station), computer)
+        ]
     found["problems"] = _problems(found, runs)
     if json:
         print_json(found)
@@ -87,37 +106,26 @@ def _backends() -> dict[str, str]:
     return backends
 
 
-def _serial_ports() -> dict[str, str]:
-    ports = sorted({*Path("/dev").glob("ttyUSB*"), *Path("/dev").glob("ttyACM*"), *Path("/dev").glob("usbtmc*")})
-    return {str(port): "usable" if os.access(port, os.R_OK | os.W_OK) else "no permission" for port in ports}
-
-
-def _can_interfaces() -> list[str]:
-    folder = Path("/sys/class/net")
-    if not folder.is_dir():
-        return []
-    # 280 is ARPHRD_CAN of the Linux kernel's if_arp.h.
-    types = ((entry.name, entry / "type") for entry in folder.iterdir())
-    return sorted(name for name, kind in types if kind.is_file() and kind.read_text().strip() == "280")
-
-
 def _problems(found: dict[str, Any], runs: Path) -> list[str]:
-    problems = [
-        f"the library {name} is missing; run uv sync" for name, has in found["libraries"].items() if has is None
-    ]
+    told = [f"the library {name} is missing; run uv sync" for name, has in found["libraries"].items() if has is None]
     if not found["visa_backends"]:
-        problems.append("no VISA backend; install PyVISA-py or the instrument maker's VISA")
-    problems += [
+        told.append("no VISA backend; install PyVISA-py or the instrument maker's VISA")
+    told += [
         f"{port} may not be used; add yourself to its group (often dialout or plugdev)"
         for port, state in found["serial_ports"].items()
         if state != "usable"
     ]
+    told += [
+        f"{one['instrument']} at {one['address']}: {said}"
+        for one in found.get("station", ())
+        for said in one["problems"]
+    ]
     if found["state_problem"]:
-        problems.append(found["state_problem"])
+        told.append(found["state_problem"])
     place = runs if runs.exists() else runs.absolute().parent
     if not os.access(place, os.W_OK):
-        problems.append(f"{place} may not be written to; choose another folder with --runs")
-    return problems
+        told.append(f"{place} may not be written to; choose another folder with --runs")
+    return told
 
 
 def _print(found: dict[str, Any]) -> None:
@@ -125,11 +133,16 @@ def _print(found: dict[str, Any]) -> None:
     console.print(f"Python {found['python']} on {found['system']}", markup=False)
     for name, has in found["libraries"].items():
         console.print(f"  {name:<12}{has or 'missing'}", markup=False)
-    for title, key in (("VISA backends", "visa_backends"), ("Serial and USB ports", "serial_ports")):
+    kinds = (
+        ("VISA backends", "visa_backends"),
+        ("Serial ports", "serial_ports"),
+        ("USB devices", "usb_devices"),
+        ("CAN interfaces", "can_interfaces"),
+    )
+    for title, key in kinds:
         console.print(f"{title}: {'' if found[key] else 'none'}", markup=False)
         for name, told in found[key].items():
             console.print(f"  {name}  {told}", markup=False)
-    console.print(f"CAN interfaces: {', '.join(found['can_interfaces']) or 'none'}", markup=False)
     console.print(f"State folder: {found['state_folder'] or 'none'}", markup=False)
     for one in found["in_use"]:
         ended = ", which has ended; its guardian has not" if one["ended"] else ""
@@ -138,7 +151,13 @@ def _print(found: dict[str, Any]) -> None:
         )
         console.print(f"      {', '.join(one['instruments'])}", markup=False)
     console.print(f"Guardian: {found['guardian']['said']}", markup=False)
+    for one in found.get("station", ()):
+        if not one["problems"]:
+            console.print(f"✓ {one['instrument']} at {one['address']}", markup=False)
     for problem in found["problems"]:
         console.print(f"✗ {problem}", markup=False)
     if not found["problems"]:
-        console.print("✓ Nothing is missing.", markup=False)
+        further = (
+            "" if "station" in found else " A station file's addresses are judged by: motorbench doctor STATION.toml"
+        )
+        console.print(f"✓ Nothing is missing.{further}", markup=False)

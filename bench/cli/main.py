@@ -10,7 +10,7 @@ from cyclopts import App, CycloptsError, Parameter
 from bench.i18n.errors import InputError, UsageError, message
 from drivers.interfaces.text import text
 
-#: Exit statuses: something failed; the command line was wrong.
+#: Exit statuses: something failed or was withheld; the command line was wrong, or a file that it names cannot be used.
 FAILED, USAGE = 1, 2
 
 
@@ -107,7 +107,8 @@ def _run(given: list[str]) -> int:
     except UsageError as error:
         return _refuse(given, error, USAGE)
     except InputError as error:
-        return _refuse(given, error, FAILED)
+        # An analysis measures nothing: what it cannot go on from is what it was given.
+        return _refuse(given, error, USAGE if given[0] == "analyze" else FAILED)
     except BrokenPipeError:
         # Whoever read the output has had enough; there is nobody left to tell.
         sys.stderr.close()

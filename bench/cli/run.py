@@ -42,6 +42,9 @@ def run(
     seed: Seed | None = None,
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
+    disturbances: Path | None = None,
+    probe_verification: str = "",
+    probe: tuple[str, ...] = (),
     runs: Path = Path("runs"),
     continue_on_error: bool = False,
     rehearse: bool = False,
@@ -85,6 +88,12 @@ def run(
         A file of faults for the virtual bench.
     fault
         One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
+    disturbances
+        A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
+    probe_verification
+        An earlier run of this station with probe-verification, its name under `--runs` or `latest`: its gains are taken.
+    probe
+        Limit of gain of a probe that the station file leaves open, CH1=2%; asked for otherwise. May be given several times.
     runs
         Folder in which the run's own folder is made.
     continue_on_error
@@ -103,6 +112,8 @@ def run(
         procedures = procedures or tuple(began.procedures)
         set_ = set_ or tuple(began.settings)
         seed = began.seed if seed is None else seed
+        probe_verification = probe_verification or began.probe_verification
+        probe = probe or tuple(began.probes)
         serial_number = serial_number or began.motor.serial_number
     unknown = sorted(set(repeat) - set(procedures))
     if repeat and folder is None:
@@ -135,6 +146,9 @@ def run(
         seed=seed or 0,
         trace=trace,
         faults=given_faults_of(faults, fault, catalogues),
+        disturbances=disturbances,
+        probe_verification=probe_verification,
+        probes=probe,
         go_on=continue_on_error,
         resume=folder,
         repeat=repeat,

@@ -64,7 +64,7 @@ def serve(
     hostile
         Begin as a last user may have left the instruments, drawn by this seed.
     disturbances
-        A file of what disturbs the bench: probes, shaft sensors, contacts, hands.
+        A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
 
     """
     from bench.motor.motor_file import load_motor

@@ -1,6 +1,6 @@
 """The drawing of the connections: instruments left, the motor right, wires in their colours between them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from bench.drawings.canvas import INK, Canvas
 from bench.drawings.colours import css_colour
@@ -20,6 +20,7 @@ from procedures.core.actions import (
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
+    ConnectVoltmeterToSupply,
     CurrentProbe,
     Node,
     Socket,
@@ -30,6 +31,7 @@ from procedures.core.nameplate import Nameplate
 
 _WIDTH, _HEIGHT = 820, 520
 _STAR = (380.0, 205.0)
+_SUPPLY = {Node.SUPPLY_POSITIVE: Socket.SUPPLY_POSITIVE, Node.SUPPLY_NEGATIVE: Socket.SUPPLY_NEGATIVE}
 #: Channels as oscilloscopes colour them, dark enough for paper.
 _CHANNELS = {1: "#b28704", 2: "#2e7d32", 3: "#1565c0", 4: "#c2185b"}
 
@@ -43,10 +45,12 @@ def draw_connections(layout: Layout, nameplate: Nameplate, translate: Translate 
         _WIDTH, _HEIGHT, text("Connections").render(translate), _description(layout, nameplate).render(translate)
     )
     terminals = layout.terminals or Connect({}).complete()
-    used = [socket for socket in terminals.values() if socket is not Socket.OPEN]
+    used: list[Socket] = [socket for socket in terminals.values() if socket is not Socket.OPEN]
     if layout.leads_shorted:
         used = [Socket.METER_HIGH, Socket.METER_LOW]
         terminals = Connect({}).complete()
+    if layout.voltmeter_on_supply or _nodes(layout) & _SUPPLY.keys():
+        used = list(dict.fromkeys([*used, *_SUPPLY.values()]))
     sockets = draw_instruments(canvas, used, translate)
     if layout.leads_shorted:
         _shorted_leads(canvas, sockets, translate)
@@ -62,9 +66,11 @@ def draw_connections(layout: Layout, nameplate: Nameplate, translate: Translate 
     draw_motor(canvas, nameplate.connection, name=nameplate.name)
     if any(node in HALL_Y for node in _nodes(layout)):
         draw_hall_connector(canvas, text("Hall sensors").render(translate))
-    _probes(canvas, layout.probes, translate)
+    _probes(canvas, layout.probes, sockets, translate)
     if layout.voltmeter is not None:
-        _voltmeter(canvas, layout.voltmeter, translate)
+        _voltmeter(canvas, [(TERMINAL_X, TERMINAL_Y[lead]) for lead in layout.voltmeter], translate)
+    elif layout.voltmeter_on_supply:
+        _voltmeter(canvas, [(SOCKET_X, sockets[socket]) for socket in _SUPPLY.values()], translate)
     for row, words in enumerate(_shaft(layout)):
         draw_remark(canvas, row, words.render(translate))
     return canvas.svg()
@@ -78,6 +84,8 @@ def _description(layout: Layout, nameplate: Nameplate) -> Text:
         lines += ConnectProbes(layout.probes).lines({})[1:]
     if layout.voltmeter is not None:
         lines += ConnectVoltmeter(*layout.voltmeter).lines({})
+    if layout.voltmeter_on_supply:
+        lines += ConnectVoltmeterToSupply().lines({})
     return Text("{lines}", {"lines": [*lines, *_shaft(layout)]})
 
 
@@ -143,11 +151,18 @@ def _artificial_star(canvas: Canvas, translate: Translate) -> None:
     canvas.text(_STAR[0] - 14.0, _STAR[1], text("artificial star").render(translate), anchor="end", size=15)
 
 
-def _place(node: Node) -> tuple[float, float]:
+def _place(node: Node, sockets: Mapping[Socket, float]) -> tuple[float, float]:
+    if node in _SUPPLY:
+        return SOCKET_X, sockets[_SUPPLY[node]]
     return node_place(node) or _STAR
 
 
-def _probes(canvas: Canvas, probes: Sequence[VoltageProbe | CurrentProbe], translate: Translate) -> None:
+def _probes(
+    canvas: Canvas,
+    probes: Sequence[VoltageProbe | CurrentProbe],
+    sockets: Mapping[Socket, float],
+    translate: Translate,
+) -> None:
     if not probes:
         return
     marks = [str(probe.channel) for probe in probes]
@@ -158,9 +173,14 @@ def _probes(canvas: Canvas, probes: Sequence[VoltageProbe | CurrentProbe], trans
             _current_probe(canvas, probe, x, y - 13.0, colour)
             continue
         for node, dashed in ((probe.positive, False), (probe.negative, True)):
-            end_x, end_y = _place(node)
+            end_x, end_y = _place(node, sockets)
             if node in HALL_Y:
                 _to_pin(
+                    canvas, (x + (5.0 if dashed else -5.0), y - 13.0), (end_x, end_y), number, colour, dashed=dashed
+                )
+                continue
+            if node in _SUPPLY:
+                _to_supply(
                     canvas, (x + (5.0 if dashed else -5.0), y - 13.0), (end_x, end_y), number, colour, dashed=dashed
                 )
                 continue
@@ -198,6 +218,25 @@ def _to_pin(
     )
 
 
+def _to_supply(
+    canvas: Canvas,
+    start: tuple[float, float],
+    socket: tuple[float, float],
+    number: int,
+    colour: str,
+    *,
+    dashed: bool,
+) -> None:
+    """Draw a lead up and from the right to a socket of the supply, each channel's beside the others."""
+    (x, y), (end_x, end_y), aside = start, socket, 9.0 * number
+    canvas.line(
+        f"M {x:g} {y:g} C {x:g} {y - 110:g} {end_x + 150 + aside:g} {end_y + aside:g} {end_x + 13:g} {end_y:g}",
+        width=3,
+        colour=colour,
+        dashed=dashed,
+    )
+
+
 def _current_probe(canvas: Canvas, probe: CurrentProbe, x: float, y: float, colour: str) -> None:
     ring_x, ring_y = TERMINAL_X - 52.0, TERMINAL_Y[probe.terminal]
     canvas.line(
@@ -213,12 +252,13 @@ def _current_probe(canvas: Canvas, probe: CurrentProbe, x: float, y: float, colo
     canvas.line(f"M {ring_x - 8:g} {ring_y + 24:g} l 22 0 l -7 -5 m 7 5 l -7 5", width=2, colour=colour)
 
 
-def _voltmeter(canvas: Canvas, leads: tuple[Terminal, Terminal], translate: Translate) -> None:
+def _voltmeter(canvas: Canvas, leads: Sequence[tuple[float, float]], translate: Translate) -> None:
+    """Draw the voltmeter, and its leads to two places: of the motor's terminals, or of the supply's sockets."""
     places = draw_lower(canvas, 60.0, text("Voltmeter").render(translate), ["HI", "LO"])
-    for terminal, (x, y), dashed in zip(leads, places, (False, True), strict=True):
-        end_y = TERMINAL_Y[terminal] + 18.0
+    for (lead_x, lead_y), (x, y), dashed in zip(leads, places, (False, True), strict=True):
+        end_y, bend = lead_y + 18.0, -130.0 if lead_x == TERMINAL_X else 40.0
         canvas.line(
-            f"M {x:g} {y - 13:g} C {x:g} {y - 90:g} {TERMINAL_X - 130:g} {end_y + 70:g} {TERMINAL_X - 6:g} {end_y:g}",
+            f"M {x:g} {y - 13:g} C {x:g} {y - 90:g} {lead_x + bend:g} {end_y + 70:g} {lead_x - 6:g} {end_y:g}",
             width=3,
             dashed=dashed,
         )

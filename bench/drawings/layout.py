@@ -8,6 +8,7 @@ from procedures.core.actions import (
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
+    ConnectVoltmeterToSupply,
     CoupleDynamometer,
     CurrentProbe,
     DisconnectVoltmeter,
@@ -31,6 +32,7 @@ class Layout:
     terminals: Mapping[Terminal, Socket] | None = None
     probes: tuple[VoltageProbe | CurrentProbe, ...] = field(default_factory=tuple)
     voltmeter: tuple[Terminal, Terminal] | None = None
+    voltmeter_on_supply: bool = False
     leads_shorted: bool = False
     rotor_locked: bool = False
     dynamometer_coupled: bool = False
@@ -44,9 +46,9 @@ class Layout:
             case ConnectProbes(probes=probes):
                 return replace(self, probes=probes)
             case ConnectVoltmeter(positive=positive, negative=negative):
-                return replace(self, voltmeter=(positive, negative))
-            case DisconnectVoltmeter():
-                return replace(self, voltmeter=None)
+                return replace(self, voltmeter=(positive, negative), voltmeter_on_supply=False)
+            case ConnectVoltmeterToSupply() | DisconnectVoltmeter():
+                return replace(self, voltmeter=None, voltmeter_on_supply=isinstance(action, ConnectVoltmeterToSupply))
             case ShortMeterLeads() | SeparateMeterLeads():
                 return replace(self, leads_shorted=isinstance(action, ShortMeterLeads))
             case LockRotor() | ReleaseRotor():

@@ -53,7 +53,12 @@ def plain(value: object, depth: int = 0) -> Any:
     if isinstance(value, Mapping):
         return {_key(key): plain(item, depth + 1) for key, item in value.items()}
     if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name), depth + 1) for field in fields(value)}
+        told = {each: getattr(value, each.name) for each in fields(value)}
+        return {
+            each.name: plain(given, depth + 1)
+            for each, given in told.items()
+            if not (each.metadata.get("optional") and given == each.default)
+        }
     if isinstance(value, bytes | bytearray):
         return value.hex(" ")
     if hasattr(value, "tolist"):

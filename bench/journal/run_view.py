@@ -133,6 +133,10 @@ class RunView:
         }
         if self.start is not None and self.start.faults:
             made["faults"] = list(self.start.faults)
+        if self.start is not None and self.start.disturbances:
+            made["disturbances"] = self.start.disturbances
+        if self.start is not None and self.start.probe_verification:
+            made["probe_verification"] = self.start.probe_verification
         if self.cause:
             made["cause"] = self.cause
         return made

@@ -44,7 +44,9 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
         return ConnectVoltmeter(Terminal(details["positive"]), Terminal(details["negative"]))
     if kind is EnterReading:
         # The journal holds the quantity's English words, which are its template.
-        return EnterReading(**{**details, "quantity": Text(details["quantity"])})
+        usual = details.get("usual")
+        stored = {**details, "quantity": Text(details["quantity"]), "usual": None if usual is None else tuple(usual)}
+        return EnterReading(**stored)
     if kind is Mend:
         return Mend(Text(details["finding"]), tuple(Text(line) for line in details["wanted"]))
     if kind is DoubtReading:

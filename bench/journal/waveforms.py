@@ -1,6 +1,7 @@
 """Waveforms of a run: one HDF5 file a record, written once and whole, so that a killed run leaves no file half-way.
 
-A file holds a group for each channel, with datasets `time` and `values` and attributes `unit`, `resolution`, `channel`, `clipped`.
+A file holds a group for each channel, with datasets `time` and `values` and attributes `unit`, `resolution`, `channel`, `clipped`,
+`full_scale` (0 where unknown).
 """
 
 import hashlib
@@ -43,7 +44,9 @@ class WaveformLike(Protocol):
 
 @dataclass(frozen=True)
 class StoredWaveform:
-    """Samples as read back: `time` (s) and `values` (n,) in `unit`; `resolution` one converter step; `channel` 0 if unknown."""
+    """Samples as read back: `time` (s) and `values` (n,) in `unit`; `resolution` one converter step;
+    `channel` and `full_scale` 0 if unknown.
+    """
 
     time: FloatArray
     values: FloatArray
@@ -51,6 +54,7 @@ class StoredWaveform:
     resolution: float
     channel: int = 0
     clipped: bool = False
+    full_scale: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -144,6 +148,7 @@ def file_image(waveforms: Mapping[str, WaveformLike]) -> bytes:
             group.attrs["resolution"] = float(waveform.resolution)
             group.attrs["channel"] = int(getattr(waveform, "channel", 0))
             group.attrs["clipped"] = bool(getattr(waveform, "clipped", False))
+            group.attrs["full_scale"] = float(getattr(waveform, "full_scale", 0.0))
         file.flush()
         image: bytes = file.id.get_file_image()
     return image
@@ -184,6 +189,7 @@ def read_waveform(path: Path, reference: str) -> StoredWaveform:
             resolution=float(group.attrs.get("resolution", 0.0)),
             channel=int(group.attrs.get("channel", 0)),
             clipped=bool(group.attrs.get("clipped", False)),
+            full_scale=float(group.attrs.get("full_scale", 0.0)),
         )
 
 

@@ -118,6 +118,19 @@ class AnswersOperator:
                         unit=action.unit,
                     )
                 )
+            if action.usual is not None and not action.usual[0] <= value <= action.usual[1]:
+                low, high = action.usual
+                raise ProcedureError(
+                    text(
+                        "the answer {value:g} {unit} to {key} is unlike what is usual here, {low:g} … {high:g} {unit}, and a file "
+                        "cannot be asked again; correct it, or state it as the procedure's setting",
+                        value=value,
+                        key=action.key,
+                        low=low,
+                        high=high,
+                        unit=action.unit,
+                    )
+                )
             return value
         if isinstance(action, MarkRestPositions):
             degrees = self._answers.next(ANGLES_KEY, action.sentence().render())

@@ -14,6 +14,7 @@ from procedures.core.actions import (
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
+    ConnectVoltmeterToSupply,
     CoupleDynamometer,
     CurrentProbe,
     DisconnectVoltmeter,
@@ -93,6 +94,8 @@ class FixtureOperator:
             case ConnectVoltmeter():
                 ends = (f"{action.positive.value}:voltmeter+", f"{action.negative.value}:voltmeter-")
                 self._join({_SENSES: frozenset(ends)})
+            case ConnectVoltmeterToSupply():
+                self._join({_SENSES: frozenset({"S+:voltmeter+", "S-:voltmeter-"})})
             case DisconnectVoltmeter():
                 self._join({_SENSES: frozenset()})
             case ShortMeterLeads():

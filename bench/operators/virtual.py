@@ -13,6 +13,7 @@ from procedures.core.actions import (
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
+    ConnectVoltmeterToSupply,
     CoupleDynamometer,
     DisconnectVoltmeter,
     DoubtReading,
@@ -20,6 +21,7 @@ from procedures.core.actions import (
     LockRotor,
     MarkRestPositions,
     Mend,
+    Node,
     ReleaseRotor,
     SeparateMeterLeads,
     ShortMeterLeads,
@@ -30,6 +32,7 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.core.bench import ProcedureError
+from procedures.verification.stated_probes import KEY as PROBE_LIMIT
 
 #: What the hands need for each kind of work (s), as a practised person does.
 _WIRING, _PROBE, _LEADS, _LOCK, _COUPLING, _READING = 15.0, 8.0, 5.0, 3.0, 30.0, 5.0
@@ -159,6 +162,9 @@ class VirtualOperator:
             case ConnectVoltmeter():
                 self._take(_PROBE)
                 world.attach_voltmeter(action.positive.value, action.negative.value)
+            case ConnectVoltmeterToSupply():
+                self._take(_PROBE)
+                world.attach_voltmeter(Node.SUPPLY_POSITIVE.value, Node.SUPPLY_NEGATIVE.value)
             case DisconnectVoltmeter():
                 self._take(_PROBE)
                 world.detach_voltmeter()
@@ -297,6 +303,9 @@ class VirtualOperator:
         self._take(_READING)
         if action.key == "winding_temperature":
             return self._typed(self.thermometer())
+        if action.key == PROBE_LIMIT:
+            # What is off on a virtual bench is its oscilloscope; its probes are not.
+            return 0.0
         raise ProcedureError(
             text(
                 "the virtual operator has nothing to read {key} from; put it into the motor file's [nameplate]",

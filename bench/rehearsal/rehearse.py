@@ -109,10 +109,12 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
 
     Raises InputError for a plan, station or motor that a run would refuse.
     """
-    if request.resume or request.faults or request.answers or request.operator not in ("", "virtual"):
+    given = request.resume or request.faults or request.disturbances or request.answers
+    if given or request.operator not in ("", "virtual"):
         raise UsageError(
             text(
-                "--rehearse tries a whole plan with virtual hands: leave out --resume, --faults, --fault, --answers and --operator"
+                "--rehearse tries a whole plan with virtual hands: leave out --resume, --faults, --fault, --disturbances, --answers "
+                "and --operator"
             )
         )
     plan = make_plan(request.procedures, request.assignments, catalogue)

@@ -72,6 +72,14 @@ def run_context(
         with _virtual(request, interrupts) as context:
             yield context
         return
+    if request.disturbances is not None:
+        raise UsageError(
+            text(
+                "--disturbances: {source} is not --station virtual, and only a bench of this command's own is disturbed; "
+                "where motorbench sim serve serves one, give --disturbances there",
+                source=request.station,
+            )
+        )
     station = load_station(Path(request.station))
     with (
         owning_stations([station], owner_purpose) as owner,
@@ -206,11 +214,17 @@ def _served(station: Station, request: RunRequest, interrupts: Interrupts) -> It
 def _virtual(request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.virtual import VirtualOperator
     from bench.virtual.virtual_station import virtual_station
-    from sim_instruments.bench import VirtualBench
+    from sim_instruments.bench import BenchSetting, VirtualBench
 
     motor, by_fixture = request.motor, request.operator == "fixture"
-    truth = motor.virtual_motor()
-    with VirtualBench(truth, seed=request.seed, six_step=motor.six_step, sockets=False, fixture=by_fixture) as bench:
+    truth, setting = motor.virtual_motor(), None
+    if request.disturbances is not None:
+        from bench.virtual.disturbance_file import load_disturbances
+
+        setting = BenchSetting(disturbances=load_disturbances(request.disturbances))
+    with VirtualBench(
+        truth, seed=request.seed, six_step=motor.six_step, sockets=False, fixture=by_fixture, setting=setting
+    ) as bench:
         worker = VirtualOperator(bench.world, request.seed)
         inject(request.faults, bench.injector.add)
         context = RunContext(

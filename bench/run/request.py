@@ -24,7 +24,9 @@ class RunRequest:
     """What the command line asks for; `language` is settled already. Without `guardian`, none is started: for tests.
 
     `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one; `faults` are injected on a
-    virtual bench.
+    virtual bench, and `disturbances` is a file of what disturbs it.
+    `probe_verification` is an earlier run whose verification of the probes holds for this one;
+    `probes` are limits of probes that the station file leaves open.
     """
 
     procedures: Sequence[str]
@@ -39,6 +41,9 @@ class RunRequest:
     seed: int = 0
     trace: bool = False
     faults: "Sequence[GivenFault]" = ()
+    disturbances: Path | None = None
+    probe_verification: str = ""
+    probes: Sequence[str] = ()
     go_on: bool = False
     resume: RunFolder | None = None
     repeat: Sequence[str] = ()

@@ -20,10 +20,13 @@ from bench.run.beginning import beginning
 from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
 from bench.run.plan import Catalogue, Planned, check_roles, make_plan, possible
+from bench.run.probe_limits import check_asked, given_limits, unstated_probes
+from bench.run.probe_verification import verified_before, verified_channels
 from bench.run.progress import Progress
 from bench.run.request import Finished, RunOptions, RunRequest
 from bench.run.resume import begun, check_identities, check_unchanged, identities, left_unsafe
 from bench.run.retry_policy import never_stop, stop_at_failure
+from bench.run.run_operator import FixtureHands
 from bench.run.sequencer import Runner, secure
 from bench.run.software import software
 from bench.safety.calls import CallWatches
@@ -42,6 +45,8 @@ from bench.virtual.fault_hooks import StepReporter, recording
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
+from procedures.verification.stated_probes import StatedProbes
+from procedures.verification.verified_channels import VerifiedChannels
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -110,7 +115,12 @@ def carry_out(
     with ExitStack() as leaving:
         used = {role for planned in plan for role in planned.procedure.roles} | context.operator.roles
         options = options if options.versions else replace(options, versions=software(context.station.catalogues))
-        previous, view = None, RunView()
+        probes = given_limits(request.probes, context.station)
+        if Role.OSCILLOSCOPE in used and not verified_before(request, plan):
+            check_asked(context.station, probes, somebody=not isinstance(context.operator, FixtureHands))
+        previous, view, verified = None, RunView(), VerifiedChannels()
+        if request.probe_verification:
+            verified = verified_channels(request.probe_verification, request.runs, context.station, wall_date())
         if request.resume:
             previous, began = begun(request.resume)
             check_unchanged(request.resume, began, request.motor, context.station, options.versions)
@@ -181,6 +191,8 @@ def carry_out(
             interrupts,
             guard,
             context.sharing,
+            verified,
+            StatedProbes(unstated_probes(context.station), probes),
         )
         begin = beginning(
             request,

@@ -37,6 +37,8 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.result import Notice
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.plausibility.consistency import check_consistency
+from procedures.verification.stated_probes import StatedProbes
+from procedures.verification.verified_channels import PROBE_VERIFICATION, VerifiedChannels
 
 _MAY_BE_ON = text(
     "What could not be made safe may still be on: switch it off by hand, at the mains or by the emergency stop"
@@ -77,6 +79,8 @@ class Runner:
     interrupts: Interrupts = field(default_factory=Interrupts)
     guard: Guard = field(default_factory=Unguarded)
     sharing: Sharing = field(default_factory=Alone)
+    verified_channels: VerifiedChannels = field(default_factory=VerifiedChannels)
+    stated_probes: StatedProbes = field(default_factory=StatedProbes)
 
     def run(
         self,
@@ -135,6 +139,11 @@ class Runner:
         self.journal.record(begin)
         self.interrupts.check()
         bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
+        verified = self.view.finished.get(PROBE_VERIFICATION)
+        bench.state.verified_channels = (
+            VerifiedChannels.of_findings(verified.findings) if verified else self.verified_channels
+        )
+        bench.state.stated_probes = self.stated_probes
         for notice in warnings:
             self._tell("", notice)
         left = [planned for planned in plan if planned.name in repeat or planned.name not in self.view.finished]

@@ -146,7 +146,11 @@ class StationInstruments:
                 text(
                     "cannot be opened at {address}: {error}", address=entry.address or text("no address"), error=error
                 ),
-                remedy=text("See the station file"),
+                remedy=text(
+                    "See address of [instruments.{role}] in {file}; motorbench doctor {file} says what this computer lacks to reach it",
+                    role=entry.role.value,
+                    file=self._station.source,
+                ),
             ) from error
         try:
             self._own(entry, instrument)

@@ -67,6 +67,9 @@ class ContactsSection(Section):
     thermal_time: float = number("s", 60.0, above=0.0, up_to=1e6)
     resistance: float = number("ohm", 0.0, at_least=0.0, up_to=1e6, description="within the sensing leads")
     doubling_current: float = number("A", 10.0, above=0.0, up_to=1e6)
+    remaking: float = number(
+        "", 0.5, at_least=0.0, up_to=3.0, description="of ln(resistance), from one contact to the next"
+    )
     heating_time: float = number("s", 5.0, above=0.0, up_to=1e6)
 
 

@@ -23,7 +23,8 @@ def describe(
     `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
     safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
-    voltage, current = {"kind": "V", "attenuation": 10.0}, {"kind": "A", "attenuation": 10.0}
+    probe = {"attenuation": 10.0, "source": "within the limits of the virtual oscilloscope"}
+    voltage, current = {"kind": "V", **probe}, {"kind": "A", **probe}
     options: dict[str, dict[str, Any]] = {
         "supply": {"driver": "keysight-e36300", "channel": 1, "maximum_current": 10.0},
         "lcr_meter": {"driver": "keysight-e4980a"},

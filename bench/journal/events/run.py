@@ -63,7 +63,8 @@ class RunBegun(Event):
     """A session of a run begins: with what, by whom, and what is measured.
 
     `settings` are as given on the command line, `truth` a virtual motor's true values, `batch`, `number` and `socket` a line's,
-    `torn_bytes` what was cut off from a journal that is gone on with. `motor_file` and `station_file` are the files' content.
+    `torn_bytes` what was cut off from a journal that is gone on with. `motor_file`,
+    `station_file` and `disturbances` are the files' content.
     """
 
     schema: int = optional(0)
@@ -76,6 +77,9 @@ class RunBegun(Event):
     settings: Sequence[str]
     seed: int = 0
     faults: Sequence[Mapping[str, Any]] = ()
+    disturbances: str = optional("")
+    probe_verification: str = optional("")
+    probes: Sequence[str] = optional(())
     language: str = "en"
     software: Mapping[str, str] = field(default_factory=dict)
     truth: Mapping[str, float] = field(default_factory=dict)

@@ -15,10 +15,17 @@ from bench.panel.pages.parts import drawing, named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import Connect, ConnectProbes, ConnectVoltmeter, DisconnectVoltmeter, ShortMeterLeads
+from procedures.core.actions import (
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    ConnectVoltmeterToSupply,
+    DisconnectVoltmeter,
+    ShortMeterLeads,
+)
 from reports.labels import role_name
 
-_DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, DisconnectVoltmeter, ShortMeterLeads)
+_DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, ConnectVoltmeterToSupply, DisconnectVoltmeter, ShortMeterLeads)
 
 
 class QuestionCard:

@@ -65,6 +65,13 @@ def test_one_channel_may_be_said_to_be_otherwise_coupled(tmp_path: Path) -> None
         analyze_back_emf(path, coupling={"CH9": "dc"})
     with pytest.raises(UsageError, match="--coupling CH1=yes: allowed is dc or ac"):
         read_couplings(["CH1=yes"])
+    for words, said in (
+        (["dc", "ac"], "all channels said to be dc before"),
+        (["CH1=ac", "chan1=dc"], "chan1 said to be ac"),
+    ):
+        with pytest.raises(UsageError, match=said):
+            read_couplings(words)
+    assert read_couplings(["dc", "dc"]) == {"": "dc"}
 
 
 def test_three_speeds_that_disagree_give_a_table_and_no_figure(tmp_path: Path) -> None:
@@ -113,8 +120,23 @@ def test_the_command_line_takes_speeds_coupling_and_a_part(call: Call, tmp_path:
     assert len(found["details"]["speeds"]) == 2
     assert any("cut: " in note for note in found["assumptions"])
     code, _, err = call("analyze", "back-emf", files[0], "--from", "5")
-    assert code == 1
+    assert code == 2
     assert "leave 0 samples" in err
+
+
+def test_a_constant_channel_is_called_as_the_file_calls_it(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "emf.csv"
+    time = np.arange(500) * 1e-4
+    np.savetxt(
+        path,
+        np.column_stack((time, np.sin(400 * time), 0 * time)),
+        delimiter=",",
+        header="t (s),ua (V),ub (V)",
+        comments="",
+    )
+    code, _, err = call("analyze", "back-emf", str(path))
+    assert code == 2
+    assert "channel ub is constant" in err
 
 
 def test_a_part_is_taken_of_every_record(tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -138,19 +139,24 @@ def test_per_cent_of_full_scale_grows_as_the_reading_falls(tmp_path):
         comments="",
     )
 
-    def share(*words: str, file: Path | None = None) -> float:
-        made = analyze_back_emf([path], accuracy=read_statements(words, file))
+    def share(
+        *words: str, file: Path | None = None, ranges: Sequence[str] = (), said: str = "full scale, 8 V"
+    ) -> float:
+        made = analyze_back_emf([path], accuracy=read_statements(words, file, ranges))
         flux = made["parameters"]["flux_linkage"]
-        assert any("full scale, 8 V" in each for each in made["assumptions"])
+        assert any(said in each for each in made["assumptions"])
         return max(row["contribution"] for row in flux["budget"] if "gain" in row["source"]) / flux["value"]
 
-    assert share("CH1=1.5%fs@8V") == pytest.approx(0.03 / np.sqrt(3.0), rel=0.01)
-    assert share("CH1=1%+1.5%fs@8V+5mV") == pytest.approx(0.04 / np.sqrt(3.0), rel=0.01)
+    # A sine of 4 V spans these 8 V: its amplitude is off by the share at most.
+    assert share("CH1=1.5%fs@8V") == pytest.approx(0.015 / np.sqrt(3.0), rel=0.01)
+    assert share("CH1=1%+1.5%fs@8V+5mV") == pytest.approx(0.025 / np.sqrt(3.0), rel=0.01)
+    assert share("voltage=1.5%fs", ranges=["CH1=16V"], said="16 V") == pytest.approx(0.03 / np.sqrt(3.0), rel=0.01)
+    assert share("CH1=1.5%fs", said="state it with --full-scale CH1") == pytest.approx(0.0375 / np.sqrt(3.0), rel=0.01)
     file = tmp_path / "scope.toml"
     file.write_text("[CH1]\nfull_scale_gain = 0.015\nfull_scale = 8.0\n", encoding="utf-8")
-    assert share(file=file) == pytest.approx(0.03 / np.sqrt(3.0), rel=0.01)
+    assert share(file=file) == pytest.approx(0.015 / np.sqrt(3.0), rel=0.01)
     for word, said in (
-        ("CH1=1.5%fs", "of which full scale"),
+        ("CH1=0%fs", "no full scale"),
         ("CH1=1.5%fs@2V", "beyond the full scale of 2 V"),
         ("CH1=1.5%fs@8furlong", "no full scale"),
         ("CH1=1.5%fs@8V+1A", "an offset in A and a full scale in V"),
@@ -158,3 +164,12 @@ def test_per_cent_of_full_scale_grows_as_the_reading_falls(tmp_path):
     ):
         with pytest.raises(InputError, match=said):
             analyze_back_emf([path], accuracy=read_statements([word]))
+    for word, said in (
+        ("CH1", "give NAME=RANGE"),
+        ("CH1=0V", "give NAME=RANGE"),
+        ("CH2=8V", "no channel of this analysis"),
+        ("CH1=8A", "a full scale in A"),
+        ("CH1=2V", "beyond the full scale of 2 V"),
+    ):
+        with pytest.raises(InputError, match=said):
+            analyze_back_emf([path], accuracy=read_statements(["CH1=2%fs"], full_scales=[word]))

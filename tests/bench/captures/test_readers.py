@@ -22,6 +22,41 @@ def put(folder: Path, text: str, name: str = "record.csv") -> Path:
     return path
 
 
+SDS_CONVERTED = (
+    "Record Length,Analog:4\nSample Rate,100000.0\nVertical Scale,CH2: 0.05\nVertical Offset,CH2:0.00000\n"
+    "Horizontal Scale, 0.00001\nSecond,Volt\n-0.00001,-0.194\n0.00000,-0.192\n0.00001,-0.190\n"
+)
+SDS_OWN = (
+    "Record Length,Analog:3,\nSample Interval,Analog:1.0E-05,\nVertical Units,CH1:V,CH3:A,,\nVertical Scale,CH1:1.0,CH3:1.0,,\n"
+    "Model Number,SDS1104X-U,\nSource,CH1,CH3\nSecond,Value,Value\n+0.0E+00,+4.0E-02,+1\n+1.0E-05,+8.0E-02,+2\n+2.0E-05,0,+3\n"
+)
+SDS_SHORT = "Source,CH4\nSecond,Volt\n-0.1,0.5\n0.0,0.6\n0.1,0.6\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "channels", "first", "line"),
+    [
+        (SDS_CONVERTED, [("CH2", "V")], -0.194, 7),
+        (SDS_OWN, [("CH1", "V"), ("CH3", "A")], 0.04, 8),
+        (SDS_SHORT, [("CH4", "V")], 0.5, 3),
+    ],
+)
+def test_siglent_with_its_channels_and_units(
+    tmp_path: Path, content: str, channels: list[tuple[str, str]], first: float, line: int
+) -> None:
+    capture = read_capture(put(tmp_path, content))
+    assert capture.description.startswith("Siglent CSV")
+    assert [(c.name, c.unit) for c in capture.channels] == channels
+    assert capture.channels[0].values[0] == pytest.approx(first)
+    assert (capture.times().size, capture.line_of(0)) == (3, line)
+    assert any("states 4 samples, the file holds 3" in note for note in capture.assumptions) == ("Analog:4" in content)
+
+
+def test_siglent_with_a_broken_row_names_its_line(tmp_path: Path) -> None:
+    with pytest.raises(CaptureError, match=r"line 5: '0\.1' is not a row of 2 numbers"):
+        read_capture(put(tmp_path, SDS_SHORT.replace("0.1,0.6", "0.1,")))
+
+
 def test_rohde_schwarz_with_its_channel_and_unit(tmp_path: Path) -> None:
     capture = read_capture(put(tmp_path, RTB))
     assert capture.description == "Rohde & Schwarz CSV"

@@ -95,9 +95,15 @@ def test_what_cannot_be_is_said_plainly(call: Call, emf: Path, arguments: list[s
 
 def test_a_bad_accuracy_file_is_one_clear_message(call: Call, emf: Path, tmp_path: Path) -> None:
     code, _, err = call("analyze", "back-emf", str(emf), "--accuracy-file", "none.toml")
-    assert code == 1
+    assert code == 2
     assert "none.toml: there is no such accuracy file" in err
     (tmp_path / "scope.toml").write_text('CH7 = "2%"\n', encoding="utf-8")
     code, _, err = call("analyze", "back-emf", str(emf), "--accuracy-file", "scope.toml")
-    assert code == 1
+    assert code == 2
     assert "scope.toml: CH7 = \"2%\": 'CH7' is no channel of the capture" in err
+
+
+def test_one_column_is_not_taken_as_voltage_and_current(call: Call, emf: Path) -> None:
+    code, _, err = call("analyze", "step-response", str(emf), "--voltage", "CH1", "--current", "CH1")
+    assert code == 2
+    assert "'CH1' is asked for as voltage and as current" in err

@@ -112,7 +112,7 @@ def test_a_motor_without_truth_cannot_be_simulated(call: Call, tmp_path: Path) -
         (["run", "nameplate", "--station", "virtual", "--motor", "lg-400w", "--language", "de"], 2, "--language de"),
         (["run", "nameplate", "--resume", "nothing"], 1, "there is no run here"),
         (["results", "nothing"], 1, "there is no run here"),
-        (["analyze", "back-emf", "nothing.csv"], 1, "nothing.csv"),
+        (["analyze", "back-emf", "nothing.csv"], 2, "nothing.csv"),
         (["analyze", "back-emf", "x.csv", "--scale", "CHAN3"], 2, "give NAME=FACTOR"),
         (["station", "check", "nothing.toml"], 1, "no such station file"),
         (["demo", "--seed", "-1"], 2, "--seed"),

@@ -17,6 +17,7 @@ from procedures.core.actions import (
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
+    ConnectVoltmeterToSupply,
     CoupleDynamometer,
     CurrentProbe,
     DisconnectVoltmeter,
@@ -72,7 +73,7 @@ def test_layout_follows_the_actions() -> None:
             ShortMeterLeads(),
         ]
     )
-    assert layout == Layout(ALIGN_D.complete(), STAR_PROBES.probes, (Terminal.A, Terminal.B), True, True, True)
+    assert layout == Layout(ALIGN_D.complete(), STAR_PROBES.probes, (Terminal.A, Terminal.B), False, True, True, True)
     assert layout.after(SeparateMeterLeads()).after(ReleaseRotor()).after(UncoupleDynamometer()) == Layout(
         ALIGN_D.complete(), STAR_PROBES.probes, (Terminal.A, Terminal.B)
     )
@@ -158,3 +159,16 @@ def test_hall_sensors_have_a_connector_of_their_own_when_they_are_probed():
 def test_who_turns_the_shaft_is_told_to_go_on_until_it_stops() -> None:
     assert layout_after([LockRotor(), StartTurning(0.2)]).shaft_turned
     assert not layout_after([StartTurning(0.2), StopTurning()]).shaft_turned
+
+
+def test_probes_and_voltmeter_on_the_supplys_output_show_the_supply() -> None:
+    layout = Layout().after(Connect({}))
+    plain = draw_connections(layout, WYE)
+    on_supply = layout.after(ConnectVoltmeterToSupply()).after(
+        ConnectProbes((VoltageProbe(1, Node.SUPPLY_POSITIVE, Node.SUPPLY_NEGATIVE),))
+    )
+    drawn = draw_connections(on_supply, WYE)
+    assert "DC supply" not in plain
+    assert "DC supply" in drawn
+    assert "tip on the supply" in drawn
+    assert on_supply.after(DisconnectVoltmeter()).voltmeter_on_supply is False

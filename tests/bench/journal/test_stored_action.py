@@ -31,7 +31,7 @@ from procedures.core.actions import (
         LockRotor(),
         MarkRestPositions(2),
         StartTurning(0.5),
-        EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0),
+        EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0, (5.0, 45.0)),
         Mend(text("A is open"), (text("Connect the motor's terminals:"), text("A → supply, plus"))),
     ],
 )

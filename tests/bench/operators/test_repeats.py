@@ -47,6 +47,44 @@ def of(events: list[dict[str, Any]], kind: str) -> list[dict[str, Any]]:
     return [event["data"] for event in events if event["kind"] == kind]
 
 
+@pytest.fixture
+def warm(call: Call, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, dict[str, Any], str]]:
+    """Measures one reading a line; the winding's temperature is typed: returns exit status, result, and what the terminal said."""
+
+    def run(*typed: str) -> tuple[int, dict[str, Any], str]:
+        lines = ("", *("", "32 mΩ") * 3, *typed)
+        monkeypatch.setattr(sys, "stdin", io.StringIO("\n".join(lines) + "\n"))
+        words = ("--station", str(NOTE / "station.toml"), "--motor", str(NOTE / "lg-400w.toml"), "--language", "en")
+        settings = ("--set", "short_correction=false", "--set", "repeats=1", "--json")
+        status, out, err = call("run", "stator-resistance", *words, *settings)
+        return status, json.loads(out), " ".join(err.split())
+
+    return run
+
+
+def test_a_temperature_unlike_a_rooms_is_typed_again(warm: Callable[..., tuple[int, dict[str, Any], str]]) -> None:
+    status, result, said = warm("215", "21.5")
+    assert status == 0
+    assert "the winding's temperature once more (215 °C is unlike what is usual here, 5 … 45 °C" in said
+    assert result["procedures"]["stator-resistance"]["findings"]["winding_temperature"] == 21.5
+    assert "winding-temperature" not in {warning["id"] for warning in result["warnings"]}
+
+
+def test_one_that_is_confirmed_twice_is_taken_and_told(warm: Callable[..., tuple[int, dict[str, Any], str]]) -> None:
+    status, result, _ = warm("-12", "-12", "-12.4")
+    assert status == 0
+    assert result["procedures"]["stator-resistance"]["findings"]["winding_temperature"] == -12.4
+    assert "winding-temperature" in {warning["id"] for warning in result["warnings"]}
+
+
+def test_temperatures_that_contradict_each_other_end_the_run(
+    warm: Callable[..., tuple[int, dict[str, Any], str]],
+) -> None:
+    status, result, _ = warm(*("2.15", "215") * 3)
+    assert status != 0
+    assert "was read as 2.15, 215, 2.15, 215, 2.15, 215 °C, which contradict each other" in result["cause"]
+
+
 #: The bridge is set, then A–B connected.
 BEGIN, CONNECT = "", ""
 GOOD = ("32 mΩ", "31.9 mOhm", "0,0321")
@@ -54,7 +92,7 @@ GOOD = ("32 mΩ", "31.9 mOhm", "0,0321")
 
 def test_a_slip_is_asked_about_and_typed_again(typed: Typed) -> None:
     slip = ("32 mΩ", "3.2 mΩ", "0,0321", "", "31.9 mOhm")
-    status, result, said, events = typed(BEGIN, CONNECT, *slip, CONNECT, *GOOD, CONNECT, *GOOD)
+    status, result, said, events = typed(BEGIN, CONNECT, *slip, *(CONNECT, *GOOD) * 3)
     assert status == 0
     assert "resistance A–B, reading 2 of 3: it is a tenth of its siblings, 0.0032 Ω against 0.032, 0.0321 Ω" in said
     assert "LCR meter, resistance Rs at 20 Hz, A–B, reading 3 of 3" in said
@@ -70,7 +108,7 @@ def test_a_slip_is_asked_about_and_typed_again(typed: Typed) -> None:
 
 def test_a_confirmed_one_is_kept_and_told(typed: Typed) -> None:
     odd = ("32 mΩ", "34 mΩ", "0,0321", "y")
-    status, result, _, events = typed(BEGIN, CONNECT, *odd, CONNECT, *GOOD, CONNECT, *GOOD)
+    status, result, _, events = typed(BEGIN, CONNECT, *odd, *(CONNECT, *GOOD) * 3)
     assert status == 0
     assert of(events, "repeats_taken")[0]["taken"] == [0.032, 0.034, 0.0321]
     (row,) = result["misfit"]
@@ -83,7 +121,7 @@ def test_a_confirmed_one_is_kept_and_told(typed: Typed) -> None:
 
 def test_the_last_entry_is_corrected_and_a_wrong_unit_refused(typed: Typed) -> None:
     corrected = ("<", "31 mH", "3.2 mΩ", "<", "32 mΩ", "31.9 mOhm", "0,0321")
-    status, _, said, events = typed(BEGIN, CONNECT, *corrected, CONNECT, *GOOD, CONNECT, *GOOD)
+    status, _, said, events = typed(BEGIN, CONNECT, *corrected, *(CONNECT, *GOOD) * 3)
     assert status == 0
     assert "'31 mH' is in mH, and Ω is asked for" in said
     assert of(events, "repeats_taken")[0]["taken"] == [0.032, 0.0319, 0.0321]
@@ -97,6 +135,7 @@ def test_of_two_that_contradict_each_other_both_are_typed_again(
     typed: Typed, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lines = (BEGIN, *((CONNECT, "32 mΩ", "31.9 mΩ") * 2), CONNECT, "3.2 mΩ", "32 mΩ", "", "32 mΩ", "32.1 mΩ")
+    lines = (*lines, CONNECT, "32 mΩ", "32.1 mΩ")
     monkeypatch.setattr(sys, "stdin", io.StringIO("\n".join(lines) + "\n"))
     words = ("--station", str(NOTE / "station.toml"), "--motor", str(NOTE / "lg-400w.toml"), "--language", "zh")
     settings = ("short_correction=false", "winding_temperature=25.0", "repeats=2")
@@ -143,7 +182,7 @@ def events_of(ran: Ran) -> list[dict[str, Any]]:
 def test_an_instrument_s_reading_is_read_once_more_and_left_out(spoilt: Callable[..., Ran]) -> None:
     ran = spoilt(2)
     taken = of(events_of(ran), "repeats_taken")
-    assert [(len(group["taken"]), len(group["left_out"])) for group in taken] == [(3, 1), (3, 0), (3, 0)]
+    assert [(len(group["taken"]), len(group["left_out"])) for group in taken] == [(3, 1), (3, 0), (3, 0), (3, 0)]
     assert ran.warnings.count("repeats-differ") == 1
     low, high = ran.parameters["stator_resistance"].coverage_interval
     assert low < ran.truth["stator_resistance"] < high

@@ -68,9 +68,9 @@ def wheel(folder: Path, name: str, entries: str, modules: Mapping[str, str]) -> 
 def test_everything_of_ours_can_be_loaded() -> None:
     catalogues = installed()
     assert catalogues.broken() == ()
-    assert len(catalogues.drivers) == 12
+    assert len(catalogues.drivers) == 13
     assert len(catalogues.simulated_instruments) == 12
-    assert len(catalogues.procedures) == 21
+    assert len(catalogues.procedures) == 22
     assert len(catalogues.exports) == 13
     assert list(catalogues.records) == ["json-lines"]
     assert next(iter(catalogues.procedures)) == "nameplate"

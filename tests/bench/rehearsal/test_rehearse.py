@@ -131,7 +131,7 @@ def test_a_rehearsal_lists_the_set_points_of_the_run(
     ]
     listed = [(line["instrument"], line["value"]) for line in lines(made, "set point")]
     assert listed == sent
-    assert len(lines(made, "on")) == len(lines(made, "off")) == 40
+    assert len(lines(made, "on")) == len(lines(made, "off")) == 52
     actions = [line["text"][0] for line in lines(made, "action")]
     assert actions[:2] == [
         "Take the motor's shaft off the dynamometer",

@@ -40,9 +40,8 @@ def test_a_batch_on_a_server_has_the_records_of_one_in_a_file_and_its_statistics
 
 
 def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_the_next(
-    bench: Any, server: str, wire: Wire, monkeypatch: pytest.MonkeyPatch
+    bench: Any, server: str, wire: Wire
 ) -> None:
-    monkeypatch.setattr("bench.eol.line.record_writer._AT_THE_END", 1.0)
     address = through(server, wire)
 
     def cut(motor: Any) -> None:

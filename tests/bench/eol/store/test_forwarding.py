@@ -155,9 +155,10 @@ def test_a_corrupt_own_database_costs_no_record_and_a_new_one_takes_them(station
     with closing(sqlite3.connect(station.path)) as connection:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     station.own.dispose()
-    content = bytearray(station.path.read_bytes())
-    content[4096:] = b"\xa5" * (len(content) - 4096)
-    station.path.write_bytes(content)
+    # In place: the forwarder may be looking for more to do, and a file cut to nothing is not the fault that is meant.
+    with station.path.open("r+b") as file:
+        file.seek(4096)
+        file.write(b"\xa5" * (station.path.stat().st_size - 4096))
     three_while_it_fails(station, "malformed")
     left = station.close()
     assert left.unstored == 3

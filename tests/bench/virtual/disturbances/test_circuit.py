@@ -132,7 +132,7 @@ def test_a_thermal_emf_fades(stand: Make) -> None:
 
 def test_a_contact_warms_under_load(stand: Make) -> None:
     """20 mΩ within the sensing leads at 1 A, doubled by 2 A: 20 mV, and a quarter more when warm."""
-    contacts = Contacts(resistance=0.02, doubling_current=2.0, heating_time=5.0)
+    contacts = Contacts(resistance=0.02, doubling_current=2.0, heating_time=5.0, remaking=0.0)
     one, plain = stand(Disturbances(contacts=contacts)), stand()
     shown = []
     for each in (one, plain):
@@ -155,9 +155,21 @@ def test_a_contact_warms_under_load(stand: Make) -> None:
 
 
 def test_the_bridge_sees_a_contact_that_its_short_correction_has_not(stand: Make) -> None:
-    one = stand(Disturbances(contacts=Contacts(resistance=0.05)))
+    one = stand(Disturbances(contacts=Contacts(resistance=0.05, remaking=0.0)))
     bridge = one.driver(Role.LCR_METER)
     one.world.connect({"A": "lcr_high", "B": "lcr_low", "C": "lcr_low"})
     bridge.configure(100.0)
     one.sleep(1.0)
     assert bridge.measure().resistance == pytest.approx(1.5 * RESISTANCE + 0.05, rel=2e-3)
+
+
+def test_a_clamp_put_on_anew_is_another_contact(stand: Make) -> None:
+    one = stand(Disturbances(contacts=Contacts(resistance=0.05, remaking=0.5)))
+    one.driver(Role.LCR_METER).configure(100.0)
+    shown = []
+    for _ in range(40):
+        one.world.connect({"A": "lcr_high", "B": "lcr_low", "C": "lcr_low"})
+        one.sleep(1.0)
+        shown.append(one.world.impedance(100.0, 1.0, 0.1).real - 1.5 * RESISTANCE)
+    assert shown[-1] == pytest.approx(one.world.impedance(100.0, 1.0, 0.1).real - 1.5 * RESISTANCE)
+    assert np.std(np.log(shown), ddof=1) == pytest.approx(0.5, abs=0.15)
