@@ -1,6 +1,6 @@
 """One procedure at a time on a virtual bench that a test has prepared, through the real drivers."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from bench.operators.virtual import VirtualOperator
@@ -9,7 +9,8 @@ from bench.run.plan import make_plan
 from bench.safety.station_instruments import StationInstruments
 from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import virtual_station
-from procedures.core.bench import Bench
+from drivers.interfaces import Instrument
+from procedures.core.bench import Bench, Operator, Role
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter, ProcedureResult
 from sim_instruments.bench import VirtualBench
@@ -22,8 +23,12 @@ def measure(
     name: str,
     *settings: str,
     known: Mapping[str, Parameter] | None = None,
+    hands: Callable[[dict[Role, Instrument], Operator], Operator] = lambda _, operator: operator,
 ) -> ProcedureResult:
-    """Run a procedure with settings as `--set` has them; the bench is left switched off."""
+    """Run a procedure with settings as `--set` has them; the bench is left switched off.
+
+    `hands` may put others in place of instruments, and returns who is the operator.
+    """
     record: Any = NoRecord()
     instruments = StationInstruments(
         virtual_station(virtual.addresses()),
@@ -37,7 +42,9 @@ def measure(
     )
     (planned,) = make_plan([name], settings, installed().procedures)
     try:
-        bench = Bench(instruments.available(), VirtualOperator(virtual.world, 1), virtual.clock, record)
+        available = dict(instruments.available())
+        operator = hands(available, VirtualOperator(virtual.world, 1))
+        bench = Bench(available, operator, virtual.clock, record)
         return planned.procedure(bench, plate, planned.settings, known or {}).run()
     finally:
         instruments.close()

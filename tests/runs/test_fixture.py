@@ -43,9 +43,9 @@ def test_every_figure_holds_the_truth(motorbench, motor):
             assert abs(figure["value"] - truth) <= allowed, (name, figure["procedure"], figure["value"], truth)
 
 
-@pytest.fixture
-def told(motorbench):
-    status, given = by_fixture(motorbench, "pole-pairs-static", "stator-resistance-dc")
+@pytest.fixture(scope="module")
+def told(motorbench_once):
+    status, given = by_fixture(motorbench_once, "pole-pairs-static", "stator-resistance-dc")
     assert status == 0, given.get("cause")
     return events(given)
 

@@ -19,26 +19,20 @@ MEASURED = {
 }
 
 
-#: What each motor's demonstration with seed 7 gave, for all tests that look at one.
-DEMOS = {}
-
-
 def completed(motorbench, motor):
     status, given = motorbench("demo", "--motor", motor, "--seed", "7")
     assert status == 0, given.get("cause")
     return given
 
 
-@pytest.fixture
-def demo(motorbench):
-    if "lg-400w" not in DEMOS:
-        DEMOS["lg-400w"] = completed(motorbench, "lg-400w")
-    return DEMOS["lg-400w"]
+@pytest.fixture(scope="module")
+def demo(motorbench_once):
+    return completed(motorbench_once, "lg-400w")
 
 
 @pytest.mark.parametrize("motor", SHIPPED)
-def test_every_figure_holds_the_truth(motorbench, motor):
-    given = DEMOS[motor] = completed(motorbench, motor)
+def test_every_figure_holds_the_truth(motorbench_once, motor):
+    given = completed(motorbench_once, motor)
     parameters = given["parameters"]
     assert set(parameters) >= MEASURED
     for name in MEASURED:

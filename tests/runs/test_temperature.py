@@ -16,9 +16,9 @@ def temperature_rows(parameter):
     return [row for row in parameter["budget"] if row["source"] == "winding temperature"]
 
 
-@pytest.fixture
-def whole(motorbench):
-    status, given = motorbench("demo", "--seed", "7")
+@pytest.fixture(scope="module")
+def whole(motorbench_once):
+    status, given = motorbench_once("demo", "--motor", "lg-400w", "--seed", "7")
     assert status == 0, given.get("cause")
     return given
 

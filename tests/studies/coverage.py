@@ -1,6 +1,6 @@
 """Coverage of the 95 % intervals over random motors and random instruments.
 
-`python -m tests.studies.coverage --motors N --seed S [--workers K] [--dask ADDRESS] [--procedures NAME …]`
+`python -m tests.studies.coverage --motors N --seed S [--workers K] [--dask ADDRESS] [--procedures NAME …] [--hostile]`
 `python -m tests.studies.coverage --disturbed [CAUSE …] [--two] --motors N --seed S [--workers K]`
 
 Every motor is drawn (see `random_motors`), stands on a virtual bench whose instruments have errors drawn from their
@@ -13,6 +13,9 @@ specifications, and goes through the procedures by the real drivers. Printed for
   distribution, above 1 where they are wider, below 1 where they are too narrow; a few outliers do not change it;
 - bias / u and rms / u: mean and root mean square of error / u;
 - mean U: mean half-width relative to the truth.
+
+With `--hostile` the instruments begin as a last user may have left them, and only what a driver refuses by name is put right
+beforehand (see `hostile_states`).
 
 With `--disturbed` every motor's bench is made dirty with one cause, or with two, from negligible to gross (see `causes`), goes
 through the procedures that the cause concerns, and a table for each cause says what became of their figures, those first that are
@@ -41,6 +44,7 @@ from tests.studies.causes import BY_ROW, named
 from tests.studies.disturbed import Row, add, measure_disturbed, table
 from tests.studies.forked import context
 from tests.studies.measured_motor import Measured, measure, study_plan
+from tests.studies.pressed_keys import press_all
 from tests.studies.tally import Tally, lines
 
 #: Motors handed to a cluster's worker at a time, and handfuls under way at once.
@@ -49,9 +53,16 @@ _MEBIBYTE = 1 << 20
 
 
 def measure_some(
-    seed: int, indices: Iterable[int], procedures: tuple[str, ...] = (), spent: Counter[str] | None = None
+    seed: int,
+    indices: Iterable[int],
+    procedures: tuple[str, ...] = (),
+    spent: Counter[str] | None = None,
+    hostile: bool = False,
 ) -> list[Measured]:
-    """Measure these motors one after the other, by these procedures or by all; `spent` sums up processor time (s)."""
+    """Measure these motors one after the other, by these procedures or by all; `spent` sums up processor time (s).
+
+    With `hostile` the instruments begin as a last user may have left them.
+    """
     plan = study_plan(procedures)
     measured = []
     # What was imported lives as long as the process; what a motor leaves behind is looked for once, after it.
@@ -59,7 +70,7 @@ def measure_some(
     gc.disable()
     try:
         for index in indices:
-            measured.append(measure(seed, index, plan, spent))
+            measured.append(measure(seed, index, plan, spent, press_all if hostile else None))
             gc.collect()
     finally:
         gc.enable()
@@ -81,30 +92,39 @@ class Cost:
     most: float = 0.0
 
 
-def _worked(seed: int, indices: Iterable[int], procedures: tuple[str, ...]) -> tuple[list[Measured], Cost]:
+def _worked(
+    seed: int, indices: Iterable[int], procedures: tuple[str, ...], hostile: bool
+) -> tuple[list[Measured], Cost]:
     begun = time.process_time()
-    measured = measure_some(seed, indices, procedures)
+    measured = measure_some(seed, indices, procedures, hostile=hostile)
     held = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * resource.getpagesize() / _MEBIBYTE
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return measured, Cost(time.process_time() - begun, held, held, most)
 
 
 def by_workers(
-    seed: int, motors: int, workers: int, procedures: tuple[str, ...] = (), cost: Cost | None = None
+    seed: int,
+    motors: int,
+    workers: int,
+    procedures: tuple[str, ...] = (),
+    cost: Cost | None = None,
+    hostile: bool = False,
 ) -> Iterator[Measured]:
     """Give all motors in order, measured by processes of this machine; `cost` sums up what that takes."""
     cost = cost or Cost()
     handfuls = [range(k, min(k + 4, motors)) for k in range(0, motors, 4)]
     # A fresh process now and then, so that nothing that a library keeps can add up.
     with context().Pool(workers, maxtasksperchild=100) as pool:
-        for some, took in pool.imap(partial(_worked, seed, procedures=procedures), handfuls):
+        for some, took in pool.imap(partial(_worked, seed, procedures=procedures, hostile=hostile), handfuls):
             cost.seconds, cost.late, cost.most = cost.seconds + took.seconds, took.late, max(cost.most, took.most)
             if some[0].index <= motors / 10:
                 cost.early = took.early
             yield from some
 
 
-def by_cluster(seed: int, motors: int, address: str, procedures: tuple[str, ...] = ()) -> Iterator[Measured]:
+def by_cluster(
+    seed: int, motors: int, address: str, procedures: tuple[str, ...] = (), hostile: bool = False
+) -> Iterator[Measured]:
     """Give all motors in order, measured by a Dask cluster whose scheduler is at `address`; "local" makes one here.
 
     Raises SystemExit where dask.distributed is not installed.
@@ -122,7 +142,7 @@ def by_cluster(seed: int, motors: int, address: str, procedures: tuple[str, ...]
 
         def submitted(number: int) -> Iterator[Any]:
             for some in islice(handfuls, number):
-                yield client.submit(measure_some, seed, some, procedures, pure=False)
+                yield client.submit(measure_some, seed, some, procedures, hostile=hostile, pure=False)
 
         # A window of futures, so that neither the scheduler nor this process ever holds a million results.
         waiting = deque(submitted(_UNDER_WAY))
@@ -170,6 +190,7 @@ def main() -> None:
     parser.add_argument(
         "--disturbed", nargs="*", metavar="CAUSE", help="benches that something disturbs: these causes, or all"
     )
+    parser.add_argument("--hostile", action="store_true", help="instruments as a last user may have left them")
     parser.add_argument("--two", action="store_true", help="with --disturbed: two causes at once")
     given = parser.parse_args()
     if given.disturbed is not None:
@@ -184,9 +205,9 @@ def main() -> None:
     procedures = tuple(given.procedures)
     started, cost = time.monotonic(), Cost()
     if given.dask:
-        tally = study(by_cluster(given.seed, given.motors, given.dask, procedures))
+        tally = study(by_cluster(given.seed, given.motors, given.dask, procedures, given.hostile))
     else:
-        tally = study(by_workers(given.seed, given.motors, given.workers, procedures, cost))
+        tally = study(by_workers(given.seed, given.motors, given.workers, procedures, cost, given.hostile))
     print("\n".join(lines(tally)))
     print(f"\n{tally.motors} motors in {time.monotonic() - started:.0f} s", end="")
     # What a cluster's workers used is not known here.

@@ -83,12 +83,10 @@ def _current(batch: Batch, flux: np.ndarray, second: np.ndarray) -> tuple[np.nda
     return (flux - k * second) / (1 - k**2), (second - k * flux) / (1 - k**2)
 
 
-def _supply(batch: Batch, held: np.ndarray, at: np.ndarray, current: np.ndarray) -> np.ndarray:
-    """Voltage at the winding at a time since the step and a current; a current limit that has acted holds the current."""
+def _source(batch: Batch, at: np.ndarray) -> np.ndarray:
+    """Open-circuit voltage of the supply at times since the step."""
     raised = -np.expm1(-np.maximum(at, 0.0) / np.maximum(batch.rise, 1e-12))
-    source = np.where(at > 0.0, np.where(batch.rise > 0.0, raised, 1.0), 0.0) * (1.0 + batch.source)
-    v = source - batch.source * current
-    return np.where(held, np.minimum(v, current), v)
+    return np.where(at > 0.0, np.where(batch.rise > 0.0, raised, 1.0), 0.0) * (1.0 + batch.source)
 
 
 def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -97,33 +95,44 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     step = batch.window / (1 - BASELINE) / fine
     start = (BASELINE * fine + batch.random.integers(0, per, n)).astype(int)
     flux, second, low, high = (np.zeros(n) for _ in range(4))
-    currents, voltages = np.zeros((fine // per + 1, n)), np.zeros((fine // per + 1, n))
+    voltages, probed = np.zeros((fine + 1, n)), np.zeros((fine // per + 1, n))
     late = np.round(batch.skew / step).astype(int)
     history = np.zeros((fine + 1, n))
     closed = np.where(np.isfinite(batch.closed), batch.closed, 0.0)
     columns, held = np.arange(n), np.zeros(n, dtype=bool)
+    since = (np.arange(fine + 1)[:, None] - start) * step
+    at_step, at_middle = _source(batch, since), _source(batch, since + 0.5 * step)
+    pole = np.where(batch.pole > 0.0, -np.expm1(-step / np.maximum(batch.pole, 1e-12)), 1.0)
+    corner = -np.expm1(-step * batch.corner)
+    # What acts on no circuit of the batch is left out: a record is some ten thousand steps.
+    limited, probe = np.any(np.isfinite(batch.limit)), np.any(batch.pole > 0.0) or np.any(batch.corner > 0.0)
+    bent = np.any(batch.coupling) or np.any(closed) or np.any(np.isfinite(batch.knee))
     for k in range(fine + 1):
-        now, _ = _current(batch, flux, second)
+        now, other = _current(batch, flux, second) if bent else (flux, second)
         history[k] = now
-        held |= now + step >= batch.limit
-        since = (k - start) * step
-        seen = history[np.clip(k - late, 0, k), columns]
-        voltages_now = _supply(batch, held, since, now)
-        low = np.where(batch.pole > 0.0, low + (seen - low) * -np.expm1(-step / np.maximum(batch.pole, 1e-12)), seen)
-        if k % per == 0:
-            currents[k // per] = low - high
-            voltages[k // per] = voltages_now
-        high = high + (low - high) * -np.expm1(-step * batch.corner)
+        v = voltages[k] = at_step[k] - batch.source * now
+        if limited:
+            held |= now + step >= batch.limit
+            v = voltages[k] = np.where(held, np.minimum(v, now), v)
+        if probe:
+            seen = history[np.clip(k - late, 0, k), columns]
+            low = np.where(batch.pole > 0.0, low + (seen - low) * pole, seen)
+            if k % per == 0:
+                probed[k // per] = low - high
+            high = high + (low - high) * corner
         # The midpoint's rule, from within a step on which the supply does not switch.
-        middle = since + 0.5 * step
-        one, two = _current(batch, flux, second)
-        half_flux = flux + 0.5 * step * (_supply(batch, held, middle, one) - one)
-        half_second = second - 0.5 * step * closed * two
-        one, two = _current(batch, half_flux, half_second)
-        flux = flux + step * (_supply(batch, held, middle, one) - one)
-        second = second - step * closed * two
-    time = np.arange(fine // per + 1)[None] * per * step[:, None] - (start * step)[:, None]
-    return time, voltages.T, currents.T
+        v = at_middle[k] - batch.source * now
+        half_flux = flux + 0.5 * step * ((np.where(held, np.minimum(v, now), v) if limited else v) - now)
+        one, two = half_flux, second
+        if bent:
+            one, two = _current(batch, half_flux, second - 0.5 * step * closed * other)
+            second = second - step * closed * two
+        v = at_middle[k] - batch.source * one
+        flux = flux + step * ((np.where(held, np.minimum(v, one), v) if limited else v) - one)
+    samples = np.arange(fine // per + 1) * per
+    time = samples[None] * step[:, None] - (start * step)[:, None]
+    currents = probed if probe else history[np.maximum(samples[:, None] - late, 0), columns]
+    return time, voltages[samples].T, currents.T
 
 
 def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float] = (0.15, 2.0)) -> list[Sampled]:

@@ -1,24 +1,24 @@
 """Back-EMF records with one cause or two that the waveform's model does not hold: what is held, what is said.
 
-`python -m tests.studies.emf_misfit --records N`
+`python -m tests.studies.emf_misfit --records N --workers 2`; `--without hum` is the estimator that does not know of hum.
 """
 
 import argparse
-from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from itertools import chain
 
 import numpy as np
 
 from drivers.interfaces import Accuracy
 from procedures.core.budget import Uncertainties
+from procedures.estimation.emf import agreement, back_emf, integrated_flux, making_good
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.coupling import coupling_finding, shortfall
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.emf.speed_trend import over_speeds
 from procedures.estimation.fitting.fit import EstimationError, coverage_interval
-from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.fitting.misfit import Cause, Misfit
 from tests.studies.emf_records import Setup, draw, large, record, spoil
 
 CAUSES = (
@@ -30,6 +30,14 @@ CAUSES = (
     "AC coupled",
     "hum",
     "noise below 0.1 LSB",
+    "cut before the noise",
+    "cut before the noise, one side",
+    "one probe cut",
+    "one probe soft",
+    "trapezoid",
+    "frozen",
+    "spikes",
+    "samples lost",
 )
 PAIRS = (
     ("clipped both sides", "hum"),
@@ -103,21 +111,41 @@ def judge(tally: Tally, random: np.random.Generator, setup: Setup, *, gain_limit
     tally.count(misfit, setup.flux, (low, made.value, high))
 
 
-def rows(records: int, gain_limit: float, seed: int, only: str = "") -> Iterator[tuple[str, Tally]]:
-    """Give the tallies by what was wrong."""
-    for number, (name, causes) in enumerate(
-        {"nothing": (), **{c: (c,) for c in CAUSES}, **{" and ".join(p): p for p in PAIRS}}.items()
-    ):
-        if only not in name:
-            continue
-        random = np.random.default_rng([seed, number])
-        tally = Tally()
-        for _ in range(records):
-            setup = draw(random, gain_limit=gain_limit)
-            for cause in causes:
-                setup = spoil(random, setup, cause)
-            judge(tally, random, setup, gain_limit=gain_limit, coupling_known="AC coupled" not in causes)
-        yield name, tally
+ROWS = {"nothing": (), **{cause: (cause,) for cause in CAUSES}, **{" and ".join(pair): pair for pair in PAIRS}}
+
+
+def row(name: str, records: int, gain_limit: float, seed: int) -> Tally:
+    """Return the tally of records with what a row is named by."""
+    random = np.random.default_rng([seed, list(ROWS).index(name)])
+    tally = Tally()
+    for _ in range(records):
+        setup = draw(random, gain_limit=gain_limit)
+        for cause in ROWS[name]:
+            setup = spoil(random, setup, cause)
+        judge(tally, random, setup, gain_limit=gain_limit, coupling_known="AC coupled" not in ROWS[name])
+    return tally
+
+
+#: What the estimator is without a cause: where it looks for it, and what it then finds.
+WITHOUT: dict[Cause, tuple[object, str, object]] = {
+    Cause.CLIPPED: (making_good, "find_ends", lambda *_: False),
+    Cause.HUM: (making_good, "find_hum", lambda *_: None),
+    Cause.DROPOUTS: (making_good, "leave_out_dropouts", lambda *_: None),
+    Cause.PROBE_FACTOR: (agreement, "_contradicting", lambda *_: None),
+    Cause.CHANNELS_DIFFER: (agreement, "_CHANCE", 1e-300),
+    Cause.TOO_COARSE: (making_good, "undithered_sine", lambda *_: 0.0),
+}
+
+
+def forget(cause: str) -> None:
+    """Take a cause out of the estimator in this process; lost samples go with the dropouts."""
+    if not cause:
+        return
+    known = Cause(cause)
+    setattr(*WITHOUT[known])
+    if known is Cause.DROPOUTS:
+        for module in (back_emf, integrated_flux):
+            module.find_jump = lambda *_: None  # type: ignore[assignment]
 
 
 #: What a flux linkage follows over frequency (Hz, over 100 Hz).
@@ -130,22 +158,33 @@ TRENDS = {
 }
 
 
-def speed_rows(records: int, seed: int) -> Iterator[tuple[str, Tally]]:
-    """Give the tallies of trends over three speeds and over six."""
-    for count in (3, 6):
-        for number, (name, trend) in enumerate(TRENDS.items()):
-            random = np.random.default_rng([seed, 100 * count + number])
-            tally = Tally()
-            for _ in range(records):
-                f = np.geomspace(30.0, 400.0, count)
-                course = trend(f / 100.0)
-                u = large(random, 1e-5, 1e-3)
-                size = large(random, 1e-4, 5e-2) * random.choice([-1, 1]) / max(float(np.ptp(course)), 1e-12)
-                values = 1.0 + size * course + random.normal(0.0, u, count)
-                over = over_speeds(f, values, np.full(count, u))
-                low, high = coverage_interval(over.value, over.uncertainty, over.degrees_of_freedom)
-                tally.count(over.misfit, 1.0, (low, over.value, high))
-            yield f"{count} speeds, {name}", tally
+SPEED_ROWS = {f"{count} speeds, {trend}": (count, trend) for count in (3, 6) for trend in TRENDS}
+
+
+def speed_row(name: str, records: int, seed: int) -> Tally:
+    """Return the tally of a trend over three speeds or six."""
+    count, course_of = SPEED_ROWS[name]
+    random = np.random.default_rng([seed, 100 * count + list(TRENDS).index(course_of)])
+    tally = Tally()
+    for _ in range(records):
+        f = np.geomspace(30.0, 400.0, count)
+        course = TRENDS[course_of](f / 100.0)
+        u = large(random, 1e-5, 1e-3)
+        size = large(random, 1e-4, 5e-2) * random.choice([-1, 1]) / max(float(np.ptp(course)), 1e-12)
+        values = 1.0 + size * course + random.normal(0.0, u, count)
+        over = over_speeds(f, values, np.full(count, u))
+        low, high = coverage_interval(over.value, over.uncertainty, over.degrees_of_freedom)
+        tally.count(over.misfit, 1.0, (low, over.value, high))
+    return tally
+
+
+def counted(name: str, given: argparse.Namespace) -> Tally:
+    """Return a row's tally, as a worker does it."""
+    return (
+        speed_row(name, given.records, given.seed)
+        if name in SPEED_ROWS
+        else row(name, given.records, given.gain_limit, given.seed)
+    )
 
 
 def main() -> None:
@@ -154,13 +193,20 @@ def main() -> None:
     parser.add_argument("--gain-limit", type=float, default=0.01)
     parser.add_argument("--only", default="", help="rows whose name holds this")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--without", default="", choices=["", *WITHOUT], help="a cause that the estimator does not know"
+    )
+    parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
     print("| record | held, % | beyond 3 U | withheld, % | told, % | U, % | causes told |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    speeds = ((name, tally) for name, tally in speed_rows(given.records, given.seed) if given.only in name)
-    for name, tally in chain(rows(given.records, given.gain_limit, given.seed, given.only), speeds):
-        causes = ", ".join(f"{cause} {count}" for cause, count in tally.causes.items())
-        print(f"| {name} | {tally.line()} | {causes} |", flush=True)
+    names = [name for name in (*ROWS, *SPEED_ROWS) if given.only in name]
+    with ProcessPoolExecutor(given.workers, initializer=forget, initargs=(given.without,)) as pool:
+        made = {name: pool.submit(counted, name, given) for name in names}
+        for name, promise in made.items():
+            tally = promise.result()
+            causes = ", ".join(f"{cause} {count}" for cause, count in tally.causes.items())
+            print(f"| {name} | {tally.line()} | {causes} |", flush=True)
 
 
 if __name__ == "__main__":

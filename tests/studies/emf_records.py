@@ -13,7 +13,11 @@ class Setup:
     """A motor (flux linkage V·s/rad, harmonics of its EMF, each share and angle), how it turns, and the scope that looks at it.
 
     `steps` is the EMF's amplitude in converter steps, `noise` in steps; `gains` are the channels' own; `ends` the clipping levels as
-    shares of the amplitude (−, +); `corner` (Hz) of a high-pass; `hum` share of the amplitude at `mains` (Hz), a channel each.
+    shares of the amplitude (−, +) of the converter, `rails` those of each probe's amplifier (C, 2), ahead of its noise, and `soft` (C,)
+    where an amplifier bends; `flat` and `rounded` (rad) are a trapezoid's tops and corners, 0 for a sine; `frozen` readings of one channel
+    from one on (channel, first, count as shares), `spikes` so many, up to 20 amplitudes; `lost` stretches (first, count) as shares of the
+    record, whose samples are missing while the time goes on; `corner` (Hz) of a
+    high-pass; `hum` share of the amplitude at `mains` (Hz), a channel each.
     """
 
     flux: float = 0.01
@@ -30,6 +34,13 @@ class Setup:
     hum: tuple[float, ...] = (0.0, 0.0, 0.0)
     mains: float = 50.0
     pole: float = np.inf
+    rails: tuple[tuple[float, float], ...] = ((np.inf, np.inf),) * 3
+    soft: tuple[float, ...] = (np.inf,) * 3
+    flat: float = 0.0
+    rounded: float = 0.1
+    frozen: tuple[int, float, float] | None = None
+    spikes: int = 0
+    lost: tuple[tuple[float, float], ...] = ()
 
     @property
     def step(self) -> float:
@@ -58,20 +69,51 @@ def record(random: np.random.Generator, setup: Setup) -> tuple[FloatArray, Float
     hum = amplitude * np.array(setup.hum)[:, None]
     v = v + hum * np.sin(2.0 * np.pi * setup.mains * time + phase[:, None])
     v = v + random.uniform(-1, 1, (count, 1)) * 2.0 * setup.step
+    for k, ((down, up), bend) in enumerate(zip(setup.rails, setup.soft, strict=False)):
+        v[k] = np.clip(v[k], -down * amplitude, up * amplitude)
+        v[k] = v[k] if np.isinf(bend) else bend * amplitude * np.tanh(v[k] / (bend * amplitude))
     v = v + random.normal(0.0, 1.0, v.shape) * setup.noise * setup.step
     low, high = (level * amplitude * np.mean(setup.gains) for level in setup.ends)
     v = np.clip(v, -low, high)
-    return time, np.round(v / setup.step) * setup.step
+    return _transferred(random, setup, time, np.round(v / setup.step) * setup.step)
+
+
+def _transferred(
+    random: np.random.Generator, setup: Setup, time: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the record as it arrives from the instrument."""
+    if setup.frozen is not None:
+        channel, first, share = setup.frozen
+        begin = 1 + int(first * (time.size - 1))
+        v[channel, begin : begin + int(share * time.size)] = v[channel, begin - 1]
+    for _ in range(setup.spikes):
+        size = large(random, 0.05, 20.0) * random.choice([-1, 1]) * setup.step * setup.steps
+        v[random.integers(len(v)), random.integers(time.size)] += size
+    whole = np.ones(time.size, dtype=bool)
+    for first, share in setup.lost:
+        whole[int(first * time.size) : int((first + share) * time.size)] = False
+    return time[: np.count_nonzero(whole)], v[:, whole]
 
 
 def _seen(setup: Setup, angle: FloatArray, speed: FloatArray) -> FloatArray:
     """One phase's EMF, flux linkage times speed, behind a high-pass and a low-pass, each wave as its own frequency has it."""
+    if setup.flat:
+        return setup.flux * speed * _trapezoid(setup, angle)
     total = np.zeros_like(angle)
     for order, share, turned in ((1, 1.0, 0.0), *setup.harmonics):
         f = order * setup.frequency
         passed = 1.0 / (1.0 - 1j * setup.corner / f) / (1.0 + 1j * f / setup.pole)
         total += share * abs(passed) * np.sin(order * angle + turned + np.angle(passed))
     return setup.flux * speed * total
+
+
+def _trapezoid(setup: Setup, angle: FloatArray) -> FloatArray:
+    """Return a trapezoid over the angle whose corners a Gaussian rounds, of fundamental 1."""
+    points = np.linspace(-np.pi, np.pi, 3600, endpoint=False)
+    sharp = np.clip((np.pi / 2.0 - np.abs(np.abs(points) - np.pi / 2.0)) / (0.5 * (np.pi - setup.flat)), 0.0, 1.0)
+    window = np.fft.ifftshift(np.exp(-0.5 * (2.355 * points / setup.rounded) ** 2))
+    wave = np.fft.ifft(np.fft.fft(sharp * np.sign(points)) * np.fft.fft(window)).real
+    return np.interp(angle, points, wave / (2.0 * np.mean(wave * np.sin(points))), period=2.0 * np.pi)
 
 
 def draw(random: np.random.Generator, *, gain_limit: float = 0.0) -> Setup:
@@ -127,4 +169,27 @@ def spoil(random: np.random.Generator, setup: Setup, cause: str) -> Setup:
             )
         case "noise below 0.1 LSB":
             return replace(setup, noise=float(random.uniform(0, 0.1)))
+        case "cut before the noise":
+            level = 1.0 - large(random, 1e-3, 0.3)
+            return replace(setup, rails=((level, level),) * 3)
+        case "cut before the noise, one side":
+            return replace(setup, rails=((np.inf, 1.0 - large(random, 1e-3, 0.3)),) * 3)
+        case "one probe cut":
+            level = 1.0 - large(random, 1e-3, 0.3)
+            return replace(setup, rails=((np.inf, np.inf), (level, level), (np.inf, np.inf)))
+        case "one probe soft":
+            return replace(setup, soft=(np.inf, np.inf, 1.0 / large(random, 0.03, 1.0)))
+        case "trapezoid":
+            return replace(
+                setup, flat=float(np.radians(random.uniform(60, 130))), rounded=float(np.radians(large(random, 8, 25)))
+            )
+        case "frozen":
+            share = large(random, 1e-3, 0.6)
+            return replace(setup, frozen=(int(random.integers(3)), float(random.uniform(0, 1 - share)), share))
+        case "spikes":
+            return replace(setup, spikes=int(random.integers(1, 8)))
+        case "samples lost":
+            one = large(random, 1e-3, 0.9) / setup.periods
+            starts = random.uniform(0, 1 - one, random.integers(1, 3))
+            return replace(setup, lost=tuple((float(first), one) for first in starts))
     raise ValueError(cause)

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from time import process_time
 
@@ -85,10 +85,17 @@ def study_plan(procedures: Collection[str] = ()) -> list[Planned]:
     return make_plan(names, settings, known)
 
 
-def measure(seed: int, index: int, plan: list[Planned], spent: Counter[str] | None = None) -> Measured:
+def measure(
+    seed: int,
+    index: int,
+    plan: list[Planned],
+    spent: Counter[str] | None = None,
+    put_right: Callable[[VirtualBench, Nameplate], None] | None = None,
+) -> Measured:
     """Draw motor `index` of the study with this seed and measure it; depends on nothing else.
 
-    `spent` sums up the processor time (s) by procedure.
+    `spent` sums up the processor time (s) by procedure. With `put_right`, which does what only a person may, the instruments
+    begin as a last user may have left them.
     """
     random = np.random.default_rng([seed, index])
     motor, plate = draw_motor(random)
@@ -99,8 +106,11 @@ def measure(seed: int, index: int, plan: list[Planned], spent: Counter[str] | No
         errors=Errors.drawn(random),
         setting=BenchSetting(ambient_temperature=ambient, initial_angle=float(random.uniform(0.0, 2.0 * np.pi))),
         sockets=False,
+        hostile=None if put_right is None else index,
     )
     with bench:
+        if put_right is not None:
+            put_right(bench, plate)
         done = carry_out(bench, plate, int(random.integers(1 << 31)), plan, spent)
     truth = true_values(PARAMETERS, motor)
     figures = [figure(p, truth) for result in done.results for p in result.parameters if p.name in truth]
@@ -122,17 +132,7 @@ def carry_out(
     """Carry procedures out, one after the other; `seed` is the operator's, `spent` sums up processor time (s)."""
     nothing = NoRecord()
     results: list[ProcedureResult] = []
-    instruments = StationInstruments(
-        virtual_station(virtual.addresses()),
-        plate,
-        virtual.clock,
-        nothing,
-        nothing,
-        StationVisa(virtual.visa_library),
-        lambda _: None,
-        in_process=virtual,
-        pole_pairs=lambda: known_pole_pairs(plate, merge(results).parameters),
-    )
+    instruments = opened_by(virtual, plate, lambda: known_pole_pairs(plate, merge(results).parameters))
     refused, failed = [], []
     try:
         bench = Bench(instruments.available(), VirtualOperator(virtual.world, seed), virtual.clock, nothing)
@@ -151,6 +151,24 @@ def carry_out(
     finally:
         failed += [("close", fault) for fault in instruments.close()]
     return Done(results, refused, failed)
+
+
+def opened_by(
+    virtual: VirtualBench, plate: Nameplate, pole_pairs: Callable[[], int | None] = lambda: None
+) -> StationInstruments:
+    """Return the instruments of a bench as a station has them, behind the limits of a plate."""
+    nothing = NoRecord()
+    return StationInstruments(
+        virtual_station(virtual.addresses()),
+        plate,
+        virtual.clock,
+        nothing,
+        nothing,
+        StationVisa(virtual.visa_library),
+        lambda _: None,
+        in_process=virtual,
+        pole_pairs=pole_pairs,
+    )
 
 
 def figure(parameter: Parameter, truth: Mapping[str, float]) -> Figure:

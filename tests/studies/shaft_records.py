@@ -96,10 +96,17 @@ def move(shafts: list[Shaft]) -> list[Motion]:
     released, stopped = np.full(len(shafts), steps), np.full(len(shafts), steps)
 
     def rate(w: np.ndarray, angle: np.ndarray, t: np.ndarray) -> np.ndarray:
-        held = tc * (1.0 - thinning * t / span) + s * np.exp(-((np.abs(w) / ws) ** power))
-        braking = np.sign(w + 1e-9) * (held + c * w**2) + b * w
-        return (driving * torque - braking - a * np.sin(order * angle)) / j
+        held = tc * (1.0 - thinning * t / span) + c * w**2
+        if sticking:
+            held = held + s * np.exp(-((np.abs(w) / ws) ** power))
+        braking = np.sign(w + 1e-9) * held + b * w
+        if cogged:
+            braking = braking + a * np.sin(order * angle)
+        return (driven - braking) / j
 
+    # What acts on none of the shafts is left out: a motion is some ten thousand evaluations.
+    sticking, cogged = np.any(s), np.any(a)
+    driven = torque
     for k in range(steps):
         speeds[k], angles[k] = w, angle
         t = k * h
@@ -110,10 +117,15 @@ def move(shafts: list[Shaft]) -> list[Motion]:
         angle = angle + h * w + h * h / 6 * (k1 + k2 + k3)
         w = w + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         done = driving & (w >= top)
-        released[done] = k + 1
-        driving = driving & ~done
+        if done.any():
+            released[done] = k + 1
+            driving = driving & ~done
+            driven = driving * torque
         ended = ~driving & (w <= share * top) & (stopped == steps)
-        stopped[ended] = k + 1
+        if ended.any():
+            stopped[ended] = k + 1
+            if stopped.max() < steps:
+                break
     return [
         Motion(np.arange(stopped[k]) * h[k], speeds[: stopped[k], k], angles[: stopped[k], k], int(released[k]))
         for k in range(len(shafts))

@@ -1,0 +1,28 @@
+"""A run on a disturbed virtual bench: `--disturbances FILE`, as the virtual bench that is served takes it."""
+
+import pytest
+
+from bench.cli.main import main
+
+SERIES = "[contacts]\nresistance = 0.5\nremaking = 0.0\n"
+
+
+def test_a_run_is_disturbed_as_the_file_says_and_keeps_it(motorbench, tmp_path):
+    file = tmp_path / "contacts.toml"
+    file.write_text(SERIES, encoding="utf-8")
+    arguments = ("run", "stator-resistance", "--station", "virtual", "--motor", "gimbal")
+    (_, clear), (_, disturbed) = motorbench(*arguments), motorbench(*arguments, "--disturbances", str(file))
+    found = [each["parameters"]["stator_resistance"]["value"] for each in (clear, disturbed)]
+    assert found[1] - found[0] == pytest.approx(0.25, rel=0.1)
+    assert "disturbances" not in clear
+    assert disturbed["disturbances"] == SERIES
+
+
+@pytest.mark.parametrize("more", [[], ["--rehearse"]])
+def test_a_bench_of_somebody_else_is_not_disturbed(tmp_path, capsys, more):
+    station = tmp_path / "station.toml"
+    station.write_text("", encoding="utf-8")
+    with pytest.raises(SystemExit) as stopped:
+        main(["run", "stator-resistance", "--motor", "gimbal", "--station", str(station), "--disturbances", "x", *more])
+    assert stopped.value.code != 0
+    assert "--disturbances" in capsys.readouterr().err
