@@ -36,7 +36,8 @@ class QuestionCard:
         self._session = session
         self._run = run
         self._reader = reader
-        self._asked: object = ()
+        self._worded: object = ()
+        self._answerable: object = ()
         self._drawn = ""
         self._input: ui.input | None = None
         say = reader.say
@@ -44,6 +45,7 @@ class QuestionCard:
             self._place = ui.label().classes("text-base").style("color:#44505c")
             self._step = ui.label().classes("text-2xl font-semibold leading-snug mb-3")
             self._task = ui.element("div").classes("w-full").props("aria-live=polite")
+            self._answers = ui.element("div").classes("w-full")
             self._picture = ui.element("div").classes("w-full max-w-3xl mt-3")
 
     def show(self) -> None:
@@ -61,19 +63,22 @@ class QuestionCard:
         self._place.set_text(say(place) if here else say(text("The run begins …")))
         self._step.set_text(self._sentence())
         question = self._run.line.question
-        asked = (
-            question["id"] if question else None,
-            self._run.running,
-            self._panel.control.holds(self._session.token),
-            view.layout.shaft_turned,
-            # The journal may come after the question: then its words are shown as soon as they are there.
-            view.action,
-        )
-        if asked != self._asked:
-            self._asked = asked
+        open_for = (question["id"] if question else None, self._run.running)
+        # The journal may come after the question: then its words are shown as soon as they are there.
+        worded = (*open_for, view.layout.shaft_turned, view.action)
+        if worded != self._worded:
+            self._worded = worded
             self._task.clear()
             with self._task:
                 self._ask(question)
+        # Apart from the words: a button made anew under the finger takes no click, a field made anew forgets what was typed.
+        answerable = (*open_for, self._panel.control.holds(self._session.token))
+        if answerable != self._answerable:
+            self._answerable = answerable
+            self._answers.clear()
+            if question:
+                with self._answers:
+                    self._offer(question)
         self._draw()
 
     def _sentence(self) -> str:
@@ -111,6 +116,10 @@ class QuestionCard:
             return
         for number, words in enumerate(self._lines(question)):
             ui.label(words).classes("text-2xl font-bold" if number == 0 else "text-xl pl-4")
+
+    def _offer(self, question: Any) -> None:
+        """Put up what answers the question: a field, buttons, or why this page has none."""
+        say = self._reader.say
         if not self._panel.control.holds(self._session.token) and self._panel.control.leader is not None:
             ui.label(say(text("You are watching: take the control to answer."))).classes("text-lg mt-2")
             return
