@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import can
 import canopen
 import pytest
 from canopen.objectdictionary import (
@@ -40,6 +41,19 @@ OBJECTS = {
 }
 SIGNED = (INTEGER8, INTEGER16, INTEGER32)
 STATES = {0x00: 0x240, 0x06: 0x231, 0x07: 0x233, 0x0F: 0x237}
+
+
+def paired(bus: can.BusABC) -> list[tuple[int, str]]:
+    """Return what was sent meanwhile (identifier, bytes), each answer behind its request.
+
+    Every answer is sent by another thread, which may reach a third listener before the request does.
+    """
+    requests: list[tuple[int, str]] = []
+    answers: list[tuple[int, str]] = []
+    while (message := bus.recv(1.0 if len(answers) < len(requests) else 0.0)) is not None:
+        side = requests if message.arbitration_id >= 0x600 else answers
+        side.append((message.arbitration_id, bytes(message.data).hex(" ")))
+    return [frame for pair in zip(requests, answers, strict=True) for frame in pair]
 
 
 class Node:

@@ -18,7 +18,7 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from tests.drivers.can_bus.conftest import CHANNEL, Node
+from tests.drivers.can_bus.conftest import CHANNEL, Node, paired
 
 NODE = 5
 
@@ -97,14 +97,12 @@ def test_payloads_of_the_current_mode(inverter: Cia402Inverter, drive: Drive) ->
 def test_the_frames_on_the_bus(inverter: Cia402Inverter) -> None:
     with can.Bus(interface="virtual", channel=CHANNEL) as bus:
         inverter.measure_frequency()
-        frames = []
-        while (message := bus.recv(0)) is not None:
-            frames.append((message.arbitration_id, bytes(message.data)))
+        frames = paired(bus)
     assert frames == [
-        (0x605, bytes.fromhex("40 41 60 00 00 00 00 00")),
-        (0x585, bytes.fromhex("4b 41 60 00 40 02 00 00")),
-        (0x605, bytes.fromhex("40 6c 60 00 00 00 00 00")),
-        (0x585, bytes.fromhex("43 6c 60 00 00 00 00 00")),
+        (0x605, "40 41 60 00 00 00 00 00"),
+        (0x585, "4b 41 60 00 40 02 00 00"),
+        (0x605, "40 6c 60 00 00 00 00 00"),
+        (0x585, "43 6c 60 00 00 00 00 00"),
     ]
 
 

@@ -180,9 +180,7 @@ def test_a_movement(actuator: Cia402RotorActuator, node: Actuator) -> None:
 def test_the_frames_of_a_coupling(actuator: Cia402RotorActuator, node: Actuator) -> None:
     with can.Bus(interface="virtual", channel=conftest.CHANNEL) as bus:
         actuator.couple_dynamometer()
-        frames = []
-        while (message := bus.recv(0)) is not None:
-            frames.append((message.arbitration_id, bytes(message.data).hex(" ")))
+        frames = conftest.paired(bus)
     assert frames == [
         (0x607, "40 6c 60 00 00 00 00 00"),
         (0x587, "43 6c 60 00 00 00 00 00"),

@@ -11,6 +11,7 @@ from drivers.cia402.options import Cia402SixStepOptions
 from drivers.cia402.power_state import PowerState
 from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import Accuracy, CommunicationError, IdentityError, MeasurementError, ReportedError
+from tests.drivers.can_bus.conftest import paired
 
 CHANNEL = "six-step"
 ADDRESS = f"can://virtual/{CHANNEL}?node=6"
@@ -51,9 +52,7 @@ def test_the_frames_of_the_readings(drive: Cia402SixStep, node: Any, clock: Any)
     with can.Bus(interface="virtual", channel=CHANNEL) as bus:
         readings = [drive.measure_bus_voltage(), drive.measure_bus_current(), drive.measure_frequency()]
         assert drive.hall_state() == (True, False, True)
-        frames = []
-        while (message := bus.recv(0)) is not None:
-            frames.append((message.arbitration_id, bytes(message.data).hex(" ")))
+        frames = paired(bus)
     assert [(reading.value, reading.unit, reading.time) for reading in readings] == [
         (24.018, "V", 3.0),
         (-1.25, "A", 3.0),
