@@ -24,7 +24,7 @@ from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 LIMIT = 0.002
 Random = np.random.Generator
 ROWS = (
-    "hand, steady", "hand ±20 %", "hand ±20 %, two regrips", "known angle", "run-out", "meter drifts",
+    "hand, steady", "hand ±20 %", "hand ±20 %, two regrips", "hand, maxima cut", "known angle", "run-out", "meter drifts",
     "run-out, 0.6 turn", "four-wire", "thermal voltage drifts", "resistance drifts under load",
     "lines stay", "winding cools", "contacts differ",
 )  # fmt: skip
@@ -84,6 +84,9 @@ def turned(name: str, random: Random) -> Estimates:
     course = course * 8 * np.pi / course[-1] + random.uniform(0, 7)
     amplitude, noise = log(random, 0.005, 0.4), log(random, 2e-4, 5e-3)
     readings = 1.0 - amplitude * np.cos(course) + random.normal(0, noise, n)
+    if name.endswith("cut"):
+        # A bridge held in a range that ends below the maxima.
+        readings = np.minimum(readings, 1.0 + amplitude * (1.0 - log(random, 0.01, 1.0)))
     return axes(fit_timed_sweep(20 * at, readings), amplitude)
 
 

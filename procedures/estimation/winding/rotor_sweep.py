@@ -11,6 +11,7 @@ from procedures.estimation.fitting.checks import positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import white_noise
+from procedures.estimation.winding.cut_readings import cut_off
 from procedures.estimation.winding.sweep_terms import added_terms
 
 MotorClass = Literal["SPMSM", "IPMSM"]
@@ -145,7 +146,7 @@ def fit_rotor_sweep(
         )
     plain = sweep_fit(rate * theta, values, None, tried, resolution)
     mechanical = cycles_per_angle is None and pole_pairs != 1
-    wrong = _wrong_period(theta, values, plain, resolution)
+    wrong = (*cut_off(values, resolution), *_wrong_period(theta, values, plain, resolution))
     if wrong or not saliency_significant(plain)[0]:
         return replace(plain, misfit=Misfit(wrong))
     added = added_terms(theta, plain.course, values, mechanical=mechanical)

@@ -1,12 +1,16 @@
 """Inductance readings while the shaft is turned slowly by hand: the angle is unknown, the speed not quite constant."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.nonlinear import minimise
+from procedures.estimation.winding.cut_readings import cut_off
 from procedures.estimation.winding.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
 from procedures.estimation.winding.turning_points import held_to_turning_points
 
@@ -182,4 +186,5 @@ def fit_timed_sweep(
             f"the readings show only {fit.periods:.1f} periods of the inductance; turn the shaft over at least one electrical "
             "turn (two periods) during the sweep"
         )
-    return held_to_turning_points(fit, values, resolution)
+    held = held_to_turning_points(fit, values, resolution)
+    return replace(held, misfit=Misfit((*cut_off(values, resolution), *held.misfit.findings)))
