@@ -1,0 +1,105 @@
+"""CANopen nodes on a bus that a person named, found by SDO uploads of 0x1000 and 0x1018 alone."""
+
+from collections.abc import Collection
+
+from canopen import ObjectDictionary
+
+from bench.discovery.findings import Finding
+from bench.discovery.inquiry import Inquiry
+from drivers.interfaces import Identity, InstrumentError
+from drivers.interfaces.text import text
+from drivers.transport.can.addresses import parse_bus
+from drivers.transport.can.buses import SharedBus
+from drivers.transport.can.objects import NodeObjects
+
+ALL_NODES = range(1, 128)
+#: The first SDO of a node: request and reply (CiA 301), and an upload of 0x1000:00 as it stands in a frame.
+_REQUEST, _REPLY = 0x600, 0x580
+_UPLOAD_DEVICE_TYPE = bytes((0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0))
+#: Between two requests (s): an adapter's queue is short; and how long (s) the last node may take.
+_PAUSE, _ANSWER_TIME = 0.002, 0.5
+#: How long (s) asking one node for its identity may take: five uploads, each tried twice at 0.3 s.
+_NODE_TIME = 3.5
+
+
+def bus_address(given: str) -> str:
+    """Return `can://interface/channel` for what a person typed, with or without `can://`."""
+    return given if given.startswith("can://") else f"can://{given}"
+
+
+def node_address(bus: str, node: int) -> str:
+    """Return the address of a node on a bus."""
+    return f"{bus}{'&' if '?' in bus else '?'}node={node}"
+
+
+def ask_bus(inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used_by: str = "") -> None:
+    """Ask nodes for their device type, and those that answer for their identity."""
+    free = [node for node in nodes if inquiry.take(node_address(bus, node))]
+    if not free:
+        return
+    what = text("nodes {first} to {last}, object 0x1000 by SDO upload", first=min(free), last=max(free))
+    shared: list[SharedBus] = []
+
+    def asked() -> list[int] | None:
+        shared.append(SharedBus(parse_bus(bus, bus), bus))
+        return _answering(inquiry, shared[0], free) or None
+
+    try:
+        for node in inquiry.ask(bus, what, asked, len(free) * _PAUSE + _ANSWER_TIME + 5.0) or ():
+            address = node_address(bus, node)
+            told = inquiry.ask(
+                address,
+                text("0x1000, 0x1008 and 0x1018"),
+                lambda node=node: _identity(shared[0], node, bus),
+                _NODE_TIME,  # type: ignore[misc]
+            )
+            if told is None:
+                continue
+            device_type, identity = told
+            said = text(
+                "device type 0x{device_type:08X}, {maker}, {model}",
+                device_type=device_type,
+                maker=identity.manufacturer,
+                model=identity.model,
+            )
+            inquiry.add(Finding((address,), said, identity, inquiry.known.can_open(device_type), (), used_by))
+    finally:
+        for one in shared:
+            one.disconnect()
+
+
+def _answering(inquiry: Inquiry, bus: SharedBus, nodes: Collection[int]) -> list[int]:
+    heard: set[int] = set()
+    for node in nodes:
+        bus.network.subscribe(_REPLY + node, lambda identifier, *_: heard.add(identifier - _REPLY))
+    try:
+        for node in nodes:
+            bus.network.send_message(_REQUEST + node, _UPLOAD_DEVICE_TYPE)
+            inquiry.clock.sleep(_PAUSE)
+        inquiry.clock.sleep(_ANSWER_TIME)
+    finally:
+        for node in nodes:
+            bus.network.unsubscribe(_REPLY + node)
+    return sorted(heard)
+
+
+def _identity(bus: SharedBus, node: int, name: str) -> tuple[int, Identity]:
+    client = bus.network.add_node(node, ObjectDictionary()).sdo  # type: ignore[no-untyped-call]
+    objects = NodeObjects(client, name)
+    device_type = objects.read(0x1000, 0, 4)
+    told: dict[int, int | None] = {}
+    for sub in (1, 2, 3, 4):
+        try:
+            told[sub] = objects.read(0x1018, sub, 4)
+        except InstrumentError:
+            # Vendor alone is mandatory (CiA 301).
+            told[sub] = None
+    try:
+        model = objects.read_text(0x1008, 0)
+    except InstrumentError:
+        model = ""
+    vendor = f"vendor 0x{told[1]:08X}" if told[1] is not None else ""
+    product = f"product 0x{told[2]:08X}" if told[2] is not None else ""
+    return device_type, Identity(
+        vendor, model or product, str(told[4] or ""), "" if told[3] is None else f"{told[3]:X}"
+    )

@@ -1,0 +1,79 @@
+"""Asking one thing at a time: who has the instrument, what came of the question, and how much time is left."""
+
+from collections.abc import Callable, Collection
+from typing import TypeVar
+
+from bench.discovery.findings import Finding, Question, ScanReport, Unlooked
+from bench.discovery.matching import KnownInstruments
+from bench.discovery.time_bound import TimeBound
+from bench.safety.ownership.claims import Claim
+from bench.safety.ownership.owner import HeldError, Ownership
+from drivers.interfaces import Clock, InstrumentError
+from drivers.interfaces.text import Text, text, text_of
+from drivers.transport.canonical_address import canonical_addresses
+
+T = TypeVar("T")
+#: The longest piece of an answer that is shown (characters).
+_SHOWN = 200
+
+
+class Inquiry:
+    """One scan's questions; what they bring is in `report`. `say` tells a person beforehand what takes long."""
+
+    def __init__(
+        self, clock: Clock, seconds: float, known: KnownInstruments, owner: Ownership, say: Callable[[Text], None]
+    ) -> None:
+        self.clock = clock
+        self.bound = TimeBound(clock, seconds)
+        self.known = known
+        self.say = say
+        self.report = ScanReport()
+        self._owner = owner
+        self._looked_at: set[str] = set()
+
+    def take(self, address: str, units: Collection[int] = ()) -> bool:
+        """Have what is at an address for the scan; false, with the reason in the report, where it was looked at or another has it."""
+        keys = frozenset(canonical_addresses(address, units=units))
+        if keys & self._looked_at:
+            return False
+        self._looked_at |= keys
+        try:
+            self._owner.claim([Claim(address, keys)])
+        except HeldError as error:
+            self.skip(address, text_of(error))
+            return False
+        return True
+
+    def ask(self, where: str, what: Text, action: Callable[[], T | None], seconds: float) -> T | None:
+        """Return what `action` brings within `seconds` and put it down; None where nothing usable came."""
+        if not self.bound.left:
+            self.skip(where, text("the time was over before; give more with --within"))
+            return None
+        try:
+            answer = self.bound.run(action, seconds)
+        except TimeoutError:
+            return self._nothing(where, what, text("no answer in time"))
+        except Exception as error:  # noqa: BLE001  whatever a library raises, the others are still asked
+            return self._nothing(where, what, error.what if isinstance(error, InstrumentError) else text_of(error))
+        if answer is None:
+            return self._nothing(where, what, text("no answer"))
+        self.report.asked.append(Question(where, what, text("answered"), answered=True))
+        return answer
+
+    def skip(self, where: str, why: Text) -> None:
+        """Put down what was not looked at."""
+        self.report.unlooked.append(Unlooked(where, why))
+
+    def add(self, finding: Finding) -> None:
+        """Put down what was found."""
+        self.report.found.append(finding)
+
+    def _nothing(self, where: str, what: Text, outcome: Text) -> None:
+        self.report.asked.append(Question(where, what, outcome, answered=False))
+
+
+def shown(answer: str | bytes) -> str:
+    """Return an answer as it may be printed: no control characters, and no more than a line."""
+    words = answer.decode("latin-1") if isinstance(answer, bytes) else answer
+    line = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in words.strip())
+    return line if len(line) <= _SHOWN else f"{line[:_SHOWN]}…"
