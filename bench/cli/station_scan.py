@@ -94,7 +94,7 @@ def scan(
             told["station"] = _of_station(report, read)
         print_json(told)
     else:
-        _print(report, read, translate)
+        print_report(report, read, translate)
         if output is not None:
             line = text("Proposed station file: {file}. Fill it in, then motorbench station check {file}", file=output)
             console_on(sys.stdout).print(line.render(translate), markup=False, soft_wrap=True)
@@ -201,7 +201,8 @@ def _of_station(report: ScanReport, station: Station) -> dict[str, dict[str, Any
     return told
 
 
-def _print(report: ScanReport, station: Station | None, translate: Translate) -> None:
+def print_report(report: ScanReport, station: Station | None, translate: Translate) -> None:
+    """Say what was found, what did not answer and what was not looked at."""
     console = console_on(sys.stdout)
 
     def line(words: Text | str, indent: str = "") -> None:

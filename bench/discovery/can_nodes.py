@@ -1,6 +1,7 @@
 """CANopen nodes on a bus that a person named, found by SDO uploads of 0x1000 and 0x1018 alone."""
 
 from collections.abc import Collection
+from functools import partial
 
 from canopen import ObjectDictionary
 
@@ -18,8 +19,10 @@ _REQUEST, _REPLY = 0x600, 0x580
 _UPLOAD_DEVICE_TYPE = bytes((0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0))
 #: Between two requests (s): an adapter's queue is short; and how long (s) the last node may take.
 _PAUSE, _ANSWER_TIME = 0.002, 0.5
+_LOOK = 0.01
 #: How long (s) asking one node for its identity may take: five uploads, each tried twice at 0.3 s.
 _NODE_TIME = 3.5
+_OPENING_TIME = 5.0
 
 
 def bus_address(given: str) -> str:
@@ -38,34 +41,31 @@ def ask_bus(inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used
     if not free:
         return
     what = text("nodes {first} to {last}, object 0x1000 by SDO upload", first=min(free), last=max(free))
-    shared: list[SharedBus] = []
+    opened: list[SharedBus] = []
 
-    def asked() -> list[int] | None:
-        shared.append(SharedBus(parse_bus(bus, bus), bus))
-        return _answering(inquiry, shared[0], free) or None
+    def answering() -> list[int] | None:
+        opened.append(SharedBus(parse_bus(bus, bus), bus))
+        return _answering(inquiry, opened[0], free) or None
 
     try:
-        for node in inquiry.ask(bus, what, asked, len(free) * _PAUSE + _ANSWER_TIME + 5.0) or ():
-            address = node_address(bus, node)
-            told = inquiry.ask(
-                address,
-                text("0x1000, 0x1008 and 0x1018"),
-                lambda node=node: _identity(shared[0], node, bus),
-                _NODE_TIME,  # type: ignore[misc]
-            )
-            if told is None:
-                continue
-            device_type, identity = told
-            said = text(
-                "device type 0x{device_type:08X}, {maker}, {model}",
-                device_type=device_type,
-                maker=identity.manufacturer,
-                model=identity.model,
-            )
-            inquiry.add(Finding((address,), said, identity, inquiry.known.can_open(device_type), (), used_by))
+        for node in inquiry.ask(bus, what, answering, len(free) * _PAUSE + _ANSWER_TIME + _OPENING_TIME) or ():
+            address, objects = node_address(bus, node), text("0x1000, 0x1008 and 0x1018")
+            told = inquiry.ask(address, objects, partial(_identity, opened[0], node, bus), _NODE_TIME)
+            if told is not None:
+                _judge(inquiry, address, *told, used_by)
     finally:
-        for one in shared:
+        for one in opened:
             one.disconnect()
+
+
+def _judge(inquiry: Inquiry, address: str, device_type: int, identity: Identity, used_by: str) -> None:
+    said = text(
+        "device type 0x{device_type:08X}, {maker}, {model}",
+        device_type=device_type,
+        maker=identity.manufacturer or "–",
+        model=identity.model or "–",
+    )
+    inquiry.add(Finding((address,), said, identity, inquiry.known.can_open(device_type), (), used_by))
 
 
 def _answering(inquiry: Inquiry, bus: SharedBus, nodes: Collection[int]) -> list[int]:
@@ -76,7 +76,9 @@ def _answering(inquiry: Inquiry, bus: SharedBus, nodes: Collection[int]) -> list
         for node in nodes:
             bus.network.send_message(_REQUEST + node, _UPLOAD_DEVICE_TYPE)
             inquiry.clock.sleep(_PAUSE)
-        inquiry.clock.sleep(_ANSWER_TIME)
+        end = inquiry.clock.now() + _ANSWER_TIME
+        while len(heard) < len(nodes) and inquiry.clock.now() < end:
+            inquiry.clock.sleep(_LOOK)
     finally:
         for node in nodes:
             bus.network.unsubscribe(_REPLY + node)

@@ -49,15 +49,16 @@ class Inquiry:
         if not self.bound.left:
             self.skip(where, text("the time was over before; give more with --within"))
             return None
+        answer, outcome = None, text("no answer")
         try:
             answer = self.bound.run(action, seconds)
         except TimeoutError:
-            return self._nothing(where, what, text("no answer in time"))
+            outcome = text("no answer in time")
         except Exception as error:  # noqa: BLE001  whatever a library raises, the others are still asked
-            return self._nothing(where, what, error.what if isinstance(error, InstrumentError) else text_of(error))
-        if answer is None:
-            return self._nothing(where, what, text("no answer"))
-        self.report.asked.append(Question(where, what, text("answered"), answered=True))
+            outcome = error.what if isinstance(error, InstrumentError) else text_of(error)
+        if answer is not None:
+            outcome = text("answered")
+        self.report.asked.append(Question(where, what, outcome, answered=answer is not None))
         return answer
 
     def skip(self, where: str, why: Text) -> None:
@@ -67,9 +68,6 @@ class Inquiry:
     def add(self, finding: Finding) -> None:
         """Put down what was found."""
         self.report.found.append(finding)
-
-    def _nothing(self, where: str, what: Text, outcome: Text) -> None:
-        self.report.asked.append(Question(where, what, outcome, answered=False))
 
 
 def shown(answer: str | bytes) -> str:

@@ -75,6 +75,7 @@ class KnownInstruments:
 
     def serial_scpi_rates(self) -> tuple[int, ...]:
         """Return the rates (bit/s) of drivers that speak SCPI on a serial line."""
+        # What has no rate of its own in a station file could not be opened at it.
         rates = [getattr(driver.options, "baud_rate", None) for driver in self._drivers if _speaks_scpi(driver)]
         return tuple(sorted({rate for rate in rates if isinstance(rate, int)}))
 

@@ -1,6 +1,7 @@
 """Units on a Modbus line that a person named, found by reading (function 3) over framings and unit numbers."""
 
 from collections.abc import Collection, Sequence
+from functools import partial
 from urllib.parse import urlsplit
 
 from bench.discovery.findings import Finding
@@ -47,28 +48,24 @@ def sweep(inquiry: Inquiry, port: str, units: Collection[int], used_by: str = ""
                 seconds=longest(addresses, units),
             )
         )
+    what = text("units {first} to {last} by function 3 (register 0000H)", first=min(units), last=max(units))
     for address in addresses:
-        what = text("units {first} to {last} by function 3 (register 0000H)", first=min(units), last=max(units))
-        found = inquiry.ask(
-            address,
-            what,
-            lambda address=address: _units_at(inquiry, address, units) or None,
-            longest((address,), units) + _OPENING,  # type: ignore[misc]
-        )
+        patience = longest((address,), units) + _OPENING
+        found = inquiry.ask(address, what, partial(_units_at, inquiry, address, units), patience)
         if found:
             _judge(inquiry, address, found, used_by)
             return
 
 
-def _units_at(inquiry: Inquiry, address: str, units: Collection[int]) -> dict[int, dict[int, tuple[int, ...]]]:
-    """Return the registers of each unit that answers."""
+def _units_at(inquiry: Inquiry, address: str, units: Collection[int]) -> dict[int, dict[int, tuple[int, ...]]] | None:
+    """Return the registers of each unit that answers; None where none does."""
     timeout = SERIAL_TIME if address.startswith("rtu") else NETWORK_TIME
     client = client_for(address, timeout)
     if not client.connect():
         raise CommunicationError(address, text("cannot be opened at {address}", address=address))
     try:
         line = ModbusLine(client, address, clock=inquiry.clock if address.startswith("rtu") else None)
-        return {unit: _registers(inquiry, line, unit) for unit in units if _answers(inquiry, client, unit)}
+        return {unit: _registers(inquiry, line, unit) for unit in units if _answers(inquiry, client, unit)} or None
     finally:
         line.close()
 

@@ -71,7 +71,7 @@ def _ask_entry(inquiry: Inquiry, visa: StationVisa, entry: Entry) -> None:
     elif scheme == IN_PROCESS or f"://{IN_PROCESS}/" in address:
         inquiry.skip(address, text("only the virtual bench has such an address; give the instrument's own"))
     elif "::" in address:
-        scpi.ask_address(inquiry, visa, address, used_by)
+        scpi.ask_address(inquiry, visa, address, used_by, getattr(entry.options, "baud_rate", None))
     elif scheme in ("tcp", "rtu"):
         units = tuple(getattr(entry.options, "units", ())) or tuple(modbus_line.USUAL_UNITS)
         modbus_line.sweep(inquiry, address, units, used_by)

@@ -5,6 +5,7 @@ import socket
 import warnings
 from collections.abc import Callable, Collection
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from pyvisa.constants import RENLineOperation
@@ -17,7 +18,7 @@ from drivers.interfaces.text import Text, text
 from drivers.transport.visa.session import IDENTITY_QUERY, RESOURCE_ERRORS
 
 if TYPE_CHECKING:
-    from pyvisa.resources import MessageBasedResource
+    from pyvisa.resources import MessageBasedResource, SerialInstrument
 
 #: How long (s) an answer to *IDN? may take, and all of a question: opening, asking, letting go.
 ANSWER_TIME, QUESTION_TIME = 2.0, 6.0
@@ -47,15 +48,17 @@ def visa_addresses(inquiry: Inquiry, visa: StationVisa) -> list[str]:
     return [address for address in found if _ON_BUS.fullmatch(address)]
 
 
-def ask_address(inquiry: Inquiry, visa: StationVisa, address: str, used_by: str = "") -> None:
-    """Ask *IDN? at a VISA address."""
+def ask_address(
+    inquiry: Inquiry, visa: StationVisa, address: str, used_by: str = "", baud_rate: int | None = None
+) -> None:
+    """Ask *IDN? at a VISA address; a serial line has `baud_rate` (bit/s) where that is given."""
     if not inquiry.take(address):
         return
     plain = _socket_of(address)
     if plain is not None:
         _ask(inquiry, address, lambda: ask_socket(*plain), used_by)
     else:
-        _ask(inquiry, address, lambda: _ask_visa(visa, address), used_by)
+        _ask(inquiry, address, lambda: _ask_visa(visa, address, baud_rate), used_by)
 
 
 def ask_host(inquiry: Inquiry, visa: StationVisa, host: str, port: int | None) -> None:
@@ -72,7 +75,7 @@ def ask_host(inquiry: Inquiry, visa: StationVisa, host: str, port: int | None) -
     for at, device in ((_HISLIP_PORT, "hislip0"), (_PORTMAPPER, "inst0")):
         if _is_open(inquiry, host, at):
             address = f"TCPIP0::{host}::{device}::INSTR"
-            _ask(inquiry, address, lambda address=address: _ask_visa(visa, address))  # type: ignore[misc]
+            _ask(inquiry, address, partial(_ask_visa, visa, address))
 
 
 def judge(inquiry: Inquiry, addresses: tuple[str, ...], line: str, used_by: str = "") -> Finding:
@@ -121,13 +124,17 @@ def _ask(inquiry: Inquiry, address: str, action: Callable[[], str | bytes | None
     return True
 
 
-def _ask_visa(visa: StationVisa, address: str) -> str:
+def _ask_visa(visa: StationVisa, address: str, baud_rate: int | None = None) -> str:
     resource = cast(
         "MessageBasedResource", visa.manager().open_resource(address, open_timeout=int(CONNECTION_TIME * 1e3))
     )
     try:
         resource.timeout = ANSWER_TIME * 1e3
         resource.write_termination = "\n"
+        if address[:4].upper() == "ASRL":
+            resource.read_termination = "\n"
+            if baud_rate is not None:
+                cast("SerialInstrument", resource).baud_rate = baud_rate
         resource.write(IDENTITY_QUERY)
         line = resource.read_raw().decode("latin-1")
         # Who was asked is in remote: its front panel is given back.

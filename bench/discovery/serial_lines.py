@@ -1,12 +1,15 @@
 """Instruments on serial ports: what talks by itself, and on a port that a person named what answers a harmless question."""
 
 from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
 
 from bench.discovery.findings import DriverMatch, Finding
 from bench.discovery.inquiry import Inquiry, shown
 from bench.discovery.scpi import judge
 from bench.station.computer import Computer
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
+from drivers.recognition import SerialTalk
 from drivers.transport.serial.line_settings import open_port
 from drivers.transport.visa.session import IDENTITY_QUERY
 
@@ -39,23 +42,19 @@ def list_ports(inquiry: Inquiry, computer: Computer, named: Iterable[str]) -> No
 
 
 def ask_port(inquiry: Inquiry, port: str, used_by: str = "") -> None:
-    """Listen on a port, and where nobody talks ask: what drivers declare, then *IDN? at the rates of those that speak SCPI there."""
+    """Listen on a port, and where nobody talks ask: what drivers declare, then *IDN? at the rates of those that speak SCPI there.
+
+    A station's own port is listened on only.
+    """
     if not inquiry.take(port):
         return
     for driver, talk in inquiry.known.serial_lines():
         if talk.question and used_by:
             continue
-        what = (
-            text("{question} at {rate} bit/s", question=repr(talk.question), rate=talk.baudrate)
-            if talk.question
-            else text("who talks by itself at {rate} bit/s", rate=talk.baudrate)
-        )
-        heard = inquiry.ask(
-            port,
-            what,
-            lambda talk=talk: _exchange(inquiry, port, talk.baudrate, talk.question, talk.wait),
-            talk.wait + MARGIN,
-        )  # type: ignore[misc]
+        what = text("who talks by itself at {rate} bit/s", rate=talk.baudrate)
+        if talk.question:
+            what = text("{question} at {rate} bit/s", question=repr(talk.question), rate=talk.baudrate)
+        heard = inquiry.ask(port, what, partial(_exchange, inquiry, port, talk), talk.wait + MARGIN)
         if heard is None:
             continue
         said = talk.recognise(heard)
@@ -63,41 +62,42 @@ def ask_port(inquiry: Inquiry, port: str, used_by: str = "") -> None:
             inquiry.add(Finding((port,), said, matches=(DriverMatch(driver),), used_by=used_by))
             return
         if not talk.question:
-            inquiry.add(Finding((port,), text("it talks, but not as any driver knows: {bytes}", bytes=shown(heard))))
+            said = text("it talks, but as no driver knows: {bytes}", bytes=shown(heard))
+            inquiry.add(Finding((port,), said, used_by=used_by))
             return
     if not used_by:
         _ask_identity(inquiry, port)
 
 
 def _ask_identity(inquiry: Inquiry, port: str) -> None:
-    question = f"{IDENTITY_QUERY}\r\n".encode()
     for rate in inquiry.known.serial_scpi_rates():
+        talk = SerialTalk(rate, _whole_line, f"{IDENTITY_QUERY}\r\n".encode(), ANSWER_TIME)
         what = text("{question} at {rate} bit/s", question=IDENTITY_QUERY, rate=rate)
-        heard = inquiry.ask(
-            port,
-            what,
-            lambda rate=rate: _exchange(inquiry, port, rate, question, ANSWER_TIME),
-            ANSWER_TIME + MARGIN,  # type: ignore[misc]
-        )
+        heard = inquiry.ask(port, what, partial(_exchange, inquiry, port, talk), ANSWER_TIME + MARGIN)
         if heard is not None:
-            line = heard.decode("latin-1").strip()
-            finding = judge(inquiry, (f"ASRL{port}::INSTR",), line)
-            inquiry.add(finding)
+            found = judge(inquiry, (f"ASRL{port}::INSTR",), heard.decode("latin-1").strip())
+            matches = tuple(replace(match, options={"baud_rate": rate}) for match in found.matches)
+            inquiry.add(replace(found, matches=matches))
             return
 
 
-def _exchange(inquiry: Inquiry, port: str, rate: int, question: bytes, wait: float) -> bytes | None:
-    line = open_port(port, rate, _READ_TIME)
+def _exchange(inquiry: Inquiry, port: str, talk: SerialTalk) -> bytes | None:
+    """Return what comes until it is recognised, for the talk's time at most; None where nothing does."""
+    line = open_port(port, talk.baudrate, _READ_TIME)
     try:
         line.reset_input_buffer()
-        if question:
-            line.write(question)
-        heard, end = b"", inquiry.clock.now() + wait
+        if talk.question:
+            line.write(talk.question)
+        heard, end = b"", inquiry.clock.now() + talk.wait
         while inquiry.clock.now() < end and len(heard) < _MOST:
-            piece: bytes = line.read(256)
-            if question and heard and not piece:
-                break
+            piece: bytes = line.read(max(1, line.in_waiting))
             heard += piece
+            if piece and talk.recognise(heard) is not None:
+                break
         return heard or None
     finally:
         line.close()
+
+
+def _whole_line(heard: bytes) -> Text | None:
+    return text("answered") if heard.endswith(b"\n") else None
