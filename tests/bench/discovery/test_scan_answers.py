@@ -219,12 +219,13 @@ def test_nothing_is_written_on_a_port_that_nobody_named() -> None:
 def test_a_port_that_talks_is_listened_to_and_not_written_to() -> None:
     with terminal() as (master, port):
         asked = inquiry()
-        sender = threading.Timer(0.1, os.write, (master, b"12345\r\x02412200000012345\rx\x0241220000001"))
+        sender = threading.Timer(0.1, os.write, (master, b"12345\r\x0241220000012345\r\x0241220000001"))
         sender.start()
         serial_lines.ask_port(asked, port)
         sender.join()
         assert written(master) == b""
     (found,) = asked.report.found
+    assert found.matches, str(found.said)
     assert found.matches[0].driver.name == "lutron-tachometer"
     assert str(found.said) == "a Lutron frame: 12345, annunciator 22"
 
