@@ -91,7 +91,7 @@ def scan(
     if json:
         told = report.as_dict(translate) | {"output": str(output) if output else None}
         if read is not None:
-            told["station"] = _of_station(report, read)
+            told["station"] = _of_station(report, read, translate)
         print_json(told)
     else:
         print_report(report, read, translate)
@@ -100,7 +100,7 @@ def scan(
             console_on(sys.stdout).print(line.render(translate), markup=False, soft_wrap=True)
     if report.interrupted:
         print(f"motorbench: {text('interrupted by Ctrl-C').render(translate)}", file=sys.stderr)
-    missing = read is not None and not all(one["fits"] for one in _of_station(report, read).values())
+    missing = read is not None and not all(one["fits"] for one in _of_station(report, read, translate).values())
     return 1 if report.interrupted or missing else 0
 
 
@@ -188,16 +188,21 @@ def _units(given: str) -> tuple[int, ...]:
     raise UsageError(text("--units {given}: allowed is a number or a range from 1 to 247, like 1-16", given=given))
 
 
-def _of_station(report: ScanReport, station: Station) -> dict[str, dict[str, Any]]:
+def _of_station(report: ScanReport, station: Station, translate: Translate) -> dict[str, dict[str, Any]]:
     """Return by role whether its address answers, and whether as its driver wants it; what a person works needs none."""
     told = {}
     for role, entry in station.entries.items():
         if not entry.address:
             continue
-        there = next((one for one in report.found if one.used_by == f"instruments.{role.value}"), None)
+        there = next((one for one in report.found if role.value in one.used_by), None)
         fits = there is not None and any(match.driver.name == entry.driver.name for match in there.matches)
         undeclared = there is not None and not entry.driver.recognised_by
-        told[role.value] = {"address": entry.address, "answers": there is not None, "fits": fits or undeclared}
+        told[role.value] = {
+            "address": entry.address,
+            "answers": there is not None,
+            "fits": fits or undeclared,
+            "answer": None if there is None else there.said.render(translate),
+        }
     return told
 
 
@@ -211,7 +216,7 @@ def print_report(report: ScanReport, station: Station | None, translate: Transla
 
     if station is not None:
         line(text("{station}: of its addresses", station=station.source))
-        for role, told in _of_station(report, station).items():
+        for role, told in _of_station(report, station, translate).items():
             mark = "✓" if told["fits"] else "✗"
             words = (
                 text("answers")
@@ -221,6 +226,8 @@ def print_report(report: ScanReport, station: Station | None, translate: Transla
                 else text("does not answer")
             )
             line(f"{mark} {role:<18}{told['address']}  {words.render(translate)}", "  ")
+            if told["answer"]:
+                line(told["answer"], "      ")
     others = [one for one in report.found if not one.used_by] if station is not None else report.found
     if station is None:
         line(text("Found:") if others else text("Nothing found."))

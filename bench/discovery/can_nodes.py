@@ -35,7 +35,7 @@ def node_address(bus: str, node: int) -> str:
     return f"{bus}{'&' if '?' in bus else '?'}node={node}"
 
 
-def ask_bus(inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used_by: str = "") -> None:
+def ask_bus(inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used_by: tuple[str, ...] = ()) -> None:
     """Ask nodes for their device type, and those that answer for their identity."""
     free = [node for node in nodes if inquiry.take(node_address(bus, node))]
     if not free:
@@ -58,7 +58,7 @@ def ask_bus(inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used
             one.disconnect()
 
 
-def _judge(inquiry: Inquiry, address: str, device_type: int, identity: Identity, used_by: str) -> None:
+def _judge(inquiry: Inquiry, address: str, device_type: int, identity: Identity, used_by: tuple[str, ...]) -> None:
     said = text(
         "device type 0x{device_type:08X}, {maker}, {model}",
         device_type=device_type,

@@ -34,7 +34,7 @@ class Finding:
     identity: Identity | None = None
     matches: tuple[DriverMatch, ...] = ()
     near: tuple[str, ...] = ()
-    used_by: str = ""
+    used_by: tuple[str, ...] = ()
 
     @property
     def address(self) -> str:
@@ -53,7 +53,7 @@ class Finding:
             "serial_number": (identity.serial_number if identity else "") or None,
             "drivers": [match.as_dict() for match in self.matches],
             "near": list(self.near),
-            "station": self.used_by or None,
+            "station": list(self.used_by),
         }
 
 

@@ -31,18 +31,22 @@ class Inquiry:
         self._owner = owner
         self._looked_at: set[str] = set()
 
-    def take(self, address: str, units: Collection[int] = ()) -> bool:
-        """Have what is at an address for the scan; false, with the reason in the report, where it was looked at or another has it."""
-        keys = frozenset(canonical_addresses(address, units=units))
+    def take(self, *addresses: str, units: Collection[int] = ()) -> bool:
+        """Have what is at these addresses for the scan; false where it was looked at, or another has it, which goes into the report."""
+        keys = frozenset(key for address in addresses for key in canonical_addresses(address, units=units))
         if keys & self._looked_at:
             return False
         self._looked_at |= keys
         try:
-            self._owner.claim([Claim(address, keys)])
+            self._owner.claim([Claim(addresses[0], keys)])
         except HeldError as error:
-            self.skip(address, text_of(error))
+            self.skip(addresses[0], text_of(error))
             return False
         return True
+
+    def looked_at(self, name: str) -> bool:
+        """Say whether anything was asked at what has this canonical name, or one that begins so."""
+        return any(key.startswith(name) for key in self._looked_at)
 
     def ask(self, where: str, what: Text, action: Callable[[], T | None], seconds: float) -> T | None:
         """Return what `action` brings within `seconds` and put it down; None where nothing usable came."""

@@ -31,11 +31,11 @@ def longest(addresses: Collection[str], units: Collection[int]) -> float:
     return sum(len(units) * _patience(address) + _OPENING for address in addresses)
 
 
-def sweep(inquiry: Inquiry, port: str, units: Collection[int], used_by: str = "") -> None:
+def sweep(inquiry: Inquiry, port: str, units: Collection[int], used_by: tuple[str, ...] = ()) -> None:
     """Look for units on a line; the first framing that anybody answers is the line's."""
     framings = tuple(dict.fromkeys(one for unit in inquiry.known.modbus_units() for one in unit.framings))
     addresses = framed(port, framings)
-    if not inquiry.take(addresses[0], units):
+    if not inquiry.take(addresses[0], units=units):
         return
     if not used_by:
         inquiry.say(
@@ -92,7 +92,9 @@ def _registers(inquiry: Inquiry, line: ModbusLine, unit: int) -> dict[int, tuple
     return found
 
 
-def _judge(inquiry: Inquiry, address: str, found: dict[int, dict[int, tuple[int, ...]]], used_by: str) -> None:
+def _judge(
+    inquiry: Inquiry, address: str, found: dict[int, dict[int, tuple[int, ...]]], used_by: tuple[str, ...]
+) -> None:
     known: dict[int, ModbusUnit] = {}
     said: list[Text] = []
     for unit, registers in found.items():

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from urllib.parse import urlsplit
 
 from bench.discovery import announced, can_nodes, modbus_line, scpi, serial_lines
 from bench.discovery.findings import ScanReport
@@ -53,8 +52,8 @@ def scan(
     """
     inquiry = Inquiry(clock, request.within, KnownInstruments(drivers), owner, say)
     try:
-        for entry in station.entries.values() if station is not None else ():
-            _ask_entry(inquiry, visa, entry)
+        for entries in _by_address(station).values() if station is not None else ():
+            _ask_entry(inquiry, visa, entries)
         _ask_named(inquiry, visa, request)
         _look_around(inquiry, visa, computer, request)
     except KeyboardInterrupt:
@@ -63,12 +62,20 @@ def scan(
     return replace(report, found=scpi.joined(report.found))
 
 
-def _ask_entry(inquiry: Inquiry, visa: StationVisa, entry: Entry) -> None:
-    address, used_by = entry.address, f"instruments.{entry.role.value}"
+def _by_address(station: Station) -> dict[str, list[Entry]]:
+    """Return a station's instruments by address: one may fill several roles. What a person works has none."""
+    found: dict[str, list[Entry]] = {}
+    for entry in station.entries.values():
+        if entry.address:
+            found.setdefault(entry.address, []).append(entry)
+    return found
+
+
+def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> None:
+    entry, used_by = entries[0], tuple(one.role.value for one in entries)
+    address = entry.address
     scheme = address.partition("://")[0].casefold() if "://" in address else ""
-    if not address:
-        inquiry.skip(used_by, text("a person works it by hand"))
-    elif scheme == IN_PROCESS or f"://{IN_PROCESS}/" in address:
+    if scheme == IN_PROCESS or f"://{IN_PROCESS}/" in address:
         inquiry.skip(address, text("only the virtual bench has such an address; give the instrument's own"))
     elif "::" in address:
         scpi.ask_address(inquiry, visa, address, used_by, getattr(entry.options, "baud_rate", None))
@@ -100,7 +107,6 @@ def _ask_named(inquiry: Inquiry, visa: StationVisa, request: ScanRequest) -> Non
 
 def _look_around(inquiry: Inquiry, visa: StationVisa, computer: Computer, request: ScanRequest) -> None:
     """Ask what VISA and mDNS tell of, and put down what nobody named."""
-    named = [urlsplit(one if "://" in one else f"rtu://{one}").path for one in (*request.serial, *request.modbus)]
     if request.named_only:
         inquiry.skip("VISA, mDNS", text("--named-only was given"))
     else:
@@ -110,12 +116,16 @@ def _look_around(inquiry: Inquiry, visa: StationVisa, computer: Computer, reques
         for device in computer.usb_devices():
             if not device.usable:
                 inquiry.skip(f"USB 0x{device.vendor:04X}::0x{device.product:04X}", _no_permission(device.node))
-        addresses = [one.address for one in announced.announced(inquiry, computer) if one.address]
-        for address in [*addresses, *scpi.visa_addresses(inquiry, visa)]:
+        services = announced.announced(inquiry, computer)
+        for host in dict.fromkeys(one.host for one in services):
+            scpi.ask_host(
+                inquiry, visa, host, more=[one.address for one in services if one.host == host and one.address]
+            )
+        for address in scpi.visa_addresses(inquiry, visa):
             scpi.ask_address(inquiry, visa, address)
-    serial_lines.list_ports(inquiry, computer, named)
+    serial_lines.list_ports(inquiry, computer)
     for name, up in computer.can_interfaces().items():
-        if not any(name in one for one in request.can):
+        if not inquiry.looked_at(f"can socketcan {name} "):
             why = text("a CAN interface nobody named. Ask with --can socketcan/{name}", name=name)
             inquiry.skip(name, why if up else text("{name} is down", name=name))
 

@@ -3,7 +3,7 @@
 import re
 import socket
 import warnings
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -49,36 +49,35 @@ def visa_addresses(inquiry: Inquiry, visa: StationVisa) -> list[str]:
 
 
 def ask_address(
-    inquiry: Inquiry, visa: StationVisa, address: str, used_by: str = "", baud_rate: int | None = None
+    inquiry: Inquiry, visa: StationVisa, address: str, used_by: tuple[str, ...] = (), baud_rate: int | None = None
 ) -> None:
     """Ask *IDN? at a VISA address; a serial line has `baud_rate` (bit/s) where that is given."""
-    if not inquiry.take(address):
-        return
-    plain = _socket_of(address)
-    if plain is not None:
-        _ask(inquiry, address, lambda: ask_socket(*plain), used_by)
-    else:
-        _ask(inquiry, address, lambda: _ask_visa(visa, address, baud_rate), used_by)
+    if inquiry.take(address):
+        _ask(inquiry, visa, address, used_by, baud_rate)
 
 
-def ask_host(inquiry: Inquiry, visa: StationVisa, host: str, port: int | None) -> None:
-    """Ask at a host that a person named: at one port a socket and then HiSLIP, else at the registered ports of both and of VXI-11."""
+def ask_host(inquiry: Inquiry, visa: StationVisa, host: str, port: int | None = None, more: Sequence[str] = ()) -> None:
+    """Ask a host until one of its ways answers.
+
+    At `port` a plain socket is asked before HiSLIP, whose first bytes would be left in its input; without one, `more` (VISA addresses) and
+    the registered ports of HiSLIP, SCPI and VXI-11 are.
+    """
     if port is not None:
-        # A plain socket is asked first: what HiSLIP begins with would be left in its input.
-        plain, hislip = f"TCPIP0::{host}::{port}::SOCKET", f"TCPIP0::{host}::hislip0,{port}::INSTR"
-        if not inquiry.take(plain) or _ask(inquiry, plain, lambda: ask_socket(host, port)):
-            return
-        if _is_open(inquiry, host, port):
-            _ask(inquiry, hislip, lambda: _ask_visa(visa, hislip))
-        return
-    ask_address(inquiry, visa, f"TCPIP0::{host}::{_SCPI_PORT}::SOCKET")
-    for at, device in ((_HISLIP_PORT, "hislip0"), (_PORTMAPPER, "inst0")):
-        if _is_open(inquiry, host, at):
-            address = f"TCPIP0::{host}::{device}::INSTR"
-            _ask(inquiry, address, partial(_ask_visa, visa, address))
+        ways = {f"TCPIP0::{host}::{port}::SOCKET": 0, f"TCPIP0::{host}::hislip0,{port}::INSTR": port}
+    else:
+        ways = dict.fromkeys(more, 0) | {
+            f"TCPIP0::{host}::hislip0::INSTR": _HISLIP_PORT,
+            f"TCPIP0::{host}::{_SCPI_PORT}::SOCKET": 0,
+            f"TCPIP0::{host}::inst0::INSTR": _PORTMAPPER,
+        }
+    if inquiry.take(*ways):
+        for address, first in ways.items():
+            # A VISA library may wait long for a port that nobody listens at.
+            if (not first or _is_open(inquiry, host, first)) and _ask(inquiry, visa, address):
+                return
 
 
-def judge(inquiry: Inquiry, addresses: tuple[str, ...], line: str, used_by: str = "") -> Finding:
+def judge(inquiry: Inquiry, addresses: tuple[str, ...], line: str, used_by: tuple[str, ...] = ()) -> Finding:
     """Return what a reply to *IDN? says."""
     identity, matches, near = inquiry.known.scpi(line)
     return Finding(addresses, Text("{line}", {"line": shown(line)}), identity, matches, near, used_by)
@@ -98,7 +97,7 @@ def joined(found: Collection[Finding]) -> list[Finding]:
             continue
         addresses = sorted({*before.addresses, *one.addresses}, key=_preference)
         made[key] = Finding(
-            tuple(addresses), before.said, identity, before.matches, before.near, before.used_by or one.used_by
+            tuple(addresses), before.said, identity, before.matches, before.near, before.used_by + one.used_by
         )
     return list(made.values())
 
@@ -115,11 +114,16 @@ def ask_socket(host: str, port: int) -> bytes | None:
     return heard or None
 
 
-def _ask(inquiry: Inquiry, address: str, action: Callable[[], str | bytes | None], used_by: str = "") -> bool:
+def _ask(
+    inquiry: Inquiry, visa: StationVisa, address: str, used_by: tuple[str, ...] = (), baud_rate: int | None = None
+) -> bool:
+    plain = _socket_of(address)
+    action: Callable[[], str | bytes | None]
+    action = partial(_ask_visa, visa, address, baud_rate) if plain is None else partial(ask_socket, *plain)
     answer = inquiry.ask(address, _IDN, action, QUESTION_TIME)
     if answer is None:
         return False
-    line = answer.decode("latin-1") if isinstance(answer, bytes) else str(answer)
+    line = answer.decode("latin-1") if isinstance(answer, bytes) else answer
     inquiry.add(judge(inquiry, (address,), line.strip(), used_by))
     return True
 

@@ -1,6 +1,5 @@
 """Instruments on serial ports: what talks by itself, and on a port that a person named what answers a harmless question."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -10,6 +9,7 @@ from bench.discovery.scpi import judge
 from bench.station.computer import Computer
 from drivers.interfaces.text import Text, text
 from drivers.recognition import SerialTalk
+from drivers.transport.canonical_address import serial_port
 from drivers.transport.serial.line_settings import open_port
 from drivers.transport.visa.session import IDENTITY_QUERY
 
@@ -20,13 +20,15 @@ _MOST = 1 << 14
 _READ_TIME = 0.05
 
 
-def list_ports(inquiry: Inquiry, computer: Computer, named: Iterable[str]) -> None:
+def list_ports(inquiry: Inquiry, computer: Computer) -> None:
     """Put down the serial ports that are not looked at: opening one moves DTR and RTS, which resets some boards."""
     from serial.tools.list_ports import comports
 
     known = {port.device: port.description for port in comports()}
     usable = computer.serial_ports()
-    for port in sorted({*known, *(name for name in usable if "usbtmc" not in name)} - set(named)):
+    for port in sorted({*known, *(name for name in usable if "usbtmc" not in name)}):
+        if inquiry.looked_at(serial_port(port)):
+            continue
         if not usable.get(port, True):
             inquiry.skip(port, text("it may not be used; add yourself to its group (often dialout) and log in anew"))
             continue
@@ -41,7 +43,7 @@ def list_ports(inquiry: Inquiry, computer: Computer, named: Iterable[str]) -> No
         )
 
 
-def ask_port(inquiry: Inquiry, port: str, used_by: str = "") -> None:
+def ask_port(inquiry: Inquiry, port: str, used_by: tuple[str, ...] = ()) -> None:
     """Listen on a port, and where nobody talks ask: what drivers declare, then *IDN? at the rates of those that speak SCPI there.
 
     A station's own port is listened on only.

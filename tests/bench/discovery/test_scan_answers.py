@@ -142,7 +142,7 @@ def test_who_answers_late_or_not_at_all_did_not_answer(
     monkeypatch.setattr(scpi, "QUESTION_TIME", 1.0)
     with listening(answer) as port:
         asked = inquiry()
-        assert not scpi._ask(asked, "somewhere", lambda: scpi.ask_socket("127.0.0.1", port))
+        scpi.ask_address(asked, StationVisa("@py"), f"TCPIP0::127.0.0.1::{port}::SOCKET")
     (question,) = asked.report.asked
     assert (question.answered, str(question.outcome), asked.report.found) == (False, "no answer", [])
 
@@ -366,3 +366,27 @@ def test_what_cannot_be_looked_at_is_refused_by_name(words: tuple[str, str], wro
 def test_answers_are_shown_on_one_line_and_cut() -> None:
     assert shown(b"a\r\nb\x00") == "a\\r\\nb\\x00"
     assert len(shown("x" * 5000)) == 201
+
+
+def test_a_station_s_own_addresses_are_told_apart_by_what_answers(call: Call, tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    with listening(answering(b"Keysight Technologies,34461A,MY1,1\n")) as port, terminal() as (_, silent):
+        there = f"TCPIP0::127.0.0.1::{port}::SOCKET"
+        station.write_text(
+            f"""
+            station = {{ name = "x" }}
+            [instruments]
+            voltmeter = {{ driver = "keysight-34461a", address = "{there}" }}
+            supply = {{ driver = "keysight-e36300", address = "{there}" }}
+            oscilloscope = {{ driver = "manual" }}
+            dynamometer = {{ driver = "delta-dyn200", address = "rtu://{silent}?baudrate=9600", maximum_speed = 1.0 }}
+            """,
+            encoding="utf-8",
+        )
+        status, out, _ = call("station", "scan", "--station", str(station), "--named-only", "--language", "en")
+    assert status == 1
+    assert f"✓ voltmeter         {there}  answers" in out
+    assert f"✗ supply            {there}  another instrument answers than its driver is for" in out
+    assert f"✗ dynamometer       rtu://{silent}?baudrate=9600  does not answer" in out
+    assert "oscilloscope" not in out
+    assert f"{silent}: a serial port" not in out
