@@ -9,7 +9,7 @@ from bench.discovery.inquiry import Inquiry
 from bench.discovery.matching import KnownInstruments
 from bench.safety.ownership.owner import Ownership
 from bench.station.computer import Computer
-from bench.station.connections import lacking
+from bench.station.connections import lacking, no_permission
 from bench.station.station_file import Entry, Station
 from bench.station.visa_library import StationVisa
 from drivers.catalogue import Driver
@@ -114,8 +114,8 @@ def _look_around(inquiry: Inquiry, visa: StationVisa, computer: Computer, reques
             for why in lacking(way, computer):
                 inquiry.skip({"usb": "USB", "gpib": "GPIB", "vxi11": "VXI-11"}[way], why)
         for device in computer.usb_devices():
-            if not device.usable:
-                inquiry.skip(f"USB 0x{device.vendor:04X}::0x{device.product:04X}", _no_permission(device.node))
+            if device.instrument and not device.usable:
+                inquiry.skip(f"USB 0x{device.vendor:04X}::0x{device.product:04X}", no_permission(device))
         services = announced.announced(inquiry, computer)
         for host in dict.fromkeys(one.host for one in services):
             scpi.ask_host(
@@ -128,10 +128,3 @@ def _look_around(inquiry: Inquiry, visa: StationVisa, computer: Computer, reques
         if not inquiry.looked_at(f"can socketcan {name} "):
             why = text("a CAN interface nobody named. Ask with --can socketcan/{name}", name=name)
             inquiry.skip(name, why if up else text("{name} is down", name=name))
-
-
-def _no_permission(node: object) -> Text:
-    return text(
-        "{node} may not be used; copy docs/examples/udev/60-motorbench.rules to /etc/udev/rules.d and plug it in anew",
-        node=str(node),
-    )

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterator
 from urllib.parse import urlsplit
 
-from bench.station.computer import Computer
+from bench.station.computer import Computer, UsbDevice
 from bench.station.station_file import Station
 from drivers.interfaces import CommunicationError
 from drivers.interfaces.text import Text, text, text_of
@@ -98,10 +98,15 @@ def _usb(address: str, computer: Computer) -> Iterator[Text]:
         there = [f"0x{device.vendor:04X}::0x{device.product:04X}::{device.serial}" for device in devices]
         yield text("it is not connected; on the USB there are {devices}", devices=", ".join(there) or text("none"))
     elif not any(device.usable for device in matching):
-        yield text(
-            "{node} may not be used; copy docs/examples/udev/60-motorbench.rules to /etc/udev/rules.d and plug it in anew",
-            node=str(matching[0].node),
-        )
+        yield no_permission(matching[0])
+
+
+def no_permission(device: UsbDevice) -> Text:
+    """Say how a USB device is made usable."""
+    return text(
+        "{node} may not be used; copy docs/examples/udev/60-motorbench.rules to /etc/udev/rules.d and plug it in anew",
+        node=str(device.node),
+    )
 
 
 def _serial(path: str, computer: Computer) -> Iterator[Text]:

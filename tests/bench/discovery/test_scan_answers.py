@@ -216,6 +216,29 @@ def test_nothing_is_written_on_a_port_that_nobody_named() -> None:
     assert report.asked == []
 
 
+def test_an_instrument_on_the_usb_that_may_not_be_opened_is_told_and_nothing_else_there_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for bus, kind in (("1-2", "fe"), ("1-3", "09")):
+        interface = tmp_path / f"sys/bus/usb/devices/{bus}:1.0"
+        for path, content in (
+            (interface.with_name(bus) / "idVendor", "2a8d"),
+            (interface.with_name(bus) / "idProduct", f"12{bus[-1]}2"),
+            (interface.with_name(bus) / "busnum", "1"),
+            (interface.with_name(bus) / "devnum", bus[-1]),
+            (interface / "bInterfaceClass", kind),
+            (interface / "bInterfaceSubClass", "03"),
+        ):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content + "\n", encoding="ascii")
+    monkeypatch.setattr("bench.discovery.scpi.visa_addresses", lambda *_: [])
+    monkeypatch.setattr("bench.discovery.announced.announced", lambda *_: [])
+    report = looked(ScanRequest(), computer=Computer(tmp_path))
+    (place,) = [one for one in report.unlooked if one.where.startswith("USB 0x")]
+    assert place.where == "USB 0x2A8D::0x1222"
+    assert "60-motorbench.rules" in str(place.why)
+
+
 def test_a_port_that_talks_is_listened_to_and_not_written_to() -> None:
     with terminal() as (master, port):
         asked = inquiry()
