@@ -7,7 +7,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from bench.cli.output import print_json, say_broken
-from bench.discovery.findings import Finding, ScanReport
+from bench.discovery.findings import FoundInstrument, ScanReport
 from bench.discovery.scan import ScanRequest
 from bench.discovery.scan import scan as look
 from bench.discovery.station_draft import draft
@@ -51,7 +51,7 @@ def scan(
     Parameters
     ----------
     host
-        Hosts to ask, like 192.168.1.5 (the ports of HiSLIP, SCPI and VXI-11) or 192.168.1.5:5025.
+        Hosts to ask, like 192.168.1.5 (the ports of HiSLIP, SCPI and VXI-11) or 192.168.1.5:5025, and VISA addresses.
     serial
         Serial ports to listen on, and to ask where nobody talks by itself.
     modbus
@@ -123,8 +123,9 @@ def request_of(
     for bus in can:
         if "/" not in bus.removeprefix("can://"):
             raise UsageError(text("--can {bus}: give interface/channel, like socketcan/can0", bus=bus))
-    hosts = tuple(_host(one) for one in host)
-    return ScanRequest(hosts, serial, modbus, can, _units(units), named_only, within)
+    visa = tuple(one for one in host if "::" in one)
+    hosts = tuple(_host(one) for one in host if one not in visa)
+    return ScanRequest(hosts, visa, serial, modbus, can, _units(units), named_only, within)
 
 
 def scanned(request: ScanRequest, station: Station | None, visa_library: str, translate: Translate) -> ScanReport:
@@ -249,7 +250,7 @@ def print_report(report: ScanReport, station: Station | None, translate: Transla
             line(text("{where}: {why}", where=place.where, why=place.why), "  ")
 
 
-def _print_finding(one: Finding, line: Any) -> None:
+def _print_finding(one: FoundInstrument, line: Any) -> None:
     line(f"{'✓' if one.matches else '?'} {one.address}", "  ")
     line(one.said, "      ")
     for match in one.matches:

@@ -5,7 +5,7 @@ from functools import partial
 
 from canopen import ObjectDictionary
 
-from bench.discovery.findings import Finding
+from bench.discovery.findings import FoundInstrument
 from bench.discovery.inquiry import Inquiry
 from drivers.interfaces import Identity, InstrumentError
 from drivers.interfaces.text import text
@@ -28,6 +28,16 @@ _OPENING_TIME = 5.0
 def bus_address(given: str) -> str:
     """Return `can://interface/channel` for what a person typed, with or without `can://`."""
     return given if given.startswith("can://") else f"can://{given}"
+
+
+def bus_and_nodes(address: str) -> tuple[str, Collection[int]]:
+    """Return the bus of an address and the node that it names, all nodes where it names none."""
+    address, _, query = address.partition("?")
+    keys = [key for key in query.split("&") if key]
+    named = [key.removeprefix("node=") for key in keys if key.startswith("node=")]
+    rest = "&".join(key for key in keys if not key.startswith("node="))
+    nodes = tuple(int(number) for number in named if number.isdecimal() and int(number) in ALL_NODES)
+    return f"{address}?{rest}" if rest else address, nodes or ALL_NODES
 
 
 def node_address(bus: str, node: int) -> str:
@@ -65,7 +75,7 @@ def _judge(inquiry: Inquiry, address: str, device_type: int, identity: Identity,
         maker=identity.manufacturer or "–",
         model=identity.model or "–",
     )
-    inquiry.add(Finding((address,), said, identity, inquiry.known.can_open(device_type), (), used_by))
+    inquiry.add(FoundInstrument((address,), said, identity, inquiry.known.can_open(device_type), (), used_by))
 
 
 def _answering(inquiry: Inquiry, bus: SharedBus, nodes: Collection[int]) -> list[int]:

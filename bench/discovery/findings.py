@@ -22,7 +22,7 @@ class DriverMatch:
 
 
 @dataclass(frozen=True)
-class Finding:
+class FoundInstrument:
     """One instrument: how it is reached, what it said, and the drivers for it.
 
     `addresses` has the one to prefer first. `near` are drivers of its relatives where none recognises it; `used_by` is what of a station
@@ -79,7 +79,7 @@ class Unlooked:
 class ScanReport:
     """What a scan has so far; `interrupted` where it was broken off."""
 
-    found: list[Finding] = field(default_factory=list)
+    found: list[FoundInstrument] = field(default_factory=list)
     asked: list[Question] = field(default_factory=list)
     unlooked: list[Unlooked] = field(default_factory=list)
     interrupted: bool = False

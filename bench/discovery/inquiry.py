@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection
 from typing import TypeVar
 
-from bench.discovery.findings import Finding, Question, ScanReport, Unlooked
+from bench.discovery.findings import FoundInstrument, Question, ScanReport, Unlooked
 from bench.discovery.matching import KnownInstruments
 from bench.discovery.time_bound import TimeBound
 from bench.safety.ownership.claims import Claim
@@ -69,7 +69,7 @@ class Inquiry:
         """Put down what was not looked at."""
         self.report.unlooked.append(Unlooked(where, why))
 
-    def add(self, finding: Finding) -> None:
+    def add(self, finding: FoundInstrument) -> None:
         """Put down what was found."""
         self.report.found.append(finding)
 

@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 from functools import partial
 from urllib.parse import urlsplit
 
-from bench.discovery.findings import Finding
+from bench.discovery.findings import FoundInstrument
 from bench.discovery.inquiry import Inquiry
 from drivers.interfaces import CommunicationError, ReportedError
 from drivers.interfaces.text import Text, lines, text
@@ -106,7 +106,7 @@ def _judge(
             known[unit] = told[0]
             said.append(text("unit {unit}: {what}", unit=unit, what=told[1]))
     matches, near = inquiry.known.modbus(known)
-    inquiry.add(Finding((address,), lines(said, between="; "), None, matches, near, used_by))
+    inquiry.add(FoundInstrument((address,), lines(said, between="; "), None, matches, near, used_by))
 
 
 def _patience(address: str) -> float:

@@ -22,11 +22,13 @@ from drivers.transport.in_process import IN_PROCESS
 class ScanRequest:
     """Where to look, and for how long (s) at most.
 
-    `hosts` are names or IP addresses with or without a port; `serial`, `modbus` and `can` are ports, lines and buses that a person named.
+    `hosts` are names or IP addresses with or without a port, `visa` VISA addresses; `serial`, `modbus` and `can` are ports, lines and
+    buses that a person named.
     With `named_only` nothing else is asked.
     """
 
     hosts: tuple[tuple[str, int | None], ...] = ()
+    visa: tuple[str, ...] = ()
     serial: tuple[str, ...] = ()
     modbus: tuple[str, ...] = ()
     can: tuple[str, ...] = ()
@@ -83,11 +85,7 @@ def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> Non
         units = tuple(getattr(entry.options, "units", ())) or tuple(modbus_line.USUAL_UNITS)
         modbus_line.sweep(inquiry, address, units, used_by)
     elif scheme == "can":
-        bus, _, node = address.partition("node=")
-        number = node.partition("&")[0]
-        if number.isdecimal():
-            rest = node[len(number) :].removeprefix("&")
-            can_nodes.ask_bus(inquiry, f"{bus}{rest}".rstrip("?&"), (int(number),), used_by)
+        can_nodes.ask_bus(inquiry, *can_nodes.bus_and_nodes(address), used_by)
     elif not scheme:
         serial_lines.ask_port(inquiry, address, used_by)
     else:
@@ -95,6 +93,8 @@ def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> Non
 
 
 def _ask_named(inquiry: Inquiry, visa: StationVisa, request: ScanRequest) -> None:
+    for address in request.visa:
+        scpi.ask_address(inquiry, visa, address)
     for host, port in request.hosts:
         scpi.ask_host(inquiry, visa, host, port)
     for port_name in request.serial:
@@ -102,7 +102,7 @@ def _ask_named(inquiry: Inquiry, visa: StationVisa, request: ScanRequest) -> Non
     for line in request.modbus:
         modbus_line.sweep(inquiry, line, request.units)
     for bus in request.can:
-        can_nodes.ask_bus(inquiry, can_nodes.bus_address(bus))
+        can_nodes.ask_bus(inquiry, *can_nodes.bus_and_nodes(can_nodes.bus_address(bus)))
 
 
 def _look_around(inquiry: Inquiry, visa: StationVisa, computer: Computer, request: ScanRequest) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from pyvisa.constants import RENLineOperation
 
-from bench.discovery.findings import Finding
+from bench.discovery.findings import FoundInstrument
 from bench.discovery.inquiry import Inquiry, shown
 from bench.safety.ownership.claims import is_number
 from bench.station.visa_library import StationVisa
@@ -28,7 +28,7 @@ CONNECTION_TIME, LISTING_TIME = 1.0, 15.0
 _SCPI_PORT, _HISLIP_PORT, _PORTMAPPER = 5025, 4880, 111
 #: More bytes than this are no identity.
 _LONGEST = 4096
-_IDN = text("*IDN?")
+_IDN = Text("{question}", {"question": IDENTITY_QUERY})
 #: What may be asked without having been named: instruments on USB, GPIB and the network.
 _ON_BUS = re.compile(r"(USB|GPIB|TCPIP|VICP)[0-9]*::.*::INSTR", re.IGNORECASE)
 
@@ -77,15 +77,15 @@ def ask_host(inquiry: Inquiry, visa: StationVisa, host: str, port: int | None = 
                 return
 
 
-def judge(inquiry: Inquiry, addresses: tuple[str, ...], line: str, used_by: tuple[str, ...] = ()) -> Finding:
+def judge(inquiry: Inquiry, addresses: tuple[str, ...], line: str, used_by: tuple[str, ...] = ()) -> FoundInstrument:
     """Return what a reply to *IDN? says."""
     identity, matches, near = inquiry.known.scpi(line)
-    return Finding(addresses, Text("{line}", {"line": shown(line)}), identity, matches, near, used_by)
+    return FoundInstrument(addresses, Text("{line}", {"line": shown(line)}), identity, matches, near, used_by)
 
 
-def joined(found: Collection[Finding]) -> list[Finding]:
+def joined(found: Collection[FoundInstrument]) -> list[FoundInstrument]:
     """Return the findings with what is one instrument by its serial number as one, the best of its addresses first."""
-    made: dict[object, Finding] = {}
+    made: dict[object, FoundInstrument] = {}
     for number, one in enumerate(found):
         identity = one.identity
         key: object = number
@@ -96,7 +96,7 @@ def joined(found: Collection[Finding]) -> list[Finding]:
             made[key] = one
             continue
         addresses = sorted({*before.addresses, *one.addresses}, key=_preference)
-        made[key] = Finding(
+        made[key] = FoundInstrument(
             tuple(addresses), before.said, identity, before.matches, before.near, before.used_by + one.used_by
         )
     return list(made.values())

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import partial
 
-from bench.discovery.findings import DriverMatch, Finding
+from bench.discovery.findings import DriverMatch, FoundInstrument
 from bench.discovery.inquiry import Inquiry, shown
 from bench.discovery.scpi import judge
 from bench.station.computer import Computer
@@ -61,11 +61,11 @@ def ask_port(inquiry: Inquiry, port: str, used_by: tuple[str, ...] = ()) -> None
             continue
         said = talk.recognise(heard)
         if said is not None:
-            inquiry.add(Finding((port,), said, matches=(DriverMatch(driver),), used_by=used_by))
+            inquiry.add(FoundInstrument((port,), said, matches=(DriverMatch(driver),), used_by=used_by))
             return
         if not talk.question:
             said = text("it talks, but as no driver knows: {bytes}", bytes=shown(heard))
-            inquiry.add(Finding((port,), said, used_by=used_by))
+            inquiry.add(FoundInstrument((port,), said, used_by=used_by))
             return
     if not used_by:
         _ask_identity(inquiry, port)

@@ -7,7 +7,7 @@ from typing import Any
 
 from tomli_w import dumps
 
-from bench.discovery.findings import Finding, ScanReport
+from bench.discovery.findings import FoundInstrument, ScanReport
 from bench.station.driver_options import unit_of_option
 from bench.station.station_limits import SECTIONS
 from drivers.catalogue import Driver
@@ -22,7 +22,7 @@ class Candidate:
     role: Role
     name: str
     driver: Driver
-    finding: Finding
+    finding: FoundInstrument
     table: Mapping[str, Any]
     missing: tuple[str, ...]
     sole_role: bool
@@ -127,7 +127,7 @@ def _comment(words: Text, translate: Translate) -> str:
     return "\n".join(f"# {line}" for line in words.render(translate).splitlines())
 
 
-def _name(finding: Finding, driver: Driver) -> str:
+def _name(finding: FoundInstrument, driver: Driver) -> str:
     identity = finding.identity
     parts = (identity.model, identity.serial_number) if identity else (driver.name,)
     return re.sub(r"[^a-z0-9]+", "_", " ".join(parts).lower()).strip("_") or driver.name

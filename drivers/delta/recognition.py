@@ -1,6 +1,7 @@
 """How the two units of a dynamometer are told from each other and from others on their line, by reading alone.
 
-C2000: 00-00 is its identity, 2100H … its state (Delta's manuals, one source). DYN-200: 08H and 12H are the decimals of the torque and
+C2000: 00-00 is its identity, 2100H … its state (Delta's manuals); a public program for an MS300 reads them at the same places, so that
+relatives are not told apart. DYN-200: 08H and 12H are the decimals of the torque and
 its direction, a double word each (see `drivers.delta.dyn200`); it has nothing at 2100H, which of one sensor is known by simulation only.
 """
 
@@ -16,7 +17,7 @@ _RTU = "baudrate={rate}&parity={parity}&stopbits={stop}"
 def _drive(registers: Registers) -> Text | None:
     code = registers.get(_IDENTITY, (0,))[0]
     if _STATE in registers and 0 < code <= _HIGHEST_CODE:
-        return text("Delta C2000, 00-00 = {code}", code=code)
+        return text("Delta drive (a C2000 or a relative), 00-00 = {code}", code=code)
     return None
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from bench.discovery import modbus_line, scpi, serial_lines
-from bench.discovery.findings import Finding, ScanReport
+from bench.discovery.findings import FoundInstrument, ScanReport
 from bench.discovery.inquiry import Inquiry, shown
 from bench.discovery.matching import KnownInstruments
 from bench.discovery.scan import ScanRequest, scan
@@ -350,9 +350,9 @@ def test_several_instruments_of_one_role_are_all_in_the_file() -> None:
     for number, serial in enumerate(lines):
         identity, matches, near = known.scpi(f"Keysight Technologies,34461A,{serial},1.0")
         report.found.append(
-            Finding((f"USB0::1::2::{serial}::INSTR",), Text(f"number {number}"), identity, matches, near)
+            FoundInstrument((f"USB0::1::2::{serial}::INSTR",), Text(f"number {number}"), identity, matches, near)
         )
-    report.found.append(Finding(("TCPIP0::h::5025::SOCKET",), Text("line\nnoise"), None, (), ()))
+    report.found.append(FoundInstrument(("TCPIP0::h::5025::SOCKET",), Text("line\nnoise"), None, (), ()))
     content = draft(report, 'the "new" bench')
     made = make_station(tomllib.loads(content), "found.toml", content.encode())
     assert made.name == 'the "new" bench'

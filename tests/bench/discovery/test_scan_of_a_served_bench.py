@@ -138,7 +138,7 @@ def test_an_instrument_is_one_whatever_the_ways_to_it(
 ) -> None:
     monkeypatch.setattr("bench.discovery.scpi.ANSWER_TIME", 0.3)
     ways = served.addresses()["supply"]
-    hosts = (port(ways["hislip"]), port(ways["socket"]))
+    hosts = (port(ways["hislip"]), str(ways["socket"]))
     _, out, _ = call("station", "scan", "--host", *hosts, "--named-only", "--json")
     (found,) = json.loads(out)["found"]
     assert (found["address"], found["other_addresses"]) == (ways["hislip"], [ways["socket"]])
