@@ -96,7 +96,9 @@ def scan(
     else:
         print_report(report, read, translate)
         if output is not None:
-            line = text("Proposed station file: {file}. Fill it in, then motorbench station check {file}", file=output)
+            line = text(
+                "Proposed station file: {file}. Fill it in, then motorbench station check {file}", file=str(output)
+            )
             console_on(sys.stdout).print(line.render(translate), markup=False, soft_wrap=True)
     if report.interrupted:
         print(f"motorbench: {text('interrupted by Ctrl-C').render(translate)}", file=sys.stderr)
@@ -152,9 +154,13 @@ def scanned(request: ScanRequest, station: Station | None, visa_library: str, tr
 
 
 def refuse_existing(file: Path, *, force: bool) -> None:
-    """Raise UsageError where a file is there already and may not be overwritten."""
+    """Raise UsageError where a file is there already and may not be overwritten, or its folder is not."""
+    if not file.parent.is_dir():
+        raise UsageError(text("{file}: there is no folder {folder}", file=str(file), folder=str(file.parent)))
     if file.exists() and not force:
-        raise UsageError(text("{file} is there already; name another file, or overwrite it with --force", file=file))
+        raise UsageError(
+            text("{file} is there already; name another file, or overwrite it with --force", file=str(file))
+        )
 
 
 def write_draft(file: Path, content: str) -> None:
@@ -163,7 +169,7 @@ def write_draft(file: Path, content: str) -> None:
     try:
         file.write_text(content, encoding="utf-8")
     except OSError as error:
-        said = text("{file}: the station file cannot be written: {strerror}", file=file, strerror=reason_of(error))
+        said = text("{file}: the station file cannot be written: {strerror}", file=str(file), strerror=reason_of(error))
         raise InputError(said) from error
 
 

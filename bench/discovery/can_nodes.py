@@ -1,6 +1,6 @@
 """CANopen nodes on a bus that a person named, found by SDO uploads of 0x1000 and 0x1018 alone."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from functools import partial
 
 from canopen import ObjectDictionary
@@ -12,6 +12,7 @@ from drivers.interfaces.text import text
 from drivers.transport.can.addresses import parse_bus
 from drivers.transport.can.buses import SharedBus
 from drivers.transport.can.objects import NodeObjects
+from drivers.transport.canonical_address import is_serial_line
 
 ALL_NODES = range(1, 128)
 #: The first SDO of a node: request and reply (CiA 301), and an upload of 0x1000:00 as it stands in a frame.
@@ -45,9 +46,16 @@ def node_address(bus: str, node: int) -> str:
     return f"{bus}{'&' if '?' in bus else '?'}node={node}"
 
 
-def ask_bus(inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used_by: tuple[str, ...] = ()) -> None:
-    """Ask nodes for their device type, and those that answer for their identity."""
-    free = [node for node in nodes if inquiry.take(node_address(bus, node))]
+def ask_bus(
+    inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used_by: Mapping[int, tuple[str, ...]] | None = None
+) -> None:
+    """Ask nodes for their device type, and those that answer for their identity; `used_by` are a station's roles by node."""
+    addresses = {node: node_address(bus, node) for node in nodes}
+    if any(is_serial_line(address) for address in addresses.values()):
+        # An adapter's line is one as a whole.
+        free = list(nodes) if inquiry.take(*addresses.values()) else []
+    else:
+        free = [node for node, address in addresses.items() if inquiry.take(address)]
     if not free:
         return
     what = text("nodes {first} to {last}, object 0x1000 by SDO upload", first=min(free), last=max(free))
@@ -62,7 +70,7 @@ def ask_bus(inquiry: Inquiry, bus: str, nodes: Collection[int] = ALL_NODES, used
             address, objects = node_address(bus, node), text("0x1000, 0x1008 and 0x1018")
             told = inquiry.ask(address, objects, partial(_identity, opened[0], node, bus), _NODE_TIME)
             if told is not None:
-                _judge(inquiry, address, *told, used_by)
+                _judge(inquiry, address, *told, (used_by or {}).get(node, ()))
     finally:
         for one in opened:
             one.disconnect()

@@ -60,6 +60,9 @@ class Inquiry:
             outcome = text("no answer in time")
         except Exception as error:  # noqa: BLE001  whatever a library raises, the others are still asked
             outcome = error.what if isinstance(error, InstrumentError) else text_of(error)
+        except KeyboardInterrupt:
+            self.report.asked.append(Question(where, what, text("interrupted by Ctrl-C"), answered=False))
+            raise
         if answer is not None:
             outcome = text("answered")
         self.report.asked.append(Question(where, what, outcome, answered=answer is not None))

@@ -54,8 +54,8 @@ def scan(
     """
     inquiry = Inquiry(clock, request.within, KnownInstruments(drivers), owner, say)
     try:
-        for entries in _by_address(station).values() if station is not None else ():
-            _ask_entry(inquiry, visa, entries)
+        if station is not None:
+            _ask_station(inquiry, visa, station)
         _ask_named(inquiry, visa, request)
         _look_around(inquiry, visa, computer, request)
     except KeyboardInterrupt:
@@ -73,6 +73,20 @@ def _by_address(station: Station) -> dict[str, list[Entry]]:
     return found
 
 
+def _ask_station(inquiry: Inquiry, visa: StationVisa, station: Station) -> None:
+    """Ask each address; nodes of one bus together, which many adapters can be opened for but once."""
+    buses: dict[str, dict[int, tuple[str, ...]]] = {}
+    for address, entries in _by_address(station).items():
+        scheme, _, rest = address.partition("://")
+        if scheme.casefold() == "can" and not rest.startswith(f"{IN_PROCESS}/"):
+            bus, nodes = can_nodes.bus_and_nodes(address)
+            buses.setdefault(bus, {}).update(dict.fromkeys(nodes, tuple(one.role.value for one in entries)))
+        else:
+            _ask_entry(inquiry, visa, entries)
+    for bus, roles in buses.items():
+        can_nodes.ask_bus(inquiry, bus, tuple(roles), roles)
+
+
 def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> None:
     entry, used_by = entries[0], tuple(one.role.value for one in entries)
     address = entry.address
@@ -84,8 +98,6 @@ def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> Non
     elif scheme in ("tcp", "rtu"):
         units = tuple(getattr(entry.options, "units", ())) or tuple(modbus_line.USUAL_UNITS)
         modbus_line.sweep(inquiry, address, units, used_by)
-    elif scheme == "can":
-        can_nodes.ask_bus(inquiry, *can_nodes.bus_and_nodes(address), used_by)
     elif not scheme:
         serial_lines.ask_port(inquiry, address, used_by)
     else:

@@ -102,7 +102,7 @@ def joined(found: Collection[FoundInstrument]) -> list[FoundInstrument]:
     return list(made.values())
 
 
-def ask_socket(host: str, port: int) -> bytes | None:
+def ask_socket(host: str, port: int) -> str | None:
     """Return what a plain socket answers to *IDN?, a half line too; None where nothing comes."""
     with socket.create_connection((host, port), CONNECTION_TIME) as line:
         line.sendall(f"{IDENTITY_QUERY}\n".encode())
@@ -111,20 +111,19 @@ def ask_socket(host: str, port: int) -> bytes | None:
         with suppress(TimeoutError, ConnectionError):
             while not heard.endswith(b"\n") and len(heard) < _LONGEST and (piece := line.recv(_LONGEST)):
                 heard += piece
-    return heard or None
+    return heard.decode("latin-1") or None
 
 
 def _ask(
     inquiry: Inquiry, visa: StationVisa, address: str, used_by: tuple[str, ...] = (), baud_rate: int | None = None
 ) -> bool:
     plain = _socket_of(address)
-    action: Callable[[], str | bytes | None]
+    action: Callable[[], str | None]
     action = partial(_ask_visa, visa, address, baud_rate) if plain is None else partial(ask_socket, *plain)
     answer = inquiry.ask(address, _IDN, action, QUESTION_TIME)
     if answer is None:
         return False
-    line = answer.decode("latin-1") if isinstance(answer, bytes) else answer
-    inquiry.add(judge(inquiry, (address,), line.strip(), used_by))
+    inquiry.add(judge(inquiry, (address,), answer.strip(), used_by))
     return True
 
 

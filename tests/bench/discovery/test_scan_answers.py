@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from bench.discovery import modbus_line, scpi, serial_lines
+from bench.discovery import can_nodes, modbus_line, scpi, serial_lines
 from bench.discovery.findings import FoundInstrument, ScanReport
 from bench.discovery.inquiry import Inquiry, shown
 from bench.discovery.matching import KnownInstruments
@@ -342,6 +342,19 @@ def test_garbage_on_a_modbus_port_finds_nothing() -> None:
         asked = inquiry()
         modbus_line.sweep(asked, f"tcp://127.0.0.1:{port}", (1,))
     assert asked.report.found == []
+
+
+def test_a_bus_behind_a_serial_adapter_is_asked_for_every_node_by_uploads_alone() -> None:
+    with terminal() as (master, port):
+        asked = inquiry()
+        can_nodes.ask_bus(asked, f"can://slcan/{port}?bitrate=500000&sleep_after_open=0")
+        heard = b""
+        while piece := written(master):
+            heard += piece
+    frames = [line for line in heard.split(b"\r") if line.startswith(b"t")]
+    assert frames == [b"t%03X84000100000000000" % (0x600 + node) for node in range(1, 128)]
+    (question,) = asked.report.asked
+    assert (question.answered, str(question.outcome)) == (False, "no answer")
 
 
 def test_several_instruments_of_one_role_are_all_in_the_file() -> None:
