@@ -125,9 +125,7 @@ def new(
     for driver in _by_hand(talk, data["instruments"]):
         _settle(talk, data, driver.role, driver, {"driver": MANUAL}, translate)
     if any(ROLES[Role(role)].in_fixture for role in data["instruments"]):
-        room = talk.value("fixture.winding_temperature", "°C", None)
-        if room is not None:
-            data["fixture"] = {"winding_temperature": room}
+        _add_room(talk, data, translate)
     write_draft(file, dumps(data))
     talk.say(text("Written: {file}. Interlocks, relays and calibrations: docs/explanation/safety.md", file=str(file)))
     return check(file, language=language)
@@ -196,14 +194,28 @@ def _settle(
         limits = _limits(talk, role, made)
         if limits:
             made[LIMITS] = limits
-        tried = data | {"instruments": {role.value: made}}
-        try:
-            make_station(tried, f"instruments.{role.value}", b"")
-        except InputError as error:
-            talk.say(Text("{error}", {"error": message(error, translate)}))
-            continue
-        data["instruments"][role.value] = made
-        return
+        if _holds(talk, data | {"instruments": {role.value: made}}, translate):
+            data["instruments"][role.value] = made
+            return
+
+
+def _add_room(talk: _Dialogue, data: dict[str, Any], translate: Translate) -> None:
+    """Ask for the winding's temperature in the room in which a fixture tests, until it holds."""
+    while (room := talk.value("fixture.winding_temperature", "°C", None)) is not None:
+        fixture = {"winding_temperature": room}
+        if _holds(talk, data | {"fixture": fixture}, translate):
+            data["fixture"] = fixture
+            return
+
+
+def _holds(talk: _Dialogue, data: Mapping[str, Any], translate: Translate) -> bool:
+    """Say whether a station file with these data would be accepted, and if not, why."""
+    try:
+        make_station(data, "station.toml", b"")
+    except InputError as error:
+        talk.say(Text("{error}", {"error": message(error, translate)}))
+        return False
+    return True
 
 
 def _limits(talk: _Dialogue, role: Role, made: Mapping[str, Any]) -> dict[str, Any]:

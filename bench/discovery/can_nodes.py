@@ -6,7 +6,7 @@ from functools import partial
 from canopen import ObjectDictionary
 
 from bench.discovery.findings import FoundInstrument
-from bench.discovery.inquiry import Inquiry
+from bench.discovery.inquiry import Inquiry, shown
 from drivers.interfaces import Identity, InstrumentError
 from drivers.interfaces.text import text
 from drivers.transport.can.addresses import parse_bus
@@ -80,8 +80,8 @@ def _judge(inquiry: Inquiry, address: str, device_type: int, identity: Identity,
     said = text(
         "device type 0x{device_type:08X}, {maker}, {model}",
         device_type=device_type,
-        maker=identity.manufacturer or "–",
-        model=identity.model or "–",
+        maker=shown(identity.manufacturer) or "–",
+        model=shown(identity.model) or "–",
     )
     inquiry.add(FoundInstrument((address,), said, identity, inquiry.known.can_open(device_type), (), used_by))
 

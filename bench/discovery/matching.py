@@ -1,14 +1,18 @@
 """Which drivers fit what answered, by what each driver declares of its instrument."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import SequenceMatcher
+from typing import TypeVar
 
 from bench.discovery.findings import DriverMatch
 from drivers.catalogue import Driver
 from drivers.interfaces import Identity
-from drivers.interfaces.text import Text
+from drivers.interfaces.strangers_code import strangers_code
+from drivers.interfaces.text import Text, text_of
 from drivers.recognition import CanOpenProfile, ModbusUnit, Registers, ScpiIdentity, SerialTalk
 
+A = TypeVar("A")
+B = TypeVar("B")
 #: Drivers named for an instrument that none recognises, at most, and how alike (0 … 1) two models of unrelated makers must be.
 _MOST_NEAR, _ALIKE = 3, 0.6
 
@@ -18,13 +22,27 @@ class KnownInstruments:
 
     def __init__(self, drivers: Iterable[Driver]) -> None:
         self._drivers = tuple(drivers)
+        #: What went wrong in a driver's own judgement of an answer, by the driver's or the unit's name.
+        self.faults: dict[str, Text] = {}
+
+    def judged(self, name: str, judge: Callable[[A], B | None], answer: A) -> B | None:
+        """Return what a driver, which may be a stranger's, makes of an answer; None, put down in `faults`, where that fails."""
+        try:
+            with strangers_code():
+                return judge(answer)
+        except Exception as error:  # noqa: BLE001  the other drivers are still asked
+            self.faults[name] = text_of(error)
+            return None
 
     def scpi(self, line: str) -> tuple[Identity | None, tuple[DriverMatch, ...], tuple[str, ...]]:
         """Return the identity in a reply to *IDN?, the drivers that recognise it, and those near where none does."""
         matches, identity = [], None
         for driver in self._drivers:
             for kind in driver.recognised_by:
-                if isinstance(kind, ScpiIdentity) and (known := kind.identity_of(line)) is not None:
+                if not isinstance(kind, ScpiIdentity):
+                    continue
+                known = self.judged(driver.name, kind.identity_of, line)
+                if known is not None:
                     identity = known
                     matches.append(DriverMatch(driver))
         if matches:
@@ -51,7 +69,7 @@ class KnownInstruments:
     def unit_at(self, registers: Registers) -> tuple[ModbusUnit, Text] | None:
         """Return which of the units has these registers, with what it is; None for an unknown one."""
         for unit in self.modbus_units():
-            said = unit.recognise(registers)
+            said = self.judged(unit.name, unit.recognise, registers)
             if said is not None:
                 return unit, said
         return None

@@ -60,6 +60,8 @@ def scan(
         _look_around(inquiry, visa, computer, request)
     except KeyboardInterrupt:
         inquiry.report.interrupted = True
+    for name, error in inquiry.known.faults.items():
+        inquiry.skip(name, text("its driver fails to judge an answer: {error}", error=error))
     report = inquiry.report
     return replace(report, found=scpi.joined(report.found))
 

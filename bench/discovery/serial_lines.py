@@ -1,5 +1,6 @@
 """Instruments on serial ports: what talks by itself, and on a port that a person named what answers a harmless question."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -50,40 +51,43 @@ def ask_port(inquiry: Inquiry, port: str, used_by: tuple[str, ...] = ()) -> None
     """
     if not inquiry.take(port):
         return
+    talking, answer = False, b""
     for driver, talk in inquiry.known.serial_lines():
-        if talk.question and used_by:
+        if talk.question and (used_by or talking):
             continue
+        known = partial(inquiry.known.judged, driver.name, talk.recognise)
         what = text("who talks by itself at {rate} bit/s", rate=talk.baudrate)
         if talk.question:
             what = text("{question} at {rate} bit/s", question=repr(talk.question), rate=talk.baudrate)
-        heard = inquiry.ask(port, what, partial(_exchange, inquiry, port, talk), talk.wait + MARGIN)
+        heard = inquiry.ask(port, what, partial(_exchange, inquiry, port, talk, known), talk.wait + MARGIN)
         if heard is None:
             continue
-        said = talk.recognise(heard)
+        said = known(heard)
         if said is not None:
             inquiry.add(FoundInstrument((port,), said, matches=(DriverMatch(driver),), used_by=used_by))
             return
-        if not talk.question:
-            said = text("it talks, but as no driver knows: {bytes}", bytes=shown(heard))
-            inquiry.add(FoundInstrument((port,), said, used_by=used_by))
-            return
-    if not used_by:
-        _ask_identity(inquiry, port)
+        talking, answer = talking or not talk.question, answer or heard
+    if not (used_by or talking) and _ask_identity(inquiry, port):
+        return
+    if answer:
+        said = text("it talks, but as no driver knows: {bytes}", bytes=shown(answer))
+        inquiry.add(FoundInstrument((port,), said, used_by=used_by))
 
 
-def _ask_identity(inquiry: Inquiry, port: str) -> None:
+def _ask_identity(inquiry: Inquiry, port: str) -> bool:
     for rate in inquiry.known.serial_scpi_rates():
         talk = SerialTalk(rate, _whole_line, f"{IDENTITY_QUERY}\r\n".encode(), ANSWER_TIME)
         what = text("{question} at {rate} bit/s", question=IDENTITY_QUERY, rate=rate)
-        heard = inquiry.ask(port, what, partial(_exchange, inquiry, port, talk), ANSWER_TIME + MARGIN)
+        heard = inquiry.ask(port, what, partial(_exchange, inquiry, port, talk, _whole_line), ANSWER_TIME + MARGIN)
         if heard is not None:
             found = judge(inquiry, (f"ASRL{port}::INSTR",), heard.decode("latin-1").strip())
             matches = tuple(replace(match, options={"baud_rate": rate}) for match in found.matches)
             inquiry.add(replace(found, matches=matches))
-            return
+            return True
+    return False
 
 
-def _exchange(inquiry: Inquiry, port: str, talk: SerialTalk) -> bytes | None:
+def _exchange(inquiry: Inquiry, port: str, talk: SerialTalk, known: Callable[[bytes], Text | None]) -> bytes | None:
     """Return what comes until it is recognised, for the talk's time at most; None where nothing does."""
     line = open_port(port, talk.baudrate, _READ_TIME)
     try:
@@ -94,7 +98,7 @@ def _exchange(inquiry: Inquiry, port: str, talk: SerialTalk) -> bytes | None:
         while inquiry.clock.now() < end and len(heard) < _MOST:
             piece: bytes = line.read(max(1, line.in_waiting))
             heard += piece
-            if piece and talk.recognise(heard) is not None:
+            if piece and known(heard) is not None:
                 break
         return heard or None
     finally:

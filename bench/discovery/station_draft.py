@@ -8,6 +8,7 @@ from typing import Any
 from tomli_w import dumps
 
 from bench.discovery.findings import FoundInstrument, ScanReport
+from bench.discovery.inquiry import shown
 from bench.station.driver_options import unit_of_option
 from bench.station.station_limits import SECTIONS
 from drivers.catalogue import Driver
@@ -124,7 +125,8 @@ def _limits(role: Role) -> str:
 
 
 def _comment(words: Text, translate: Translate) -> str:
-    return "\n".join(f"# {line}" for line in words.render(translate).splitlines())
+    # A comment in TOML holds no control characters; what an instrument says may.
+    return "\n".join(f"# {shown(line)}" for line in words.render(translate).splitlines())
 
 
 def _name(finding: FoundInstrument, driver: Driver) -> str:

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bench.discovery import can_nodes, modbus_line, scpi, serial_lines
 from bench.discovery.findings import FoundInstrument, ScanReport
@@ -355,6 +357,46 @@ def test_a_bus_behind_a_serial_adapter_is_asked_for_every_node_by_uploads_alone(
     assert frames == [b"t%03X84000100000000000" % (0x600 + node) for node in range(1, 128)]
     (question,) = asked.report.asked
     assert (question.answered, str(question.outcome)) == (False, "no answer")
+
+
+def test_a_stranger_s_driver_that_fails_holds_nobody_up() -> None:
+    def broken(heard: bytes) -> Text | None:
+        raise SystemExit(heard)
+
+    talks = [
+        Driver("broken", Role.TACHOMETER, object, "", recognised_by=(SerialTalk(9600, broken, wait=0.3),)),
+        Driver(
+            "other", Role.TACHOMETER, object, "", recognised_by=(SerialTalk(9600, lambda _: text("here"), wait=0.3),)
+        ),
+    ]
+    with terminal() as (master, port):
+        asked, done = inquiry(talks), threading.Event()
+
+        def talk() -> None:
+            while not done.wait(0.02):
+                os.write(master, b"12 rpm\r\n")
+
+        talker = threading.Thread(target=talk)
+        talker.start()
+        serial_lines.ask_port(asked, port)
+        done.set()
+        talker.join()
+    (found,) = asked.report.found
+    assert (found.matches[0].driver.name, str(found.said)) == ("other", "here")
+    assert "SystemExit" in str(asked.known.faults["broken"])
+
+
+@given(
+    st.binary(max_size=80)
+    | st.builds(b"Keysight Technologies,34461A,%b,%b".__mod__, st.tuples(*[st.binary(max_size=12)] * 2))
+)
+def test_whatever_is_answered_the_proposed_file_holds(answer: bytes) -> None:
+    asked = inquiry()
+    found = scpi.judge(asked, ("TCPIP0::192.0.2.1::5025::SOCKET",), answer.decode("latin-1").strip())
+    node = FoundInstrument(("can://x/y?node=1",), text("device {name}", name=answer.decode("latin-1")))
+    content = draft(ScanReport([found, node]), "bench")
+    made = make_station(tomllib.loads(content), "found.toml", content.encode())
+    assert len(made.entries) == len(found.matches)
 
 
 def test_several_instruments_of_one_role_are_all_in_the_file() -> None:
