@@ -48,7 +48,6 @@ class LiveView:
         self.run = RunView()
         self.layout = Layout()
         self.action: Action | None = None
-        self.action_event: ActionStarted | None = None
         self.procedure = ""
         self.step = ""
         self.step_text = ""
@@ -91,7 +90,6 @@ class LiveView:
                 self.step_text = (here.sentences if here else {}).get(self.step, event.text)
             case ActionStarted():
                 # The words of another version's are shown, and no drawing.
-                self.action_event = event
                 self.action = None if isinstance(event.details, UnknownAction) else event.details
                 self.layout = self.layout.after(self.action) if self.action else self.layout
             case ActionDone():

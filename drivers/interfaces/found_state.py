@@ -17,8 +17,3 @@ class FoundSetting:
     wanted: str
     effect: Text
     changed: bool = False
-
-    @property
-    def as_wanted(self) -> bool:
-        """Whether it was right as it was found."""
-        return self.found == self.wanted or not self.wanted

@@ -81,6 +81,9 @@ _SEEN = {
         "the flux linkage goes with the speed, by {span:.2%} from {slowest:.4g} to {fastest:.4g} Hz (laws that fit: {laws}): a divider's "
         "or probe's roll-off, iron, or magnets that warmed up; repeat the first speed last, and take five speeds or more"
     ),
+    Cause.UNEVEN_SPEED: text(
+        "the speed is not even: readings fit angles that differ from those of one speed; check the drive's control at this speed"
+    ),
     Cause.UNEXPLAINED: text(
         "the record differs from the model by more than noise, and by none of the causes known here: look at its residual before you trust "
         "the figure"
@@ -151,7 +154,25 @@ _SEEN_IN_EMF_JUMPS = {
         "gap; only the longest whole part counts, {used:.0%} of the record. Export the record whole"
     ),
 }
-_SEEN_IN = {"step": _SEEN_IN_STEP, "emf": _SEEN_IN_EMF, "emf-jumps": _SEEN_IN_EMF_JUMPS}
+#: What is said of a slow turn's torque.
+_SEEN_IN_COGGING = {
+    Cause.DROPOUTS: text(
+        "{count:.0f} of {readings:.0f} torque readings are none: {frozen:.0f} stand still while the torque goes on, the others are single "
+        "spikes; they were left out. Check cable and connection, and turn again"
+    ),
+    Cause.HUM: text(
+        "mains hum of {frequency:.0f} Hz and {amplitude:.3g} N·m on the torque: shield the transducer's cable, ground at one point only"
+    ),
+    Cause.TORQUE_FILTER: text(
+        "the torque's filter of {time_constant:.2g} s takes {share:.0%} of order {order:.0f} away at this speed: turn more slowly "
+        "(speed_rpm), or make the filter faster"
+    ),
+    Cause.WRONG_PERIOD: text(
+        "the torque repeats itself {order:.1f} times a turn too, {amplitude:.3g} N·m, which is no multiple of the order given: check slots "
+        "and poles, or leave the order out so that a whole turn is read"
+    ),
+}
+_SEEN_IN = {"step": _SEEN_IN_STEP, "cogging": _SEEN_IN_COGGING, "emf": _SEEN_IN_EMF, "emf-jumps": _SEEN_IN_EMF_JUMPS}
 _DONE = {
     Answer.MODELLED: text("it is in the model, and the interval holds it"),
     Answer.WIDENED: text("the interval is widened by what it may do"),

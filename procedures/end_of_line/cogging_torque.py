@@ -44,7 +44,13 @@ class CoggingTorqueSettings(WiringSettings):
     readings_per_period: int = Field(
         default=10, ge=4, le=1000, description="readings a period, where the order is known"
     )
-    readings: int = Field(default=250, ge=50, le=100_000, description="readings of a whole turn, where it is not")
+    turns: float = Field(
+        default=2.0,
+        ge=1.0,
+        le=20.0,
+        description="turns, where it is not; one alone does not show what comes once only: a drift, hum, a knock",
+    )
+    readings: int = Field(default=250, ge=50, le=100_000, description="readings of a turn, where it is not")
     averaging: float = Field(
         default=0.02, ge=0.0, le=10.0, description="time over which the transducer averages at most, s"
     )
@@ -91,7 +97,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         """Return the readings, spread over the way."""
         bench, settings = self.bench, self.settings
         speed = min(settings.speed_rpm * _RPM, driving_speed_rad(bench, self.nameplate, 1.0))
-        count, turns = settings.readings, 1.0
+        count, turns = round(settings.readings * settings.turns), settings.turns
         if settings.order is not None:
             count, turns = round(settings.periods * settings.readings_per_period), settings.periods / settings.order
         interval = 2.0 * math.pi * turns / (speed * count)
@@ -117,7 +123,13 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
         lowest = max(2 * round(pairs), 2) if pairs else _LOWEST
         found = fit_cogging(
-            angle, torque, order=self.settings.order, lowest_order=lowest, resolution=last.torque_accuracy.resolution
+            angle,
+            torque,
+            time=time,
+            order=self.settings.order,
+            lowest_order=lowest,
+            resolution=last.torque_accuracy.resolution,
+            torque_filter=last.torque_filter,
         )
         self.findings |= {
             "orders": found.orders.tolist(),
@@ -128,18 +140,22 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         }
         if found.peak_to_peak > 0.0:
             size = unc.statistical("scatter of the torque over a turn", found.peak_to_peak, found.uncertainty)
-            if self.settings.order is None:
-                size = size + unc.limit("orders too high to be seen", 0.0, found.hidden)
+            unseen = "orders too high to be seen" if self.settings.order is None else "multiples within the scatter"
+            size = size + unc.limit(unseen, 0.0, found.hidden)
+            if found.above:
+                size = size + unc.limit("another order beside", 0.5 * found.above, 0.5 * found.above)
         else:
             # Anything up to this would have drowned.
             size = unc.limit("cogging that the scatter may hide", 0.5 * found.hidden, 0.5 * found.hidden)
-        more = 0.5 * self._blurred(found, abs(speed))
+        # A filter that is stated is undone.
+        more = 0.0 if last.torque_filter else 0.5 * self._blurred(found, abs(speed))
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
             section=self.section,
             estimator="orders that stand out of the noise, from trough to crest",
+            misfit=found.misfit.of("cogging_torque"),
         )
 
     def _blurred(self, found: Cogging, speed: float) -> float:

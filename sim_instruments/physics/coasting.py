@@ -34,7 +34,7 @@ class BearingDrag:
         horizon: float,
     ) -> None:
         self.start = start
-        self._torque, self._shaft, self._way = torque, shaft, way
+        self._torque, self._shaft = torque, shaft
         grip = way * (shaft.coulomb_friction + shaft.bearing.stribeck_torque)
 
         def slope(_: float, state: FloatArray) -> list[float]:

@@ -7,6 +7,7 @@ Magnitudes are log-uniform from negligible to gross. "Total" adds a meter's gain
 
 import argparse
 from collections import Counter
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
@@ -139,11 +140,19 @@ def lines(name: str, random: Random) -> Estimates:
     return found.misfit, {"resistance": Estimate(value, value - scatter - found.excess * value, value + scatter, 1.0)}
 
 
-def take(row: Row, name: str, random: Random) -> None:
-    """Take one record into account."""
+def recorded(name: str, random: Random) -> Estimates:
+    """Draw one record of a row, and return what is estimated from it."""
     way = (
         turned if name.startswith("hand") else lines if name in ROWS[-3:] else wired if name in ROWS[-6:-3] else angled
     )
+    return way(name, random)
+
+
+Recorded = Callable[[str, Random], Estimates]
+
+
+def take(row: Row, name: str, random: Random, way: Recorded) -> None:
+    """Take one record into account."""
     row.records += 1
     gain = 1.0 + random.uniform(-LIMIT, LIMIT)
     try:
@@ -166,26 +175,28 @@ def take(row: Row, name: str, random: Random) -> None:
         row.width.append(total / one.truth)
 
 
-def row_of(records: int, seed: int, number: int) -> Row:
+def row_of(records: int, seed: int, rows: Sequence[str], way: Recorded, number: int) -> Row:
     """Return a row of so many records."""
     random, row = np.random.default_rng([seed, number]), Row()
     for _ in range(records):
-        take(row, ROWS[number], random)
+        take(row, rows[number], random, way)
     return row
 
 
 def line_of(name: str, row: Row) -> str:
     """Return a row of the table."""
     causes = ", ".join(f"{c} {n / row.records:.1%}" for c, n in row.causes.most_common())
+    if not row.figures:
+        return f"| {name} | – | – | 0 | – | {row.warned / row.records:.1%} | 100.0% | {causes} |"
     return (
         f"| {name} | {row.held / row.figures:.1%} | {row.scatter / row.figures:.1%} | {row.beyond} | "
         f"{np.median(row.width):.2%} | {row.warned / row.records:.1%} | {1 - row.given / row.records:.1%} | {causes} |"
     )
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+def tell(description: str | None, rows: Sequence[str], way: Recorded) -> None:
+    """Print the table of a study whose records `way` draws, by the options of the command line."""
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--records", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
@@ -193,9 +204,10 @@ def main() -> None:
     print("| record | held, total | held, scatter | beyond 3 U | median U | warned | not given | named |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |")
     with ProcessPoolExecutor(given.workers) as pool:
-        for name, row in zip(ROWS, pool.map(partial(row_of, given.records, given.seed), range(len(ROWS))), strict=True):
+        made = pool.map(partial(row_of, given.records, given.seed, rows, way), range(len(rows)))
+        for name, row in zip(rows, made, strict=True):
             print(line_of(name, row), flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    tell(__doc__, ROWS, recorded)

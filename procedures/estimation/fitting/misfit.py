@@ -42,6 +42,7 @@ class Cause(StrEnum):
     CONTACT = "contact"
     REPEATS_DIFFER = "repeats-differ"
     SPEED_TREND = "speed-trend"
+    UNEVEN_SPEED = "uneven-speed"
     TOO_COARSE = "too-coarse"
     UNEXPLAINED = "unexplained"
 

@@ -4,21 +4,23 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import positive, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
+from procedures.estimation.mechanics.cogging_causes import blurred, examine
+from procedures.estimation.mechanics.cogging_spectrum import Orders, Turn, peak_to_peak, standing
 
-#: An order counts where noise alone would reach its size at this probability, all orders looked at taken together.
-_CHANCE = 0.01
 #: At most so many orders of all that the readings could show are looked at: the rest tells the noise.
 _SHARE = 0.3
-#: Points of the curve that the peaks are sought on, for each period of its highest order.
-_FINE = 128
-#: Of a known order so many multiples are looked at, and what drifts over the part of a turn is a polynomial of this degree.
-_MULTIPLES, _BEND = 3, 3
+#: Of a known order so many multiples are looked at, and what drifts over a part of a turn is a polynomial of this degree and so many
+#: more for a whole turn: run-out of twice a turn is in it.
+_MULTIPLES, _BEND, _BENDS = 3, 3, 9
 #: From this part of a turn on, run-out is told by its own orders, up to the second.
 _PART, _RUN_OUT = 0.5, 2
+#: From so many turns on a drift is told from what repeats itself, and so is all else that does not.
+_AGAIN = 1.2
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,9 @@ class Cogging:
     """What repeats itself every turn: `peak_to_peak` (N·m) with its standard `uncertainty` from the scatter.
 
     `orders` (k,) periods a turn that stand out of the noise and their `amplitudes` (k,), N·m; without any, `peak_to_peak` is 0.
-    `hidden` (N·m, peak to peak) is what the scatter may hide: where the order is not known, one so high that it looks like
-    noise. `mean` (N·m) is the drag that all this lies upon, `noise` (N·m) one reading's scatter.
+    `hidden` (N·m, peak to peak) is what the scatter may hide: where the order is not known, one so high that it looks like noise, else
+    the order's multiples. `above` (N·m) is by how much more an order beside the known one may make it. `mean` (N·m) is the drag that
+    all this lies upon, `noise` (N·m) one reading's scatter; `misfit` what the readings show beyond all this.
     """
 
     peak_to_peak: float
@@ -37,63 +40,69 @@ class Cogging:
     amplitudes: FloatArray
     mean: float
     noise: float
+    above: float = 0.0
+    misfit: Misfit = NO_MISFIT
 
 
 def fit_cogging(
     angle: ArrayLike,
     torque: ArrayLike,
     *,
+    time: ArrayLike | None = None,
     order: int | None = None,
     lowest_order: int = 6,
     highest_order: int = 400,
     resolution: float = 0.0,
+    torque_filter: float = 0.0,
 ) -> Cogging:
     """Return the torque that repeats itself over a turn, from readings (N·m) at mechanical angles (rad).
 
     `order` is its periods a turn: then some periods suffice, and its multiples are looked at. Without it the readings cover
-    whole turns; orders below `lowest_order` are a coupling's run-out and not the magnets'. `resolution` (N·m) is one step of
-    the readings. Raises EstimationError on less than a turn (or than two periods) or too few readings.
+    whole turns, two for what does not repeat itself to be seen; orders below `lowest_order` are a coupling's run-out and not the
+    magnets'. `time` (s) of the readings shows mains hum and undoes a first-order `torque_filter` (s). `resolution` (N·m) is one step
+    of the readings. Raises EstimationError on less than a turn (or than two periods) or too few readings.
     """
     theta, values = series("angle", angle, least=16), series("torque", torque, least=16)
     same_length(angle=theta, torque=values)
+    times = None if time is None else series("time", time, least=16)
     turns = abs(float(theta[-1] - theta[0])) * theta.size / (theta.size - 1) / (2.0 * math.pi)
-    orders, counted, drift = (
+    orders = (
         _whole(turns, theta.size, lowest_order, highest_order)
         if order is None
         else _known(turns, theta.size, int(positive("order", order, "")))
     )
-    turning = np.exp(1j * np.outer(orders, theta))
-    x = 2.0 * (theta - theta[0]) / (theta[-1] - theta[0]) - 1.0
-    design = np.vstack((*(x**k for k in range(drift + 1)), turning.real, turning.imag))
-    solved = np.linalg.solve(design @ design.T, design @ values)
-    left = values - solved @ design
-    noise = max(math.sqrt(float(left @ left) / (theta.size - design.shape[0])), resolution / math.sqrt(12.0))
-    real, imaginary = solved[drift + 1 :].reshape(2, -1)
-    phasors = real - 1j * imaginary
-    # An amplitude of noise alone is Rayleigh's, each axis having this deviation.
-    axis = noise * math.sqrt(2.0 / theta.size)
-    threshold = axis * math.sqrt(2.0 * math.log(orders.size / _CHANCE))
-    standing = counted & (np.abs(phasors) > threshold)
-    kept, mean = orders[standing], float(np.mean(values))
-    hidden = 2.0 * threshold if order is not None else 2.0 * math.sqrt(2.0) * noise
+    seen = examine(Turn(theta, values, times, resolution), orders)
+    solved = seen.solved
+    speed = abs(float(theta[-1] - theta[0])) / float(times[-1] - times[0]) if times is not None else 0.0
+    passed = np.asarray(1.0 + 1j * orders.orders * speed * torque_filter, dtype=np.complex128)
+    phasors, axis = solved.phasors * passed, solved.axis * np.abs(passed)
+    stand = standing(solved.phasors, solved.axis, orders)
+    kept, mean = orders.orders[stand], float(np.mean(values))
+    beside = 2.0 * seen.beside
+    # Where no order is known, any beyond those looked at is scatter.
+    unseen = math.sqrt(2.0) * solved.noise if order is None else float(np.max(axis[orders.counted])) * orders.least
+    found = Misfit.together((seen.misfit, blurred(orders.orders[stand], phasors[stand], passed[stand], torque_filter)))
     if not kept.size:
-        return Cogging(0.0, 0.0, hidden, kept.astype(float), np.zeros(0), mean, noise)
-    fine = np.linspace(0.0, 2.0 * math.pi, int(_FINE * kept[-1]) + 1)
-    # All orders known to be multiples of one repeat themselves within its period.
-    fine = fine[: _FINE * int(kept[-1] // (order or 1)) + 1] if order else fine
-    curve = np.real(phasors[standing] @ np.exp(1j * np.outer(kept, fine)))
-    # Crest and trough are half a period or more apart, where noise is another.
-    uncertainty = axis * math.sqrt(2.0 * kept.size)
+        none = np.zeros(0)
+        return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none, mean, solved.noise, 0.0, found)
+    # Beside an order that is seen, its multiples may lie within their noise.
+    missed = phasors[orders.counted & ~stand] if order is not None else np.array([unseen])
     return Cogging(
-        float(np.ptp(curve)), uncertainty, hidden, kept.astype(float), np.abs(phasors[standing]), mean, noise
+        peak_to_peak(kept, phasors[stand], order),
+        # Crest and trough are half a period or more apart, where noise is another.
+        math.hypot(math.sqrt(2.0 * float(np.sum(axis[stand] ** 2))), seen.unrepeated),
+        2.0 * float(np.sqrt(np.sum(np.abs(missed) ** 2))),
+        kept.astype(float),
+        np.abs(phasors[stand]),
+        mean,
+        solved.noise,
+        beside,
+        found,
     )
 
 
-_Orders = tuple[NDArray[np.int64], NDArray[np.bool_], int]
-
-
-def _whole(turns: float, readings: int, lowest: int, highest: int) -> _Orders:
-    """Return the orders to fit over whole turns, which of them are cogging, and the degree of what drifts beside."""
+def _whole(turns: float, readings: int, lowest: int, highest: int) -> Orders:
+    """Return the orders to fit over whole turns, and which of them are cogging."""
     if turns < 0.98:
         raise EstimationError(
             f"the readings cover {turns:.2f} of a turn; without a known order cogging is that of a whole turn, turn further"
@@ -105,10 +114,12 @@ def _whole(turns: float, readings: int, lowest: int, highest: int) -> _Orders:
             "take more readings"
         )
     orders = np.arange(1, reach + 1)
-    return orders, orders >= lowest, 0
+    again = turns >= _AGAIN
+    between = orders.astype(np.float64) + 0.5 if again else np.zeros(0)
+    return Orders(orders, orders >= lowest, 1 if again else 0, between, 1.0, whole=True)
 
 
-def _known(turns: float, readings: int, order: int) -> _Orders:
+def _known(turns: float, readings: int, order: int) -> Orders:
     """Return likewise an order and its multiples; run-out is a slow bend over a small part of a turn, else the first orders."""
     if turns * order < 2.0:
         raise EstimationError(
@@ -118,7 +129,13 @@ def _known(turns: float, readings: int, order: int) -> _Orders:
     if multiples < 1:
         raise EstimationError(f"{readings} readings over {turns * order:.1f} periods are too few; take more readings")
     own = order * np.arange(1, multiples + 1)
+    bend = _BEND + math.ceil(_BENDS * turns)
+    # What a polynomial of the drift's degree takes up, and what lies beside the multiples by a bin or more.
+    bins = np.arange(bend, max(int(turns * order * (multiples + 0.5)), bend)) / turns
+    between = bins[np.min(np.abs(bins[:, None] - own[None, :]), axis=1) > 0.99 / turns]
     if turns < _PART:
-        return own, np.ones(multiples, dtype=bool), _BEND
+        return Orders(own, np.ones(multiples, dtype=bool), bend, between, float(order))
     below = np.arange(1, min(_RUN_OUT + 1, order))
-    return np.concatenate((below, own)), np.repeat([False, True], [below.size, multiples]), 0
+    between = between[between > _RUN_OUT + 0.99 / turns]
+    counted = np.repeat([False, True], [below.size, multiples])
+    return Orders(np.concatenate((below, own)), counted, 1, between, float(order))

@@ -1,0 +1,113 @@
+"""Torque readings of a slow turn that are none: spikes, readings that stand still, an end of the range."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+from procedures.estimation.mechanics.cogging_spectrum import OrderFit, Orders, Turn, solve, standing
+
+#: A reading so many deviations from the fit is none of the shaft's; beyond this share of them nothing is told any more.
+_WILD, _MOST_LOST = 6.0, 0.2
+#: Readings that stand still so often while the torque goes on by more than so many of their deviations are frozen.
+_FROZEN, _GOES_ON = 5, 4.0
+#: So many readings at one extreme and above this share are looked at as cut off.
+_CUT, _CUT_SHARE = 4, 0.01
+#: Orders up to this may be run-out.
+_LOW = 2
+
+
+def gross(turn: Turn) -> NDArray[np.bool_]:
+    """Return which readings, (n,), no torque that swings about a drag can be."""
+    off = np.abs(turn.torque - float(np.median(turn.torque)))
+    return np.asarray(off > _WILD * max(1.4826 * float(np.median(off)), turn.resolution))
+
+
+def _few(orders: Orders, fitted: OrderFit) -> Orders:
+    """Return the orders that stand out, with those that are not counted: of two turns at one place a fit of all believes neither."""
+    stand = standing(fitted.phasors, fitted.axis, orders) | (orders.orders <= _LOW)
+    return replace(orders, orders=orders.orders[stand], counted=orders.counted[stand])
+
+
+def without_lost(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[Turn, list[Finding]]:
+    """Leave out spikes and readings that stand still while the torque goes on."""
+    wild = gross(turn)
+    for _ in range(6):
+        few = _few(orders, solve(turn.without(wild), orders, extra))
+        left = solve(turn.without(wild), few, extra).left
+        spread = 1.4826 * float(np.median(np.abs(left[~wild])))
+        again = np.abs(left) > _WILD * max(spread, turn.resolution)
+        if np.array_equal(again, wild) or np.mean(again) > _MOST_LOST:
+            break
+        wild = again
+    fitted = solve(turn.without(wild), few, extra)
+    frozen = _frozen(turn, fitted)
+    burst = _burst(wild)
+    findings = []
+    if np.any(burst):
+        findings.append(Finding(Cause.UNEXPLAINED, Answer.WIDENED))
+    count = int(np.sum((wild & ~burst) | frozen))
+    if count:
+        figures: dict[str, float | str] = {
+            "record": "cogging",
+            "count": float(count),
+            "readings": float(turn.angle.size),
+            "frozen": float(np.sum(frozen)),
+        }
+        answer = Answer.WITHHELD if count > _MOST_LOST * turn.angle.size else Answer.MODELLED
+        findings.append(Finding(Cause.DROPOUTS, answer, figures=figures))
+    lost = wild | frozen | burst
+    return turn if np.mean(lost) > 0.5 else turn.without(lost), findings
+
+
+def _burst(wild: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return where readings beside each other are wild, as no spike makes them, and as many to either side."""
+    near = np.convolve(wild, np.ones(5), mode="same") >= 3.0
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], near.astype(int), [0]))))
+    burst = np.zeros(wild.size, dtype=bool)
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        long = int(end - begin)
+        burst[max(begin - long, 0) : end + long] = True
+    return burst
+
+
+def _frozen(turn: Turn, fitted: OrderFit) -> NDArray[np.bool_]:
+    """Return which readings, (n,), repeat the one before them while the fit goes on."""
+    frozen = np.zeros(turn.torque.size, dtype=bool)
+    edges = np.flatnonzero(np.diff(turn.torque) != 0.0)
+    begins, ends = np.concatenate(([0], edges + 1)), np.concatenate((edges + 1, [turn.torque.size]))
+    for begin, end in zip(begins, ends, strict=True):
+        moved = float(np.ptp(fitted.model[begin:end])) if end - begin >= _FROZEN else 0.0
+        if moved > max(_GOES_ON * fitted.noise, 2.0 * turn.resolution):
+            frozen[begin + 1 : end] = True
+    return frozen
+
+
+def without_cut(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[Turn, list[Finding]]:
+    """Leave out, by the fit's value, what lies beyond an end at which the readings stand."""
+    findings: list[Finding] = []
+    for sign in (1.0, -1.0):
+        kept = turn.counting
+        end = float(np.max(sign * turn.torque[kept]))
+        at = kept & (sign * turn.torque >= end - 0.25 * turn.resolution)
+        if int(np.sum(at)) < max(_CUT, _CUT_SHARE * int(np.sum(kept))):
+            continue
+        if np.mean(at) > 0.45:
+            figures: dict[str, float | str] = {"channel": "torque", "lost": float(np.mean(at))}
+            return turn, [*findings, Finding(Cause.CLIPPED, Answer.WITHHELD, figures=figures)]
+        lost = at
+        few = _few(orders, solve(turn, orders, extra))
+        for _ in range(3):
+            fitted = solve(turn.without(lost), few, extra)
+            lost = at | (kept & (sign * fitted.model > end + 0.5 * turn.resolution))
+        beyond = sign * fitted.model[at] - end
+        if float(np.mean(beyond)) < 0.5 * turn.resolution + 4.0 * fitted.noise / math.sqrt(float(np.sum(at))):
+            continue
+        share = float(np.mean(lost))
+        answer = Answer.WITHHELD if share > _MOST_LOST else Answer.WIDENED
+        findings.append(Finding(Cause.CLIPPED, answer, figures={"channel": "torque", "lost": share}))
+        turn = turn.without(lost)
+    return turn, findings

@@ -1,0 +1,89 @@
+"""Slow turns that are not as the model says: what is named, what is held, what is not given."""
+
+import math
+
+import numpy as np
+import pytest
+
+from procedures.estimation.fitting.misfit import Answer, Cause
+from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
+
+SPEED = 2.0 * math.pi * 0.1
+SIZE = 3e-3
+
+
+def turned(order: int | None = None, *, seed: int = 0, actual: int = 42, lag: float = 0.0, **how) -> Cogging:
+    """Turn twice, or through twelve periods of `order`, at a speed that is read 0.3 % wrong; `how` disturbs angle, torque or readings."""
+    random = np.random.default_rng(seed)
+    n, turns = (120, 12.0 / order) if order else (500, 2.0)
+    time = (np.arange(n) + random.uniform(0.0, 0.8, n)) / n * (2.0 * math.pi * turns / SPEED)
+    angle = how.get("angle", lambda angle: 1.003 * angle)(SPEED * time)
+    passed = 1.0 / (1.0 + 1j * actual * SPEED * lag)
+    torque = 0.01 + 2.0 * SIZE * np.sin(angle + 1.0) + SIZE * np.imag(passed * np.exp(1j * actual * angle))
+    torque = how.get("torque", lambda _, torque: torque)(time, torque) + 1e-4 * random.standard_normal(n)
+    torque = how.get("read", lambda torque: torque)(torque)
+    return fit_cogging(SPEED * time, torque, time=time, order=order, resolution=1e-6, torque_filter=lag)
+
+
+def struck(torque):
+    torque = torque.copy()
+    torque[::17] = 0.0
+    return torque
+
+
+def stopped(torque):
+    torque = torque.copy()
+    torque[40:60] = torque[40]
+    return torque
+
+
+DISTURBED = {
+    "clipped": ({"read": lambda torque: np.minimum(torque, np.quantile(torque, 0.95))}, Cause.CLIPPED),
+    "hum": ({"torque": lambda time, torque: torque + 0.5 * SIZE * np.sin(2 * math.pi * 50.0 * time)}, Cause.HUM),
+    "drift": ({"torque": lambda time, torque: torque + 10.0 * SIZE * np.exp(-time / time[-1] * 4.0)}, Cause.SLOPE),
+    "uneven": ({"angle": lambda angle: angle + 0.01 * (angle / angle[-1] * 4.0 - 2.0) ** 2}, Cause.UNEVEN_SPEED),
+    "spikes": ({"read": struck}, Cause.DROPOUTS),
+    "frozen": ({"read": stopped}, Cause.DROPOUTS),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "order"),
+    # Over a part of a turn a drift is run-out's polynomial.
+    [(name, order) for name in sorted(DISTURBED) for order in (None, 42) if (name, order) != ("drift", 42)],
+)
+def test_it_is_named_and_the_truth_is_held(name: str, order: int | None) -> None:
+    disturbed, cause = DISTURBED[name]
+    found = turned(order, **disturbed)
+    assert cause in {finding.cause for finding in found.misfit.findings}
+    if found.misfit.withholding("cogging_torque") is None:
+        assert abs(found.peak_to_peak - 2.0 * SIZE) < 3.0 * found.uncertainty + found.above + 0.002 * SIZE
+
+
+@pytest.mark.parametrize("order", [None, 42])
+def test_an_even_turn_is_told_nothing_of(order: int | None) -> None:
+    found = [turned(order, seed=seed) for seed in range(15)]
+    assert not any(one.misfit for one in found)
+    assert np.mean([one.peak_to_peak for one in found]) == pytest.approx(2.0 * SIZE, rel=0.01)
+
+
+def test_an_order_that_is_not_the_motors_gives_no_figure() -> None:
+    reason = turned(30, actual=42).misfit.withholding("cogging_torque")
+    assert reason is not None
+    assert reason.cause is Cause.WRONG_PERIOD
+    assert reason.figures["order"] == pytest.approx(42.0, abs=2.0)
+
+
+def test_a_stated_filter_is_undone_until_too_little_is_left() -> None:
+    found = turned(42, lag=0.02)
+    assert found.peak_to_peak == pytest.approx(2.0 * SIZE, rel=0.03)
+    reason = turned(42, lag=0.2).misfit.withholding("cogging_torque")
+    assert reason is not None
+    assert reason.cause is Cause.TORQUE_FILTER
+
+
+def test_a_knock_on_one_of_two_turns_is_not_cogging() -> None:
+    found = turned(torque=lambda time, torque: torque + 20.0 * SIZE * np.exp(-(((time - 6.0) / 0.1) ** 2)))
+    causes = {(finding.cause, finding.answer) for finding in found.misfit.findings}
+    assert (Cause.UNEXPLAINED, Answer.WIDENED) in causes
+    assert abs(found.peak_to_peak - 2.0 * SIZE) < 3.0 * found.uncertainty + 0.01 * SIZE
