@@ -41,7 +41,7 @@ def announced(inquiry: Inquiry, computer: Computer, interfaces: Sequence[str] | 
         inquiry.skip("mDNS", missing[0])
         return []
     what = text("who announces {kinds}", kinds=[kind.removesuffix(".local.") for kind in SERVICES])
-    return inquiry.ask("mDNS", what, lambda: _heard(inquiry, interfaces), LISTENING_TIME + 3.0) or []
+    return inquiry.ask("mDNS", what, lambda: _heard(inquiry, interfaces) or None, LISTENING_TIME + 3.0) or []
 
 
 def _heard(inquiry: Inquiry, interfaces: Sequence[str] | None) -> list[Service]:

@@ -36,16 +36,16 @@ _ON_BUS = re.compile(r"(USB|GPIB|TCPIP|VICP)[0-9]*::.*::INSTR", re.IGNORECASE)
 def visa_addresses(inquiry: Inquiry, visa: StationVisa) -> list[str]:
     """Return what VISA sees on USB, GPIB and the network (VXI-11 by broadcast); serial ports are looked at by themselves."""
 
-    def listed() -> list[str]:
+    def listed() -> list[str] | None:
         with warnings.catch_warnings():
             # Which package is missing is said in the report.
             warnings.simplefilter("ignore")
-            return list(visa.manager().list_resources("?*"))
+            found = visa.manager().list_resources("?*")
+        # A Prologix adapter's serial port is listed too, whatever is behind the port.
+        return [address for address in found if _ON_BUS.fullmatch(address)] or None
 
     what = text("what VISA sees on USB, GPIB and the network (VXI-11 by broadcast)")
-    found = inquiry.ask("VISA", what, listed, LISTING_TIME) or []
-    # A Prologix adapter's serial port is listed too, whatever is behind the port.
-    return [address for address in found if _ON_BUS.fullmatch(address)]
+    return inquiry.ask("VISA", what, listed, LISTING_TIME) or []
 
 
 def ask_address(
