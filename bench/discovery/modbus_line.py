@@ -11,8 +11,8 @@ from drivers.interfaces.text import Text, lines, text
 from drivers.recognition import ModbusUnit
 from drivers.transport.modbus.line import LINE_ERRORS, NO_SUCH_UNIT, RTU_SILENCE, ModbusClient, ModbusLine, client_for
 
-#: How long (s) a unit may take to answer, on a line and on a network.
-SERIAL_TIME, NETWORK_TIME = 0.15, 0.5
+#: How long (s) a unit may take to answer where its framing is known, and where several are tried.
+ANSWER_TIME, SWEEP_TIME = 0.5, 0.15
 #: The unit numbers that are tried unless a person says otherwise.
 USUAL_UNITS = range(1, 17)
 _OPENING = 2.0
@@ -27,8 +27,8 @@ def framed(port: str, framings: Sequence[str]) -> tuple[str, ...]:
 
 
 def longest(addresses: Collection[str], units: Collection[int]) -> float:
-    """Return how long (s) a sweep takes at most where nobody answers."""
-    return sum(len(units) * _patience(address) + _OPENING for address in addresses)
+    """Return how long (s) a sweep takes at most: each framing once, and once more the one that somebody answers."""
+    return (len(addresses) + 1) * len(units) * (_patience(addresses) + 2.0 * RTU_SILENCE) + len(addresses) * _OPENING
 
 
 def sweep(inquiry: Inquiry, port: str, units: Collection[int], used_by: tuple[str, ...] = ()) -> None:
@@ -50,22 +50,27 @@ def sweep(inquiry: Inquiry, port: str, units: Collection[int], used_by: tuple[st
         )
     what = text("units {first} to {last} by function 3 (register 0000H)", first=min(units), last=max(units))
     for address in addresses:
-        patience = longest((address,), units) + _OPENING
-        found = inquiry.ask(address, what, partial(_units_at, inquiry, address, units), patience)
+        asking = partial(_units_at, inquiry, address, units, _patience(addresses))
+        found = inquiry.ask(address, what, asking, longest((address,), units) + _OPENING)
         if found:
             _judge(inquiry, address, found, used_by)
             return
 
 
-def _units_at(inquiry: Inquiry, address: str, units: Collection[int]) -> dict[int, dict[int, tuple[int, ...]]] | None:
+def _units_at(
+    inquiry: Inquiry, address: str, units: Collection[int], timeout: float
+) -> dict[int, dict[int, tuple[int, ...]]] | None:
     """Return the registers of each unit that answers; None where none does."""
-    timeout = SERIAL_TIME if address.startswith("rtu") else NETWORK_TIME
     client = client_for(address, timeout)
     if not client.connect():
         raise CommunicationError(address, text("cannot be opened at {address}", address=address))
     try:
         line = ModbusLine(client, address, clock=inquiry.clock if address.startswith("rtu") else None)
-        return {unit: _registers(inquiry, line, unit) for unit in units if _answers(inquiry, client, unit)} or None
+        there = {unit for unit in units if _answers(inquiry, client, unit)}
+        if there:
+            # Who has missed one request is not passed over on a line that is alive.
+            there |= {unit for unit in units if unit not in there and _answers(inquiry, client, unit)}
+        return {unit: _registers(inquiry, line, unit) for unit in sorted(there)} or None
     finally:
         line.close()
 
@@ -109,5 +114,5 @@ def _judge(
     inquiry.add(FoundInstrument((address,), lines(said, between="; "), None, matches, near, used_by))
 
 
-def _patience(address: str) -> float:
-    return (SERIAL_TIME if address.startswith("rtu") else NETWORK_TIME) + 2.0 * RTU_SILENCE
+def _patience(addresses: Collection[str]) -> float:
+    return ANSWER_TIME if len(addresses) == 1 else SWEEP_TIME

@@ -119,7 +119,7 @@ def answering(data: bytes, *, late: float = 0.0) -> Callable[[socket.socket], No
 def test_an_answer_is_shown_and_matched(
     data: bytes, drivers: list[str], near: tuple[str, ...], said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(scpi, "ANSWER_TIME", 0.2)
+    monkeypatch.setattr(scpi, "ANSWER_TIME", 0.5)
     with listening(answering(data)) as port:
         report = looked(ScanRequest(hosts=(("127.0.0.1", port),), named_only=True))
     (found,) = report.found
@@ -200,6 +200,24 @@ def terminal() -> Iterator[tuple[int, str]]:
         os.close(slave)
 
 
+@contextmanager
+def talking(master: int, data: bytes) -> Iterator[None]:
+    """What is behind the port sends, again and again, while the block lasts."""
+    done = threading.Event()
+
+    def talk() -> None:
+        while not done.wait(0.02):
+            os.write(master, data)
+
+    thread = threading.Thread(target=talk)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
 def written(master: int) -> bytes:
     os.set_blocking(master, False)
     try:
@@ -244,10 +262,8 @@ def test_an_instrument_on_the_usb_that_may_not_be_opened_is_told_and_nothing_els
 def test_a_port_that_talks_is_listened_to_and_not_written_to() -> None:
     with terminal() as (master, port):
         asked = inquiry()
-        sender = threading.Timer(0.1, os.write, (master, b"12345\r\x0241220000012345\r\x0241220000001"))
-        sender.start()
-        serial_lines.ask_port(asked, port)
-        sender.join()
+        with talking(master, b"12345\r\x0241220000012345\r\x0241220000001"):
+            serial_lines.ask_port(asked, port)
         assert written(master) == b""
     (found,) = asked.report.found
     assert found.matches, str(found.said)
@@ -259,10 +275,8 @@ def test_a_port_that_talks_as_nobody_knows_is_shown() -> None:
     quick = [Driver("talker", Role.TACHOMETER, object, "", recognised_by=(SerialTalk(9600, lambda _: None, wait=0.2),))]
     with terminal() as (master, port):
         asked = inquiry(quick)
-        sender = threading.Timer(0.05, os.write, (master, b"$GPGGA,1\r\n"))
-        sender.start()
-        serial_lines.ask_port(asked, port)
-        sender.join()
+        with talking(master, b"$GPGGA,1\r\n"):
+            serial_lines.ask_port(asked, port)
     (found,) = asked.report.found
     assert found.matches == ()
     assert "$GPGGA,1" in str(found.said)
@@ -326,7 +340,7 @@ def test_an_empty_line_is_swept_within_the_time_said_before_by_reading_alone() -
         asked = inquiry(say=lambda words: said.append(str(words)))
         modbus_line.sweep(asked, f"rtu://{port}?baudrate=19200", (1, 2))
         frames = written(master)
-    assert said == [f"rtu://{port}?baudrate=19200: units 1 to 2 in 1 framings, at most 2 s; only registers are read"]
+    assert said == [f"rtu://{port}?baudrate=19200: units 1 to 2 in 1 framings, at most 4 s; only registers are read"]
     # Two requests of function 3, one register from 0000H, and no other byte.
     assert [frames[at : at + 6] for at in range(0, len(frames), 8)] == [
         struct.pack(">BBHH", unit, 3, 0, 1) for unit in (1, 2)
@@ -370,17 +384,9 @@ def test_a_stranger_s_driver_that_fails_holds_nobody_up() -> None:
         ),
     ]
     with terminal() as (master, port):
-        asked, done = inquiry(talks), threading.Event()
-
-        def talk() -> None:
-            while not done.wait(0.02):
-                os.write(master, b"12 rpm\r\n")
-
-        talker = threading.Thread(target=talk)
-        talker.start()
-        serial_lines.ask_port(asked, port)
-        done.set()
-        talker.join()
+        asked = inquiry(talks)
+        with talking(master, b"12 rpm\r\n"):
+            serial_lines.ask_port(asked, port)
     (found,) = asked.report.found
     assert (found.matches[0].driver.name, str(found.said)) == ("other", "here")
     assert "SystemExit" in str(asked.known.faults["broken"])

@@ -136,7 +136,7 @@ def test_a_line_with_a_part_of_a_dynamometer_names_the_driver_near(served: Serve
 def test_an_instrument_is_one_whatever_the_ways_to_it(
     served: ServedBench, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bench.discovery.scpi.ANSWER_TIME", 0.3)
+    monkeypatch.setattr("bench.discovery.scpi.ANSWER_TIME", 0.6)
     ways = served.addresses()["supply"]
     hosts = (port(ways["hislip"]), str(ways["socket"]))
     _, out, _ = call("station", "scan", "--host", *hosts, "--named-only", "--json")
