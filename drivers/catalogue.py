@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from drivers.interfaces import UNWATCHED, Calls, Clock, Instrument, InstrumentError, Role, Traffic
 from drivers.interfaces.text import text
 from drivers.manual.prompt import Prompt
+from drivers.recognition import Recognition
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.in_process import InProcess
 
@@ -77,6 +78,7 @@ class Driver:
     it in a rehearsal (group `motorbench.simulated_instruments`); without one, the role's generic instrument does, with
     `ratings`: the largest values that it takes, by the names of the options that may lower them (`maximum_voltage` …, SI units).
     `sources` says what the driver was written from; a fact counts as known where two say it that do not copy each other.
+    `recognised_by` is what the instrument says of itself, all of its Modbus units where it is made of several.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Driver:
     simulated: str = ""
     ratings: Mapping[str, float] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    recognised_by: tuple[Recognition, ...] = ()
 
     def open(self, address: str, options: object, surroundings: Surroundings, *, name: str = "") -> Instrument:
         """Open the instrument at an address; `name` stands for it in messages, its role when empty.

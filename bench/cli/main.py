@@ -67,6 +67,10 @@ def make_app() -> App:
     station.command(
         "bench.cli.station_drivers:drivers", name="drivers", help="List the drivers and where each comes from."
     )
+    station.command("bench.cli.station_scan:scan", name="scan", help="Find the instruments; nothing is changed.")
+    station.command(
+        "bench.cli.station_new:new", name="new", help="Find the instruments, ask for the rest, write the file."
+    )
     station.command("bench.cli.station:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)

@@ -9,16 +9,22 @@ from pathlib import Path
 
 #: ARPHRD_CAN of the Linux kernel's if_arp.h, and IFF_UP of its if.h.
 _CAN, _UP = "280", 0x1
+#: Class and subclass of an interface for test and measurement.
+_USBTMC = ("fe", "03")
 
 
 @dataclass(frozen=True)
 class UsbDevice:
-    """A device on the USB: maker's and model's number, serial number, and the node through which libusb opens it."""
+    """A device on the USB: maker's and model's number, serial number, and the node through which libusb opens it.
+
+    `instrument` says that it is one for test and measurement (USBTMC: class FEh, subclass 03h).
+    """
 
     vendor: int
     product: int
     serial: str
     node: Path
+    instrument: bool = False
 
     @property
     def usable(self) -> bool:
@@ -39,7 +45,12 @@ class Computer:
             said = {name: _line(folder / name) for name in ("idVendor", "idProduct", "serial", "busnum", "devnum")}
             if said["idVendor"] and said["idProduct"] and said["busnum"] and said["devnum"]:
                 node = self._root / f"dev/bus/usb/{int(said['busnum']):03d}/{int(said['devnum']):03d}"
-                found.append(UsbDevice(int(said["idVendor"], 16), int(said["idProduct"], 16), said["serial"], node))
+                classes = {
+                    (_line(interface / "bInterfaceClass"), _line(interface / "bInterfaceSubClass"))
+                    for interface in folder.parent.glob(f"{folder.name}:*")
+                }
+                vendor, product = int(said["idVendor"], 16), int(said["idProduct"], 16)
+                found.append(UsbDevice(vendor, product, said["serial"], node, _USBTMC in classes))
         return found
 
     def serial_ports(self) -> dict[str, bool]:

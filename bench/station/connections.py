@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterator
 from urllib.parse import urlsplit
 
-from bench.station.computer import Computer
+from bench.station.computer import Computer, UsbDevice
 from bench.station.station_file import Station
 from drivers.interfaces import CommunicationError
 from drivers.interfaces.text import Text, text, text_of
@@ -15,8 +15,13 @@ from drivers.transport.modbus.line import client_for
 from drivers.transport.parameters import parameters_of, refuse_unknown
 from drivers.transport.serial.line_settings import LINE_KEYS, line_settings
 
-_USB = {"usb": "pyusb", "libusb_package": "libusb-package"}
-_GPIB = {"gpib_ctypes": "gpib-ctypes"}
+#: Modules with the distribution of each, and the extra that brings them, by what they are for.
+_PACKAGES = {
+    "usb": ("usb", {"usb": "pyusb", "libusb_package": "libusb-package"}),
+    "gpib": ("gpib", {"gpib_ctypes": "gpib-ctypes"}),
+    "mdns": ("discovery", {"zeroconf": "zeroconf"}),
+    "vxi11": ("discovery", {"psutil": "psutil"}),
+}
 #: What a GPIB adapter's own library is called: linux-gpib's, National Instruments'.
 _GPIB_LIBRARIES = ("gpib", "gpib-32", "ni4882")
 
@@ -55,25 +60,27 @@ def _visa(address: str, visa_library: str, computer: Computer) -> Iterator[Text]
     match kind[0] if kind else "":
         case "USB":
             if own:
-                yield from _packages(computer.missing(_USB), "usb")
+                yield from lacking("usb", computer)
             yield from _usb(address, computer)
         case "GPIB" if own:
-            yield from _packages(computer.missing(_GPIB), "gpib")
-            if not computer.has_library(*_GPIB_LIBRARIES):
-                yield text("the GPIB adapter's own library is not installed; install linux-gpib or its maker's driver")
+            yield from lacking("gpib", computer)
         case "ASRL":
             path = address[4:].partition("::")[0]
             if path.startswith("/"):
                 yield from _serial(path, computer)
 
 
-def _packages(missing: list[str], extra: str) -> Iterator[Text]:
-    if missing:
+def lacking(way: str, computer: Computer) -> Iterator[Text]:
+    """Give what is not installed of `usb`, `gpib`, `mdns` (instruments that announce themselves) or `vxi11` (on every network)."""
+    extra, modules = _PACKAGES[way]
+    if missing := computer.missing(modules):
         yield text(
             "{missing} not installed; run uv sync --extra {extra}, or pip install 'motorbench[{extra}]'",
             missing=", ".join(missing),
             extra=extra,
         )
+    if way == "gpib" and not computer.has_library(*_GPIB_LIBRARIES):
+        yield text("the GPIB adapter's own library is not installed; install linux-gpib or its maker's driver")
 
 
 def _usb(address: str, computer: Computer) -> Iterator[Text]:
@@ -91,10 +98,15 @@ def _usb(address: str, computer: Computer) -> Iterator[Text]:
         there = [f"0x{device.vendor:04X}::0x{device.product:04X}::{device.serial}" for device in devices]
         yield text("it is not connected; on the USB there are {devices}", devices=", ".join(there) or text("none"))
     elif not any(device.usable for device in matching):
-        yield text(
-            "{node} may not be used; copy docs/examples/udev/60-motorbench.rules to /etc/udev/rules.d and plug it in anew",
-            node=str(matching[0].node),
-        )
+        yield no_permission(matching[0])
+
+
+def no_permission(device: UsbDevice) -> Text:
+    """Say how a USB device is made usable."""
+    return text(
+        "{node} may not be used; copy docs/examples/udev/60-motorbench.rules to /etc/udev/rules.d and plug it in anew",
+        node=str(device.node),
+    )
 
 
 def _serial(path: str, computer: Computer) -> Iterator[Text]:

@@ -27,6 +27,11 @@ def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: s
         raise InputError(at(name, f"{prefix}.{error}")) from None
 
 
+def unit_of_option(name: str) -> str | None:
+    """Return the unit of a number among the options, None where its name says none."""
+    return {**RATING_UNITS, **_OTHER_UNITS}.get(name)
+
+
 @cache
 def _model(options: type[Any]) -> type[Section]:
     hints = get_type_hints(options)
@@ -41,7 +46,7 @@ def _model(options: type[Any]) -> type[Section]:
 def _field(field: "Field[Any]", hint: Any) -> Any:
     """Return a field with its default, and of a largest value that it is above zero, and its unit."""
     number = float in (hint, *get_args(hint))
-    unit = {**RATING_UNITS, **_OTHER_UNITS}.get(field.name) if number else None
+    unit = unit_of_option(field.name) if number else None
     about: dict[str, Any] = {"json_schema_extra": {"unit": unit}} if unit else {}
     if number and field.name.startswith("maximum_"):
         about["gt"] = 0.0

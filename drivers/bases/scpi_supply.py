@@ -23,6 +23,7 @@ from drivers.interfaces import (
     Supply,
 )
 from drivers.interfaces.text import Text, text
+from drivers.recognition import ScpiIdentity
 from drivers.transport.visa.opening import identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
@@ -382,19 +383,25 @@ class ScpiSupplyModel:
     data: SupplyData
     commands: SupplyCommands = field(default_factory=SupplyCommands)
 
+    @property
+    def identity(self) -> ScpiIdentity:
+        """Who answers *IDN?."""
+        return ScpiIdentity(
+            tuple(maker.lower() for maker in self.makers), tuple(model.upper() for model in self.models)
+        )
+
     def open(self, address: str, options: ScpiSupplyOptions, surroundings: Surroundings, name: str) -> ScpiSupply:
         """Open the supply at a VISA address.
 
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
-        makers = tuple(maker.lower() for maker in self.makers)
 
         def made(session: ScpiSession) -> ScpiSupply:
             return ScpiSupply(
                 session,
                 surroundings.clock,
                 options,
-                identity=identify(session, makers, self.models, options.serial_number),
+                identity=identify(session, self.identity, options.serial_number),
                 data=self.data,
                 commands=self.commands,
                 name=name,
@@ -409,4 +416,12 @@ class ScpiSupplyModel:
             "maximum_voltage": self.data.maximum_voltage,
             "maximum_current": self.data.maximum_current,
         }
-        return Driver(name, Role.SUPPLY, ScpiSupplyOptions, self.open, simulated=simulated, ratings=ratings)
+        return Driver(
+            name,
+            Role.SUPPLY,
+            ScpiSupplyOptions,
+            self.open,
+            simulated=simulated,
+            ratings=ratings,
+            recognised_by=(self.identity,),
+        )

@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from drivers.bases.identification import check_serial_number
-from drivers.cia402.options import NodeOptions
+from drivers.cia402.options import PROFILE, NodeOptions
 from drivers.cia402.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.cia402.watchdog import HeartbeatWatchdog
 from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Identity, IdentityError, Traffic, Watchdog
@@ -16,7 +16,6 @@ MODE, MODE_DISPLAY = 0x6060, 0x6061
 ACTUAL_VELOCITY = 0x606C
 
 #: The low half of the device type says which profile.
-DRIVE_PROFILE = 0x0192
 #: Counts of a velocity in one Hz (electrical).
 VELOCITY_COUNTS = 100
 
@@ -128,7 +127,7 @@ class Cia402Node:
 
     def _identify(self) -> Identity:
         device_type = self.objects.read(DEVICE_TYPE, 0, 4)
-        if device_type & 0xFFFF != DRIVE_PROFILE:
+        if not PROFILE.matches(device_type):
             raise IdentityError(
                 self._name,
                 text(

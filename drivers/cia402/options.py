@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from drivers.catalogue import Driver
 from drivers.interfaces import Accuracy, Role, Watchdog, WhenSilent
+from drivers.recognition import CanOpenProfile
 
 
 @dataclass(frozen=True)
@@ -89,12 +90,16 @@ class Cia402RotorActuatorOptions(NodeOptions):
     angle_accuracy: Accuracy | None = None
 
 
+#: CiA 402, by device type (0x1000); which of its drives it is no object tells.
+PROFILE = CanOpenProfile(402)
+
 INVERTER = Driver(
     "cia402-inverter",
     Role.INVERTER,
     Cia402Options,
     "drivers.cia402.inverter:Cia402Inverter.open",
     simulated="cia402-inverter",
+    recognised_by=(PROFILE,),
 )
 SIX_STEP = Driver(
     "cia402-six-step",
@@ -102,6 +107,7 @@ SIX_STEP = Driver(
     Cia402SixStepOptions,
     "drivers.cia402.six_step:Cia402SixStep.open",
     simulated="cia402-six-step",
+    recognised_by=(PROFILE,),
 )
 ROTOR_ACTUATOR = Driver(
     "cia402-rotor-actuator",
@@ -109,4 +115,5 @@ ROTOR_ACTUATOR = Driver(
     Cia402RotorActuatorOptions,
     "drivers.cia402.rotor_actuator:Cia402RotorActuator.open",
     simulated="cia402-rotor-actuator",
+    recognised_by=(PROFILE,),
 )

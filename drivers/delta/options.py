@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from drivers.catalogue import Driver
+from drivers.delta.recognition import DRIVE, TRANSDUCER
 from drivers.interfaces import Accuracy, Role, Watchdog, WhenSilent
 
 
@@ -115,4 +116,5 @@ DELTA_DYN200 = Driver(
         "DYN-200: the maker's manual; dyn200-logger, dyn200-python and J. Deuter's library, each with a sensor",
         "C2000: Delta's manuals only, pages 12.1-09 (one source); parameters of groups 00 and 11 from memory, not checked",
     ),
+    recognised_by=(DRIVE, TRANSDUCER),
 )

@@ -10,17 +10,14 @@ import re
 from dataclasses import dataclass
 
 from drivers.bases.always import always
-from drivers.bases.identification import check_serial_number
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint, lesser
 from drivers.catalogue import Surroundings
 from drivers.gwinstek import gpt9800_data as data
-from drivers.gwinstek.options import Gpt9800Options
+from drivers.gwinstek.options import IDENTITY, Gpt9800Options
 from drivers.interfaces import (
     Clock,
     CommunicationError,
-    Identity,
-    IdentityError,
     InsulationReading,
     InsulationTester,
     MeasurementError,
@@ -29,12 +26,9 @@ from drivers.interfaces import (
     SetpointError,
 )
 from drivers.interfaces.text import text
-from drivers.transport.visa.opening import open_driver, open_session
-from drivers.transport.visa.session import IDENTITY_QUERY, WAY_DOWN_TIME, ScpiSession
+from drivers.transport.visa.opening import identify, open_driver, open_session
+from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
 
-MAKER = "GW Instek"
-#: Models of the series with an insulation test.
-MODELS = ("GPT-9803", "GPT-9804", "GPT-9903", "GPT-9904")
 START, STOP = "FUNC:TEST ON", "FUNC:TEST OFF"
 STATE_QUERY, READING_QUERY = "FUNC:TEST?", "MEAS?"
 #: How often (s) the tester is looked at, and how much longer (s) than it should a test may take.
@@ -122,7 +116,7 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
         super().__init__(session, clock, name)
         self._options = options
         self._guarding = guarding
-        self._identity = self._identify()
+        self._identity = identify(session, IDENTITY, options.serial_number)
         self._maximum_voltage, self._owner = lesser(data.HIGHEST_VOLTAGE, options.maximum_voltage)
         check_setpoint(name, "ramp_time", options.ramp_time, "s", data.SHORTEST_RAMP, data.LONGEST_RAMP, "the model")
         if not guarding:
@@ -173,25 +167,6 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
             self._session.go_to_local("*RMTOFF")
         self._guarding = True
         self._session.close()
-
-    def _identify(self) -> Identity:
-        # Model, serial number, firmware: the maker does not name itself, and some firmware ends with a comma.
-        line = self._session.identity_line()
-        fields = [field.strip() for field in line.rstrip(", ").split(",")]
-        if len(fields) != 3 or not fields[0].upper().startswith(MODELS):
-            raise IdentityError(
-                self._name,
-                text(
-                    "'{line}' answers, expected {models}, serial number, firmware",
-                    line=line,
-                    models=" or ".join(MODELS),
-                ),
-                command=IDENTITY_QUERY,
-                remedy=text("Correct the address or the driver in the station file"),
-            )
-        identity = Identity(MAKER, *fields)
-        check_serial_number(self._name, identity, self._options.serial_number, IDENTITY_QUERY)
-        return identity
 
     def _check(self, voltage: float, duration: float) -> None:
         name = self._name

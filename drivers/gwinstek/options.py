@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from drivers.catalogue import Driver
 from drivers.interfaces import Accuracy, Role
+from drivers.recognition import ScpiIdentity
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,9 @@ class Gpt9800Options:
     baud_rate: int = 115_200
 
 
+#: Models of the series with an insulation test. They answer model, serial number, firmware: the maker does not name itself.
+IDENTITY = ScpiIdentity((), ("GPT-9803", "GPT-9804", "GPT-9903", "GPT-9904"), unnamed="GW Instek")
+
 GPT9800 = Driver(
     "gwinstek-gpt9800",
     Role.INSULATION_TESTER,
@@ -33,4 +37,5 @@ GPT9800 = Driver(
         "the GPT-9800 Series User Manual: pages on *IDN?, *CLS and MEASure; the rest from memory, not checked",
         "public programs for testers of the series (IR:REF, *RMTOFF, CR LF; TEST:RET: they send ON, the driver OFF)",
     ),
+    recognised_by=(IDENTITY,),
 )

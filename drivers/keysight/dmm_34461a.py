@@ -15,8 +15,8 @@ from drivers.interfaces import (
 )
 from drivers.interfaces.text import text, text_of
 from drivers.keysight import dmm_34461a_data as data
-from drivers.keysight.options import Keysight34461AOptions
-from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.keysight.options import DMM_34461A_IDENTITY, Keysight34461AOptions
+from drivers.transport.visa.opening import identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 
@@ -53,7 +53,7 @@ class Keysight34461A(ScpiDriver, Voltmeter):
     ) -> None:
         super().__init__(session, clock, name)
         self._options = options
-        self._identity = identify(session, KEYSIGHT, ("34461A",), options.serial_number)
+        self._identity = identify(session, DMM_34461A_IDENTITY, options.serial_number)
         for full_scale in options.calibration:
             if full_scale not in data.RANGES:
                 raise IdentityError(

@@ -7,8 +7,8 @@ from drivers.interfaces.text import text
 from drivers.keysight.e36300_data import OUTPUTS
 from drivers.keysight.e36300_protection import Protection
 from drivers.keysight.e36300_settings import found_settings
-from drivers.keysight.options import E36300Options
-from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.keysight.options import E36300_IDENTITY, E36300Options
+from drivers.transport.visa.opening import identify, open_driver, open_session
 from drivers.transport.visa.session import ScpiSession
 
 #: Condition register of an output (ISUMmary): two low bits say what regulates; higher ones concern lists and logs.
@@ -43,7 +43,7 @@ class KeysightE36300(ScpiSupply):
         name: str = "supply",
         guarding: bool = False,
     ) -> None:
-        identity = identify(session, KEYSIGHT, tuple(OUTPUTS), options.serial_number)
+        identity = identify(session, E36300_IDENTITY, options.serial_number)
         outputs = next(outputs for model, outputs in OUTPUTS.items() if identity.model.startswith(model))
         if options.channel not in outputs:
             raise IdentityError(

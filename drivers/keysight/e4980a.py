@@ -23,8 +23,8 @@ from drivers.interfaces import (
 from drivers.interfaces.text import text
 from drivers.keysight import e4980a_data as data
 from drivers.keysight.e4980a_settings import found_settings
-from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
-from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.keysight.options import E4980A_IDENTITY, E4980AOptions, ImpedanceCalibration
+from drivers.transport.visa.opening import identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 
@@ -62,7 +62,7 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
     ) -> None:
         super().__init__(session, clock, name)
         self._options = options
-        self._identity = identify(session, KEYSIGHT, ("E4980A",), options.serial_number)
+        self._identity = identify(session, E4980A_IDENTITY, options.serial_number)
         self._maximum_frequency, self._frequency_owner = lesser(self._model_frequency(), options.maximum_frequency)
         self._maximum_level, self._level_owner = lesser(data.MAXIMUM_LEVEL, options.maximum_level)
         self._frequency: float | None = None

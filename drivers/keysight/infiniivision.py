@@ -23,9 +23,9 @@ from drivers.interfaces.text import Text, text
 from drivers.keysight import infiniivision_data as data
 from drivers.keysight.infiniivision_accuracy import trace_accuracy
 from drivers.keysight.infiniivision_settings import found_settings
-from drivers.keysight.options import InfiniiVisionOptions, Probe
+from drivers.keysight.options import INFINIIVISION_IDENTITY, InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import Preamble, codes_from_block, parse_preamble, to_time, to_values
-from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.transport.visa.opening import identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 
@@ -58,7 +58,7 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
             check_setpoint(
                 name, text("attenuation of channel {channel}", channel=channel), probe.attenuation, "", 1e-3, 1e4, whose
             )
-        self._identity = identify(session, KEYSIGHT, data.MODELS, options.serial_number)
+        self._identity = identify(session, INFINIIVISION_IDENTITY, options.serial_number)
         self._ranges: dict[int, ChannelSettings] = {}
         self._record_time, self._points, self._pre_trigger = 1e-3, 1000, 0.0
         self._trigger = Trigger(None)

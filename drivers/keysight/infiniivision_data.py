@@ -7,9 +7,6 @@ OFFSET_SOURCE = "offset typical of its class, enter the calibration"
 SOURCE = f"Keysight InfiniiVision 3000T X-Series data sheet 5992-0140: gain 2 % of full scale: {FULL_SCALE_READING}; {OFFSET_SOURCE}"
 TIME_BASE_SOURCE = "time base typical of its class, not compared with the data sheet"
 
-#: Models this driver knows: the beginnings of the model field.
-MODELS = ("DSOX3", "MSOX3", "DSO-X 3", "MSO-X 3", "DSOX4", "MSOX4", "DSO-X 4", "MSO-X 4")
-
 DIVISIONS = 8
 #: Full screen (V at the input): 1 mV to 5 V a division.
 MINIMUM_RANGE, MAXIMUM_RANGE = 8e-3, 40.0

@@ -7,6 +7,17 @@ from drivers.bases.crosspoints import check_channels, is_fixed_point
 from drivers.catalogue import Driver
 from drivers.interfaces import Accuracy, ProbeKind, Role
 from drivers.interfaces.text import text
+from drivers.recognition import ScpiIdentity
+
+#: The maker's names over the years.
+KEYSIGHT = ("keysight technologies", "agilent technologies", "keysight", "agilent")
+E36300_IDENTITY = ScpiIdentity(KEYSIGHT, ("E36311A", "E36312A", "E36313A"))
+E4980A_IDENTITY = ScpiIdentity(KEYSIGHT, ("E4980A",))
+INFINIIVISION_IDENTITY = ScpiIdentity(
+    KEYSIGHT, ("DSOX3", "MSOX3", "DSO-X 3", "MSO-X 3", "DSOX4", "MSOX4", "DSO-X 4", "MSO-X 4")
+)
+DMM_34461A_IDENTITY = ScpiIdentity(KEYSIGHT, ("34461A",))
+SWITCH_UNIT_IDENTITY = ScpiIdentity((*KEYSIGHT, "hewlett-packard"), ("34970A", "34972A", "34980A"))
 
 #: A channel whose gain is known worse than this says next to nothing.
 LARGEST_GAIN = 0.5
@@ -159,6 +170,7 @@ E36300 = Driver(
     sources=(
         "Keysight's Programming Guide E36311-90008 and its relatives' (one source); its found state from memory, not checked",
     ),
+    recognised_by=(E36300_IDENTITY,),
 )
 E4980A = Driver(
     "keysight-e4980a",
@@ -170,6 +182,7 @@ E4980A = Driver(
         "the User's Guide E4980-90230 (one source); its found state from memory, not checked",
         "pymeasure's agilentE4980 (function, level, trigger)",
     ),
+    recognised_by=(E4980A_IDENTITY,),
 )
 INFINIIVISION = Driver(
     "keysight-infiniivision",
@@ -180,6 +193,7 @@ INFINIIVISION = Driver(
     sources=(
         "Keysight's Programmer's Guide and data sheet 5992-0140 (one source); its found state from memory, not checked",
     ),
+    recognised_by=(INFINIIVISION_IDENTITY,),
 )
 DMM_34461A = Driver(
     "keysight-34461a",
@@ -190,6 +204,7 @@ DMM_34461A = Driver(
     sources=(
         "Keysight's Truevolt Operating and Service Guide and data sheet (one source); its found state from memory, not checked",
     ),
+    recognised_by=(DMM_34461A_IDENTITY,),
 )
 SWITCH_UNIT_34970A = Driver(
     "keysight-34970a",
@@ -197,4 +212,5 @@ SWITCH_UNIT_34970A = Driver(
     Keysight34970AOptions,
     "drivers.keysight.switch_unit_34970a:Keysight34970A.open",
     simulated="keysight-34970a",
+    recognised_by=(SWITCH_UNIT_IDENTITY,),
 )

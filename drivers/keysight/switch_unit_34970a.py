@@ -13,12 +13,10 @@ from drivers.interfaces import (
     SwitchMatrix,
 )
 from drivers.interfaces.text import Text, text
-from drivers.keysight.options import Keysight34970AOptions
-from drivers.transport.visa.opening import KEYSIGHT, identify, open_driver, open_session
+from drivers.keysight.options import SWITCH_UNIT_IDENTITY, Keysight34970AOptions
+from drivers.transport.visa.opening import identify, open_driver, open_session
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
 
-MAKERS = (*KEYSIGHT, "hewlett-packard")
-MODELS = ("34970A", "34972A", "34980A")
 #: Its channels are `snnn` and its slots called 1 … 8; those of the other two are `snn` and 100, 200, 300.
 _LARGE = "34980A"
 
@@ -46,7 +44,7 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
         self._read_back = f"ROUT:CLOS? {_listed(self._all)}"
         #: The channels that are closed; None where nobody can tell.
         self._held: frozenset[int] | None = None
-        self._identity = identify(session, MAKERS, MODELS, options.serial_number)
+        self._identity = identify(session, SWITCH_UNIT_IDENTITY, options.serial_number)
         if guarding:
             return
         for slot in self._slots():

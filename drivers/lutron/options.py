@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 from drivers.catalogue import Driver
 from drivers.interfaces import Accuracy, Role
+from drivers.interfaces.text import Text, text
+from drivers.lutron.frame import END, LENGTH, parse_frame
+from drivers.recognition import SerialTalk
 
 
 @dataclass(frozen=True)
@@ -22,10 +25,23 @@ class LutronTachometerOptions:
     accuracy: Accuracy | None = None
 
 
+def _recognise(heard: bytes) -> Text | None:
+    """Say what a line's instrument is by the last whole frame in what it sent."""
+    for piece in reversed(heard.split(END)[:-1]):
+        try:
+            frame = parse_frame(piece[-(LENGTH - 1) :] + END)
+        except ValueError:
+            continue
+        return text("a Lutron frame: {value:g}, annunciator {code}", value=frame.value, code=frame.annunciator)
+    return None
+
+
 TACHOMETER = Driver(
     "lutron-tachometer",
     Role.TACHOMETER,
     LutronTachometerOptions,
     "drivers.lutron.tachometer:LutronTachometer.open",
     simulated="lutron-tachometer",
+    # It sends once a second by itself.
+    recognised_by=(SerialTalk(9600, _recognise, wait=2.2),),
 )

@@ -12,7 +12,8 @@ from pyvisa.constants import StatusCode
 from bench.station.clock import SystemClock
 from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError
-from drivers.transport.visa.opening import KEYSIGHT, identify, open_session
+from drivers.recognition import ScpiIdentity
+from drivers.transport.visa.opening import identify, open_session
 from drivers.transport.visa.replies import parse_error, parse_number, parse_numbers
 from drivers.transport.visa.session import ScpiSession
 
@@ -246,7 +247,9 @@ def test_parsers_refuse_with_value_error_only(text: str) -> None:
 @given(st.text(max_size=60) | st.lists(st.text(max_size=12), min_size=4, max_size=4).map(",".join))
 def test_whatever_says_who_it_is(line: str) -> None:
     with contextlib.suppress(InstrumentError):
-        identity = identify(ScpiSession(Stream(line.encode() + b"\n"), "thing"), KEYSIGHT, ("E36313A",), None)
+        identity = identify(
+            ScpiSession(Stream(line.encode() + b"\n"), "thing"), ScpiIdentity(("keysight",), ("E36313A",)), None
+        )
         assert identity.model.upper().startswith("E36313A")
 
 

@@ -73,11 +73,17 @@ def identity_keys(station: Station, entry: Entry, identity: Identity) -> frozens
     Virtual instruments have theirs within one served bench.
     """
     number = identity.serial_number.strip().casefold()
-    if entry.driver.name == MANUAL or number in _NO_NUMBER or not number.strip("0"):
+    if entry.driver.name == MANUAL or not is_number(number):
         return frozenset()
     within = f" at {station.control}" if station.control else ""
     makers = [entry.driver.name, *([identity.manufacturer.strip().casefold()] if identity.manufacturer else [])]
     return frozenset(f"number {maker} {number}{within}" for maker in makers)
+
+
+def is_number(serial_number: str) -> bool:
+    """Return whether a serial number is one, and not what stands in its place."""
+    number = serial_number.strip().casefold()
+    return number not in _NO_NUMBER and number.strip("0") != ""
 
 
 def all_keys(claims: Iterable[Claim]) -> Mapping[str, Claim]:

@@ -1,21 +1,19 @@
 """Opening a VISA resource and making sure that the right instrument answers."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from drivers.bases.identification import check_serial_number
 from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError, Identity, IdentityError
 from drivers.interfaces.text import text
-from drivers.transport.visa.session import RESOURCE_ERRORS, ScpiSession, VisaResource
+from drivers.recognition import ScpiIdentity
+from drivers.transport.visa.session import IDENTITY_QUERY, RESOURCE_ERRORS, ScpiSession, VisaResource
 
 if TYPE_CHECKING:
     from pyvisa.resources import SerialInstrument
 
 T = TypeVar("T")
-
-#: The maker's names over the years.
-KEYSIGHT = ("keysight technologies", "agilent technologies", "keysight", "agilent")
 
 
 def open_session(
@@ -61,29 +59,31 @@ def open_driver(session: ScpiSession, make: Callable[[ScpiSession], T]) -> T:
         raise
 
 
-def identify(session: ScpiSession, makers: Collection[str], models: Collection[str], serial: str | None) -> Identity:
+def identify(session: ScpiSession, expected: ScpiIdentity, serial: str | None) -> Identity:
     """Ask *IDN? and compare the answer with the models supported and, where given, the serial number.
 
-    A model matches when it begins with one of `models`. Raises IdentityError naming what answered.
+    Raises IdentityError naming what answered.
     """
     line = session.identity_line()
-    fields = [field.strip() for field in line.split(",")]
-    if len(fields) != 4:
-        raise IdentityError(
-            session.name, text("'{line}' is not an identity of four fields", line=line), command="*IDN?"
-        )
-    identity = Identity(*fields)
-    if identity.manufacturer.lower() not in makers or not identity.model.upper().startswith(tuple(models)):
-        raise IdentityError(
-            session.name,
-            text(
-                "{manufacturer} {model} answers, expected {models}",
-                manufacturer=identity.manufacturer,
-                model=identity.model,
-                models=" or ".join(models),
-            ),
-            command="*IDN?",
-            remedy=text("Correct the address or the driver in the station file"),
-        )
-    check_serial_number(session.name, identity, serial, "*IDN?")
+    identity = expected.identity_of(line)
+    if identity is None:
+        raise _unexpected(session.name, line, expected)
+    check_serial_number(session.name, identity, serial, IDENTITY_QUERY)
     return identity
+
+
+def _unexpected(name: str, line: str, expected: ScpiIdentity) -> IdentityError:
+    fields = [field.strip() for field in line.split(",")]
+    models = " or ".join(expected.models)
+    if expected.unnamed:
+        what = text("'{line}' answers, expected {models}, serial number, firmware", line=line, models=models)
+    elif len(fields) != 4:
+        return IdentityError(
+            name, text("'{line}' is not an identity of four fields", line=line), command=IDENTITY_QUERY
+        )
+    else:
+        what = text(
+            "{manufacturer} {model} answers, expected {models}", manufacturer=fields[0], model=fields[1], models=models
+        )
+    remedy = text("Correct the address or the driver in the station file")
+    return IdentityError(name, what, command=IDENTITY_QUERY, remedy=remedy)

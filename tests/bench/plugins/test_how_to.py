@@ -116,6 +116,8 @@ def test_a_run_and_a_line_on_real_sockets(call: Call, folder: Path) -> None:
     (folder / "serials.txt").write_text("A1\n", encoding="utf-8")
     quick = [f"--set={name}" for name in ("levels=3", "settle=0.03", "wiring_settle=0.03")]
     with served(folder) as bench:
+        _, out, _ = call("station", "scan", "--station", "station.toml", "--named-only", "--json")
+        assert all(one["fits"] for one in json.loads(out)["station"].values())
         _, out, err = call(
             "run", "stator-resistance-dc", "--station", "station.toml", "--motor", "lg-400w", "--json", *quick
         )
