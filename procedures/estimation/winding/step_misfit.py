@@ -13,7 +13,7 @@ from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_term import StepScale, Term, current_with, figures_of
+from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
 from procedures.estimation.winding.step_terms import TERMS, Direction, directions, other_axis_errors
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
@@ -22,8 +22,9 @@ _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
 _WORTH, _WORTH_SHARE = 2.0, 0.3
 #: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
 COARSE_ALARM = 10.0
-#: Of many directions, chance makes one seen by so much (its square).
-_CHANCE = 3.0
+#: Of many directions, chance makes one seen by so much (its square): as little as leaves intervals of clean records below 1.5 times the
+#: plain fit's on average.
+_CHANCE = 2.0
 _BLOCKS, _BY_CHANCE = 32, 1e-6
 #: Parts of a record after the step, in time constants: what is explained gives the same on all.
 _PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
@@ -46,13 +47,6 @@ class StepJudgement:
     findings: tuple[Finding, ...]
     named: tuple[Direction, ...]
     score: Score
-
-    @classmethod
-    def of_plain(cls, step: Problem, plain: Fitted) -> "StepJudgement":
-        """Return a plain fit as it is, without any search."""
-        count = len(step.names)
-        nothing = Score(np.empty(0), np.empty((0, count)))
-        return cls(plain, plain.full[step.free], np.ones(count), np.zeros(count), (), (), nothing)
 
 
 def scale_of(record: StepRecord, fitted: Fitted) -> StepScale:
@@ -110,7 +104,8 @@ def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direct
         inside = [t for t in fitted.terms if not isinstance(t.beside(record.time[:2], scale, np.ones(2)), np.ndarray)]
         figures = [figures_of(fitted.terms, fitted.figures, t) for t in inside]
         bare = fitted.full * np.array([1.0, 1.0, 0.0, 1.0, 1.0])
-        flowing = current_with(record, bare, inside, np.concatenate(figures) if figures else np.empty(0), scale)
+        own, model = np.concatenate(figures) if figures else np.empty(0), StepModel(record, inside, scale)
+        flowing = model.read(model.flowing(bare, own), bare, own)
     else:
         flowing = fitted.current - fitted.full[2]
     named, rows = directions(record, fitted.full, flowing, scale)
@@ -142,6 +137,9 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         seen[best.terms[-1]] = _clearest(best.terms[-1].family, named, score)
         fitted = best
         named, score = tested(step, fitted, scale)
+    # What was accepted first was so without knowing of what came later.
+    others = list(_exchanged(step, fitted, {d.family for d in named}, scale))
+    tried += others
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
     # A model that holds the accepted one and is hardly better explains nothing else.
     rivals = [
@@ -189,20 +187,39 @@ def _candidates(
         if abs(z) >= worth[direction.family]:
             worth[direction.family], first[direction.family] = abs(float(z)), direction.term
     least = max(_WORTH, _WORTH_SHARE * max((z for f, z in worth.items() if f not in modelled), default=0.0))
-    for family, z in worth.items():
+    enough = fitted.cost + _AS_LIKELY
+    # What is seen best first: others are then given up that cannot come as near.
+    for family, z in sorted(worth.items(), key=lambda each: -each[1]):
         # The instant of the step hides a delay from the test until it is gross.
         if family in modelled or z < (_WORTH if family == "skew" else least):
             continue
         terms = [t for t in TERMS if t.family == family] if family in ("skew", "saturation") else [first[family]]
         if family == "hum":
             terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
-        for term in terms:
-            try:
-                found = fit_with(step, (*fitted.terms, term), fitted, scale)
-            except EstimationError:
-                continue
-            if all(t.possible(figures_of(found.terms, found.figures, t)) for t in found.terms):
-                yield found
+        for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
+            enough = min(enough, found.cost + _AS_LIKELY)
+            yield found
+
+
+def _exchanged(step: Problem, fitted: Fitted, families: set[str], scale: StepScale) -> Iterator[Fitted]:
+    """Give the fits that are as likely with a term other than one that was accepted before the last."""
+    absent = [t for t in TERMS if t.family in families - {f.family for f in fitted.terms}]
+    for old in fitted.terms[:-1]:
+        kept = [t for t in fitted.terms if t is not old]
+        yield from _possible(step, [(*kept, t) for t in absent], fitted, scale, fitted.cost + _AS_LIKELY)
+
+
+def _possible(
+    step: Problem, models: list[tuple[Term, ...]], start: Fitted, scale: StepScale, enough: float
+) -> Iterator[Fitted]:
+    """Give the fits with some terms each, as far as there are such and the world can have their figures."""
+    for terms in models:
+        try:
+            found = fit_with(step, terms, start, scale, enough)
+        except EstimationError:
+            continue
+        if all(t.possible(figures_of(found.terms, found.figures, t)) for t in found.terms):
+            yield found
 
 
 def _spanned(

@@ -15,7 +15,7 @@ from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, without_end
 from procedures.estimation.winding.step_codes import limited_from, too_coarse
-from procedures.estimation.winding.step_fit import Problem, fit_plain, problem
+from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
 from procedures.estimation.winding.step_terms import other_axis_errors
@@ -148,7 +148,11 @@ def fit_step_response(
         lost = 1.0 - float(np.mean(step.record.kept[record.edge :])) if step.record.kept is not None else 0.0
         told: dict[str, float | str] = {"record": "step", "channel": "current", "level": cut, "lost": lost}
         findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=told), *findings)
-    covariance = _covariance(step, judged)
+    beside = _beside_noise(step, judged.fitted)
+    covariance = _covariance(judged, beside)
+    plain_covariance = plain.covariance[: len(step.names), : len(step.names)] + (
+        beside if judged.fitted is plain else _beside_noise(step, plain)
+    )
     left = record.current - judged.fitted.current
     values = judged.values.copy()
     if "voltage_offset" in step.names:
@@ -163,26 +167,27 @@ def fit_step_response(
         misfit=Misfit.together([Misfit(findings)]),
         step=record.step,
         judged=judged,
-        plain=np.diag(_covariance(step, StepJudgement.of_plain(step, plain))),
+        plain=np.diag(plain_covariance),
     )
 
 
-def _covariance(step: Problem, judged: StepJudgement) -> FloatArray:
-    """Return the covariance of the parameters: of white noise and of what does not average out, grown by what was found."""
-    record, fitted, count = step.record, judged.fitted, len(step.names)
-    grown = np.sqrt(judged.growth[:count])
-    covariance = fitted.covariance[:count, :count] * np.outer(grown, grown)
-    gain = fitted.gain[:count, : record.time.size]
+def _covariance(judged: StepJudgement, beside: FloatArray) -> FloatArray:
+    """Return the covariance of the parameters: of white noise and of what is `beside` it, grown by what was found."""
+    grown, count = np.sqrt(judged.growth), judged.growth.size
+    covariance = judged.fitted.covariance[:count, :count] * np.outer(grown, grown) + beside
+    wider = 1.0 + judged.apart / np.sqrt(np.diag(covariance))
+    return np.asarray(covariance * np.outer(wider, wider))
+
+
+def _beside_noise(step: Problem, fitted: Fitted) -> FloatArray:
+    """Return the covariance of the parameters from what does not average out as white noise does."""
+    record, gain = step.record, fitted.gain[: len(step.names), : step.record.time.size]
     shift = gain @ step.white.apply(_lasting_errors(record, fitted.full).T).T
-    covariance = covariance + shift @ shift.T
     if record.noise_left is not None:
         # Noise is left in a smoothed voltage; what it shifts is asked of the few parameters, not of the many shapes.
         through = voltage_shares(record, fitted.full, step.white.back(gain))
-        shift = record.voltage_noise * components(record.noise_left, through)
-        covariance = covariance + shift @ shift.T
-    sizes = np.sqrt(np.diag(covariance))
-    wider = 1.0 + judged.apart / sizes
-    return np.asarray(covariance * np.outer(wider, wider))
+        shift = np.hstack((shift, record.voltage_noise * components(record.noise_left, through)))
+    return np.asarray(shift @ shift.T)
 
 
 def _check_window(record: StepRecord, full: FloatArray) -> None:
