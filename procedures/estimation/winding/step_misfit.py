@@ -1,6 +1,6 @@
 """What a current step shows beside resistance and inductance: found by a score test, put into the model, or told."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,13 +18,15 @@ from procedures.estimation.winding.step_terms import TERMS, Direction, direction
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
+#: A term is tried again in place of an earlier one where it left no more than so many times as much unexplained in that round.
+_NEAR = 10.0
 #: A term is fitted where its direction is seen by so much, and by this share of what is seen best.
 _WORTH, _WORTH_SHARE = 2.0, 0.3
 #: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
 COARSE_ALARM = 10.0
-#: Of many directions, chance makes one seen by so much (its square): as little as leaves intervals of clean records below 1.5 times the
-#: plain fit's on average.
-_CHANCE = 2.0
+#: So much of a direction's square is chance. Where no cause was found it is of many directions the one seen best: as much as keeps
+#: intervals of clean records below 1.5 times the plain fit's on average.
+_CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
 _BLOCKS, _BY_CHANCE = 32, 1e-6
 #: Parts of a record after the step, in time constants: what is explained gives the same on all.
 _PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
@@ -122,13 +124,13 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     """
     scale = scale_of(step.record, plain)
     accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
-    fitted, seen, tried = plain, {}, [plain]
+    fitted, seen, rounds = plain, {}, [[plain]]
     named, score = tested(step, plain, scale)
     while len(fitted.terms) < _MOST_TERMS:
         if not any(abs(z) > alarm for z in _left(fitted, named, score)):
             break
         found = list(_candidates(step, fitted, named, score, scale))
-        tried += found
+        rounds.append(found)
         if not found:
             break
         best = min(found, key=lambda f: f.cost)
@@ -138,8 +140,7 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         fitted = best
         named, score = tested(step, fitted, scale)
     # What was accepted first was so without knowing of what came later.
-    others = list(_exchanged(step, fitted, {d.family for d in named}, scale))
-    tried += others
+    tried = [f for found in rounds for f in found] + list(_exchanged(step, fitted, rounds[1:], scale))
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
     # A model that holds the accepted one and is hardly better explains nothing else.
     rivals = [
@@ -150,7 +151,9 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
     modelled = {t.family for t in fitted.terms}
-    growth = score.growth([k for k, d in enumerate(named) if d.family in modelled], chance=_CHANCE)[: len(step.names)]
+    chance = _CHANCE if fitted.terms else _CHANCE_OF_NONE
+    within = [k for k, d in enumerate(named) if d.family in modelled]
+    growth = score.growth(within, chance=chance)[: len(step.names)]
     unexplained = max((abs(z) for z in _left(fitted, named, score)), default=0.0)
     if unexplained > alarm or (alarm < COARSE_ALARM and _structured(step, fitted)):
         extra = _of_parts(step, fitted, scale)
@@ -201,12 +204,15 @@ def _candidates(
             yield found
 
 
-def _exchanged(step: Problem, fitted: Fitted, families: set[str], scale: StepScale) -> Iterator[Fitted]:
-    """Give the fits that are as likely with a term other than one that was accepted before the last."""
-    absent = [t for t in TERMS if t.family in families - {f.family for f in fitted.terms}]
-    for old in fitted.terms[:-1]:
+def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]], scale: StepScale) -> Iterator[Fitted]:
+    """Give the fits that are as likely with another term in place of one accepted before the last, of those that came near in its round."""
+    modelled = {t.family for t in fitted.terms}
+    for old, found in zip(fitted.terms[:-1], rounds, strict=False):
         kept = [t for t in fitted.terms if t is not old]
-        yield from _possible(step, [(*kept, t) for t in absent], fitted, scale, fitted.cost + _AS_LIKELY)
+        behind = min(f.cost for f in found) - fitted.cost + _AS_LIKELY
+        near = [f.terms[-1] for f in found if f.cost - fitted.cost < _NEAR * behind]
+        models = [(*kept, t) for t in near if t.family not in modelled]
+        yield from _possible(step, models, fitted, scale, fitted.cost + _AS_LIKELY)
 
 
 def _possible(
