@@ -24,6 +24,8 @@ from procedures.estimation.winding.step_terms import other_axis_errors
 _JITTER = 0.01
 #: A current that has fallen to this share of its largest has died away for one time constant.
 _DIED_AWAY = 0.3679
+#: So many samples of a rise give a start.
+_LEAST_RISE = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,25 +55,35 @@ def _start(record: StepRecord) -> FloatArray:
     offset = float(np.mean(record.current[: record.edge]))
     last = record.time.size if record.kept is None else int(np.flatnonzero(record.kept)[-1]) + 1
     v, i = record.drive[record.edge : last], record.current[record.edge : last] - offset
-
-    def integral(x: FloatArray) -> FloatArray:
-        return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * record.step
-
-    design = np.array((integral(i), i, np.ones_like(i)))
-    scale = np.sqrt(np.mean(design**2, axis=1))
-    design /= scale[:, None]
-    solution = np.linalg.lstsq(design @ design.T, design @ integral(v), rcond=None)[0] / scale
-    resistance, inductance = solution[:2]
-    if not (resistance > 0 and inductance > 0.05 * resistance * record.step):
+    least = 0.05 * record.step
+    resistance, inductance = _circuit(v, i, record.step)
+    if not (resistance > 0 and inductance > least * resistance):
         _check_coupling(record.time[record.edge : last], v, i)
+        # A current that falls again, as through a high pass, is the circuit's as far as it rises.
+        rise = slice(0, int(np.argmax(np.abs(i))) + 1)
+        if i[rise].size >= _LEAST_RISE:
+            resistance, inductance = _circuit(v[rise], i[rise], record.step)
     if not resistance > 0:
         raise EstimationError(
             "the current does not follow the voltage (negative resistance): reverse the current probe, couple its channel DC, or "
             "check that both probes are on the stepped circuit"
         )
-    if not inductance > 0.05 * resistance * record.step:
+    if not inductance > least * resistance:
         raise EstimationError("the current follows the voltage within a sample: sample faster, or check the probes")
     return np.array([resistance, inductance, offset, 0.0, 0.0])
+
+
+def _circuit(voltage: FloatArray, current: FloatArray, step: float) -> FloatArray:
+    """Return resistance and inductance from samples (V, A) that are `step` (s) apart."""
+
+    def integral(x: FloatArray) -> FloatArray:
+        return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * step
+
+    design = np.array((integral(current), current, np.ones_like(current)))
+    scale = np.sqrt(np.mean(design**2, axis=1))
+    design /= scale[:, None]
+    solution = np.linalg.lstsq(design @ design.T, design @ integral(voltage), rcond=None)[0] / scale
+    return np.asarray(solution[:2])
 
 
 def _check_coupling(time: FloatArray, voltage: FloatArray, current: FloatArray) -> None:
