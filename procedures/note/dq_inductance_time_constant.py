@@ -1,15 +1,13 @@
 """Ld and Lq from the current's response to a voltage step on the locked rotor (§3.3.1)."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
 
 import numpy as np
-from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, ProbeKind, Slope, Trigger, Waveform
+from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     ALIGN_D,
@@ -25,36 +23,21 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.core.bench import ProcedureError, Role
-from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import WithheldError
-from procedures.estimation.fitting.misfit import Misfit
-from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
-from procedures.estimation.winding.step_look import look_at_step
-from procedures.estimation.winding.step_repeats import StepReading, fit_repeats
-from procedures.estimation.winding.step_response import apparent_inductance, time_constant_63
-from procedures.techniques.acquisition import configure, fill_screen, record
 from procedures.techniques.alignment import Alignment, aligning
-from procedures.techniques.step_probes import StepSource, probes_against_supply
-from procedures.techniques.step_read_off import DrivenStep, ReadOffStep, loop_inductance, read_off_steps
+from procedures.techniques.step_evaluation import apparent_point, loop_of_steps
+from procedures.techniques.step_probes import StepSource
+from procedures.techniques.step_read_off import ReadOffStep, loop_inductance, read_off_steps
+from procedures.techniques.step_recording import TIME_CONSTANTS, DrivenStep, RecordedStep, record_steps
 from procedures.verification.settings import SupplyWiringSettings
 
-_POINTS = 10_000
-_PRE_TRIGGER = 0.3
-#: The record is long enough when it holds this many time constants, and not more than twice as many.
-_TIME_CONSTANTS = 9.0
-#: The voltage may begin to rise this share of the record before the trigger; before that lies the baseline.
-_LEAD = 0.2
-_ATTEMPTS = 12
-#: The step's voltage is at least this many times what the supply's zero may be off, up to this share of the rated current, and
-#: the ranges leave this many times as much room.
-_ABOVE_ZERO, _MOST_SHARE, _ZERO_ROOM = 5.0, 0.5, 1.5
+#: The step's voltage is at least this many times what the supply's zero may be off, up to this share of the rated current.
+_ABOVE_ZERO, _MOST_SHARE = 5.0, 0.5
 #: The supply's current limit, in currents of the step.
 _LIMIT = 2.0
-#: The other axis carries current too: phases differ by some percent, and friction holds the rotor off d or q by some degrees. As k².
-_OTHER_AXIS = 3e-3
 #: A difference that the bridge's resistance makes is worth a notice beyond this.
 _TELLING = 0.02
 #: Length (s) of the first record where nothing is known.
@@ -97,15 +80,6 @@ class DqInductanceTimeConstantSettings(SupplyWiringSettings):
     curve_shares: tuple[float, ...] = Field(
         default=(), description="further step currents, shares of the rated current, for inductance against current"
     )
-
-
-@dataclass(frozen=True)
-class RecordedStep:
-    """Voltage and current of one step, and what drove it."""
-
-    voltage: Waveform
-    current: Waveform
-    source: StepSource
 
 
 class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
@@ -266,106 +240,49 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             self.bench.perform(connection)
             for share in sorted(self.settings.curve_shares):
                 current = self.current_level(share, "step current of the curve")
-                steps = self._record(axis, current * alignment.loop_resistance, alignment, forward=sign > 0.0)
-                apparent = [apparent_inductance(s.current.time, s.voltage.values, s.current.values) for s in steps]
-                value, scatter, freedom = mean_of_readings([factors.y_equivalent * a.inductance for a in apparent])
-                repeated = self.bench.uncertainties.statistical(
-                    f"steps of L_{axis} at {share:g}", value, scatter, freedom
-                )
-                points.append(
-                    {
-                        "current": float(np.mean([a.current for a in apparent])),
-                        "inductance": value,
-                        "standard_uncertainty": float(self._with_probes(repeated, steps[-1]).u),
-                        "repeatability": scatter,
-                    }
-                )
+                voltage = current * alignment.loop_resistance
+                driven = self._driven(voltage, alignment, forward=sign > 0.0)
+                guess = self.settings.record_time or self._expected(axis)
+                steps = record_steps(self.bench, driven, self._source(voltage, alignment), guess, self.settings.repeats)
+                points.append(apparent_point(self.bench, f"L_{axis} at {share:g}", steps, factors.y_equivalent))
         self.findings.setdefault("curve", {})[axis] = sorted(points, key=lambda point: point["current"])
 
     def _take(
         self, axis: str, voltage: float, alignment: Alignment, *, forward: bool
     ) -> list[RecordedStep] | list[ReadOffStep]:
         """Record the steps, or have them read off where the oscilloscope gives no waveform."""
-        scope, current = self.bench.oscilloscope, voltage / alignment.loop_resistance
-        if scope.gives_waveforms:
-            return self._record(axis, voltage, alignment, forward=forward)
-        channels = [scope.channels(kind)[0] for kind in (ProbeKind.VOLTAGE, ProbeKind.CURRENT)]
+        driven = self._driven(voltage, alignment, forward=forward)
+        guess = self.settings.record_time or self._expected(axis)
+        if self.bench.oscilloscope.gives_waveforms:
+            source = self._source(voltage, alignment)
+            return record_steps(self.bench, driven, source, guess, self.settings.repeats)
+        return read_off_steps(self.bench, driven, guess, self.settings.repeats)
+
+    def _driven(self, voltage: float, alignment: Alignment, *, forward: bool) -> DrivenStep:
+        """Return the step to be taken, its probes put on."""
+        channels = [self.bench.oscilloscope.channels(kind)[0] for kind in (ProbeKind.VOLTAGE, ProbeKind.CURRENT)]
         self.wiring.supply.probed(
             STEP_POSITIVE if forward else STEP_NEGATIVE,
             VoltageProbe(channels[0], Node.A, Node.B),
             CurrentProbe(channels[1], Terminal.A),
         )
-        limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
-        driven = DrivenStep(voltage, limit, current, forward, *channels)
-        guess = self.settings.record_time or self._expected(axis)
-        return read_off_steps(self.bench, driven, guess, self.settings.repeats)
-
-    def _record(self, axis: str, voltage: float, alignment: Alignment, *, forward: bool) -> list[RecordedStep]:
-        """Step until the record's length fits the time constant, then repeat."""
-        scope = self.bench.oscilloscope
-        v_channel = scope.channels(ProbeKind.VOLTAGE)[0]
-        i_channel = scope.channels(ProbeKind.CURRENT)[0]
-        self.wiring.supply.probed(
-            STEP_POSITIVE if forward else STEP_NEGATIVE,
-            VoltageProbe(v_channel, Node.A, Node.B),
-            CurrentProbe(i_channel, Terminal.A),
-        )
-        sign = 1.0 if forward else -1.0
         current = voltage / alignment.loop_resistance
-        # The supply gives more or less than it is set to.
-        room = 1.3 + _ZERO_ROOM * alignment.voltage_offset / voltage
-        fills = {}
-        for channel, top in ((v_channel, voltage), (i_channel, current)):
-            low, high = sorted((-0.1 * sign * top, room * sign * top))
-            fills[channel] = abs(top) / configure(scope, channel, low, high)
-        # Triggered by the channel that the step fills better, for a small signal drowns in its noise.
-        source, top = (i_channel, current) if fills[i_channel] > 2.0 * fills[v_channel] else (v_channel, voltage)
-        trigger = Trigger(source, 0.3 * sign * top, Slope.RISING if forward else Slope.FALLING)
         # The limit is a safety net that must not act on the step.
         limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
+        return DrivenStep(voltage, limit, current, forward, *channels)
 
+    def _source(self, voltage: float, alignment: Alignment) -> StepSource:
         known = self.known_value("stator_resistance")
-        winding = (
-            None
-            if known is None
-            else known / phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL).y_equivalent
-        )
-        driven = StepSource(voltage, alignment.voltage_offset, alignment.loop_resistance, winding)
-
-        def once(record_time: float) -> RecordedStep:
-            # The current of the step before must have died away: the loop is as slow to fall as to rise.
-            self.bench.clock.sleep(record_time)
-            scope.configure_acquisition(record_time, _POINTS, _PRE_TRIGGER)
-            waves = record(
-                self.bench,
-                (v_channel, i_channel),
-                trigger,
-                timeout=10.0 + 2.0 * record_time,
-                event=lambda: self.bench.supply.energised(voltage, limit),
-            )
-            return RecordedStep(waves[v_channel], waves[i_channel], driven)
-
-        record_time = self.settings.record_time or self._expected(axis)
-        for _ in range(_ATTEMPTS):
-            seen = once(record_time)
-            wanted = _wanted(seen)
-            if scope.read_by_hand and wanted <= float(np.ptp(seen.current.time)):
-                # A person sets width and ranges, and saves no record twice.
-                return [seen, *(once(record_time) for _ in range(self.settings.repeats - 1))]
-            if 0.5 * record_time <= wanted <= record_time:
-                # The steps to come are this one again: a scope's gain is stated of full scale, not of what is shown.
-                for wave in (seen.voltage, seen.current):
-                    fill_screen(scope, wave)
-                break
-            record_time = min(max(1.3 * wanted, 0.05 * record_time), 4.0 * record_time)
-        return [once(record_time) for _ in range(self.settings.repeats)]
+        factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
+        winding = None if known is None else known / factors.y_equivalent
+        return StepSource(voltage, alignment.voltage_offset, alignment.loop_resistance, winding)
 
     def _expected(self, axis: str) -> float:
         """Return a first guess of the record's length (s) from what an earlier procedure found."""
         inductance, resistance = self.known_value(f"{axis}_axis_inductance"), self.known_value("stator_resistance")
         if inductance is None or resistance is None:
             return _FIRST_GUESS
-        return 1.3 * _TIME_CONSTANTS * inductance / resistance
+        return 1.3 * TIME_CONSTANTS * inductance / resistance
 
     def _conclude(self, name: str, axis: str, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
         read_off = [each for each in steps if isinstance(each, ReadOffStep)]
@@ -401,61 +318,23 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
     def _conclude_recorded(self, name: str, axis: str, voltage: float, steps: list[RecordedStep]) -> None:
         try:
-            repeats = fit_repeats([_recorded(s) for s in steps])
+            loop = loop_of_steps(self.bench, axis, voltage, steps)
         except WithheldError as error:
             nothing = self.bench.uncertainties.limit(name, 0.0, 0.0)
             self.report(name, nothing, section="3.3.1", estimator="", misfit=error.misfit)
             return
-        fits, misfit = repeats.fits, repeats.misfit
-        inductance, resistance = (
-            self.bench.uncertainties.statistical(f"step fits of {symbol}_{axis}", *repeats.mean(fitted)[:3])
-            for symbol, fitted in (("L", "inductance"), ("R", "resistance"))
-        )
-        loop = self._with_probes(inductance, steps[0])
-        # Either channel of a scope may be late by half a sampling interval.
-        late = Accuracy(gain=fits[-1].timing, source="as taken")
-        loop = self.bench.uncertainties.instrument("skew of the channels", loop, late)
+        self.findings[axis] = dict(loop.findings)
+        self._compare_with_bridge_resistance(axis, loop.time_constant_63, loop.total_resistance)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
-        last = steps[-1]
-        probes = probes_against_supply(last.voltage, last.current, last.source, misfit, float(resistance.x))
-        misfit = Misfit.together((misfit, probes.misfit))
-        off = Accuracy(gain=probes.share, source="against the supply's readings")
-        loop = self.bench.uncertainties.instrument(f"oscilloscope, channel {last.current.channel}", loop, off)
-        # What a supply's limit ended is not fitted.
-        fitted_part = slice(0, fits[-1].residuals.size)
-        tau = time_constant_63(last.current.time, last.current.values)
-        tail = slice(-len(last.current.values) // 10, None)
-        total_resistance = abs(voltage / float(last.current.values[tail].mean()))
-        self.findings[axis] = {
-            "winding_resistance": float(resistance.x),
-            "winding_inductance": float(inductance.x),
-            "total_resistance": total_resistance,
-            "time_constant": float(inductance.x) / float(resistance.x),
-            "time_constant_63": tau,
-            "residual_current": fits[-1].residual_rms,
-            "fit": curve(
-                time=last.current.time[fitted_part],
-                fitted=last.current.values[fitted_part] - fits[-1].residuals,
-                residual=fits[-1].residuals,
-            ),
-        }
-        self._compare_with_bridge_resistance(axis, tau, total_resistance)
         self.report(
             name,
-            factors.y_equivalent * loop,
+            factors.y_equivalent * loop.inductance,
             section="3.3.1",
             estimator="output-error fit of R, L and offsets to recorded voltage and current",
-            note_value=factors.y_equivalent * tau * total_resistance,
-            winding=float((factors.winding * loop).x) if self.is_delta else None,
-            misfit=misfit.of("inductance", name),
+            note_value=factors.y_equivalent * loop.time_constant_63 * loop.total_resistance,
+            winding=float((factors.winding * loop.inductance).x) if self.is_delta else None,
+            misfit=loop.misfit.of("inductance", name),
         )
-
-    def _with_probes(self, quantity: UncertainReal, recorded: RecordedStep) -> UncertainReal:
-        """Put on the gains of the voltage and the current channel; their offsets are fitted."""
-        for wave in (recorded.voltage, recorded.current):
-            gain = Accuracy(gain=wave.accuracy.gain, source=wave.accuracy.source)
-            quantity = self.bench.uncertainties.instrument(f"oscilloscope, channel {wave.channel}", quantity, gain)
-        return quantity
 
     def _compare_with_bridge_resistance(self, axis: str, tau: float, total_resistance: float) -> None:
         known = self.known_value("stator_resistance")
@@ -481,21 +360,3 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
                     q=errors[1],
                 ),
             )
-
-
-def _recorded(taken: RecordedStep) -> StepReading:
-    """Return a step as the estimator takes it."""
-    v, i = taken.voltage, taken.current
-    return StepReading(i.time, v.values, i.values, v.resolution, i.resolution, _ends(v), _ends(i), _OTHER_AXIS)
-
-
-def _ends(wave: Waveform) -> tuple[float, float] | None:
-    """Return the ends of a channel's range, where its samples reached them."""
-    return (float(wave.values.min()), float(wave.values.max())) if wave.clipped else None
-
-
-def _wanted(taken: RecordedStep) -> float:
-    """Return how long (s) a record must be to hold a step like this one."""
-    seen = look_at_step(taken.current.time, taken.voltage.values, taken.current.values)
-    lead, ramp = max(-seen.begin, 0.0), seen.end - seen.begin
-    return max(_TIME_CONSTANTS * seen.time_constant + ramp / (1.0 - _PRE_TRIGGER), lead / _LEAD)

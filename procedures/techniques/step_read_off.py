@@ -13,6 +13,7 @@ from procedures.core.bench import Bench, ProcedureError
 from procedures.estimation.fitting.first_order import time_constant_of_ramp
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.techniques.acquisition import configure
+from procedures.techniques.step_recording import DrivenStep
 
 #: Width of the screen in time constants: narrow enough to read the crossing, wide enough for the current's end.
 _SCREEN = 8.0
@@ -23,18 +24,6 @@ _SHORTEST, _LONGEST = 1e-7, 100.0
 #: The supply's meters are read this many time constants after the step.
 _SETTLED = 10.0
 _TELL = 1.0 - math.exp(-1.0)
-
-
-@dataclass(frozen=True)
-class DrivenStep:
-    """A step to be taken: the supply's voltage (V) and limit (A), the current at its end (A), its sign at the probe, and the channels."""
-
-    voltage: float
-    limit: float
-    current: float
-    forward: bool
-    voltage_channel: int
-    current_channel: int
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ _ROUNDS = 200
 _LAST_STEP = 3e-5
 #: Share of the curvature that is added to it where a step leads too far.
 _LEAST_DAMPING = 1e-3
+#: A fit is given up that so many times fell short by more than so many times what it promised.
+_PROSPECT, _VOTES = 5.0, 3
 #: Share of a normal matrix's diagonal that is rounding.
 _NOTHING = 1e-14
 
@@ -42,14 +44,22 @@ class Minimum(NamedTuple):
 
 
 def minimise(
-    evaluate: Evaluate, start: FloatArray, scale: FloatArray, *, least: float, floor: float, rounds: int
+    evaluate: Evaluate,
+    start: FloatArray,
+    scale: FloatArray,
+    *,
+    least: float,
+    floor: float,
+    rounds: int,
+    enough: float = np.inf,
 ) -> Minimum:
     """Minimise Σ residuals(p)² from `start` by Levenberg's and Marquardt's method; `scale` (k,) is a typical size of a change.
 
     It has settled where a step would bring the squares down by no more than `least` in units of what a residual leaves on average,
-    which counts as no less than `floor`.
+    which counts as no less than `floor`. It is given up where it has little prospect of squares as low as `enough`. Residuals that are
+    infinite say that values are none to go to.
     """
-    values, damping = start, 0.0
+    values, damping, hopeless = start, 0.0, 0
     residuals, slopes = evaluate(values)
     cost = float(residuals @ residuals)
     for _ in range(rounds):
@@ -70,9 +80,21 @@ def minimise(
             values, cost = further, reached
             residuals, slopes = tried
             damping = 0.1 * damping if damping > _LEAST_DAMPING else 0.0
+            # What the derivatives promise without damping, several times over, is the most to hope for.
+            hopeless += cost > enough and cost - _PROSPECT * _promised(residuals, slopes) > enough
+            if hopeless >= _VOTES:
+                break
         else:
             damping = max(10.0 * damping, _LEAST_DAMPING)
     return Minimum(values, slopes, cost, False)
+
+
+def _promised(residuals: FloatArray, slopes: FloatArray) -> float:
+    """Return by how much Σ residuals² would fall if they were linear."""
+    gradient = slopes @ residuals
+    sizes = np.sqrt(np.maximum(np.einsum("kn,kn->k", slopes, slopes), 1e-300))
+    normal = slopes @ slopes.T / np.outer(sizes, sizes)
+    return float(gradient / sizes @ np.linalg.lstsq(normal, gradient / sizes, rcond=_NOTHING)[0])
 
 
 def _newton_step(normal: FloatArray, gradient: FloatArray) -> FloatArray | None:
@@ -94,15 +116,16 @@ def solve(
     *,
     rounds: int = _ROUNDS,
     last_step: float = _LAST_STEP,
+    enough: float = np.inf,
 ) -> Solution:
     """Minimise Σ residuals(p)² from `start`; `scale` (k,) is a typical size of a change, residuals are of unit variance.
 
     It ends with a step below `last_step` standard uncertainties, after at most so many `rounds`. Raises EstimationError where it does not
-    converge or the data leave a parameter undetermined.
+    converge, has little prospect of squares as low as `enough`, or the data leave a parameter undetermined.
     """
     fitted = ", ".join(names)
     # The squares fall by a step's own square in units of its variance.
-    found = minimise(evaluate, start, scale, least=last_step**2, floor=1.0, rounds=rounds)
+    found = minimise(evaluate, start, scale, least=last_step**2, floor=1.0, rounds=rounds, enough=enough)
     if not (found.settled and np.all(np.isfinite(found.values))):
         raise EstimationError(f"the fit of {fitted} does not converge; check that the record shows what it should")
     q, r = np.linalg.qr((found.slopes * scale[:, None]).T)

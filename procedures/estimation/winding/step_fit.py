@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.fitting.nonlinear import Solution, solve
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.nonlinear import solve
 from procedures.estimation.winding.step_circuit import NAMES, Whitener, response_and_slopes, whitener
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_term import StepScale, Term, as_read, current_with, flowing_with
+from procedures.estimation.winding.step_term import StepModel, StepScale, Term
 
-#: A difference quotient is taken over so much of a typical change; one that was taken within so much of a change still holds.
-_DIFFERENCE, _STILL_HOLDS = 1e-4, 0.02
-_ROUNDS, _LAST_STEP = 25, 0.03
+#: Derivatives still hold within so much of a typical change; a last step is in standard uncertainties.
+_STILL_HOLDS = 0.02
+_ROUNDS, _LAST_STEP = 16, 0.1
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,11 @@ def _priors(known: FloatArray) -> FloatArray:
     return rows[:, np.isfinite(known)]
 
 
-def fit_with(step: Problem, terms: Sequence[Term], start: Fitted, scale: StepScale) -> Fitted:
-    """Return the fit with these terms from what a fit with some of them found. Raises EstimationError where there is none."""
+def fit_with(step: Problem, terms: Sequence[Term], start: Fitted, scale: StepScale, enough: float = np.inf) -> Fitted:
+    """Return the fit with these terms from what a fit with some of them found.
+
+    Raises EstimationError where there is none, or none in prospect whose cost is as low as `enough`.
+    """
     at_start = dict(zip(start.terms, np.split(start.figures, _ends(start.terms)), strict=True)) if start.terms else {}
     figures = [at_start.get(term, np.asarray(term.start)) for term in terms]
     known = np.concatenate([step.known[step.free], *(np.asarray(term.known) for term in terms)])
@@ -134,12 +137,14 @@ def fit_with(step: Problem, terms: Sequence[Term], start: Fitted, scale: StepSca
     sizes[0], sizes[1] = start.full[0], start.full[1]
     sought = _Sought(step, tuple(terms), start.full, scale, known, sizes)
     names = (*step.names, *(term.cause.value for term in terms))
-    solution: Solution = solve(sought.evaluate, begin, sizes, names, rounds=_ROUNDS, last_step=_LAST_STEP)
+    # Where a circuit that is not linear has no such current, it grows beyond all numbers, and nobody goes there.
+    with np.errstate(over="ignore", invalid="ignore"):
+        solution = solve(sought.evaluate, begin, sizes, names, rounds=_ROUNDS, last_step=_LAST_STEP, enough=enough)
+        residuals, slopes = sought.evaluate(solution.values)
+    if not (np.all(np.isfinite(residuals)) and sought.within(solution.values + solution.gain @ residuals)):
+        raise EstimationError(f"the fit of {', '.join(names)} leads to figures that there are not")
     full, own = sought.split(solution.values)
-    current = current_with(step.record, full, terms, own, scale)
-    residuals = sought.residuals(solution.values, current)
-    slopes = -sought.evaluate(solution.values)[1]
-    return Fitted(tuple(terms), full, own, current, residuals, slopes, solution.gain, solution.covariance)
+    return Fitted(tuple(terms), full, own, sought.current, residuals, -slopes, solution.gain, solution.covariance)
 
 
 def _ends(terms: Sequence[Term]) -> FloatArray:
@@ -147,7 +152,7 @@ def _ends(terms: Sequence[Term]) -> FloatArray:
 
 
 class _Sought:
-    """Residuals and difference quotients of the circuit with terms."""
+    """Residuals and derivatives of the circuit with terms."""
 
     def __init__(
         self,
@@ -158,10 +163,17 @@ class _Sought:
         known: FloatArray,
         sizes: FloatArray,
     ) -> None:
-        self._step, self._terms, self._base, self._scale = step, terms, base, scale
-        self._priors, self._sizes = _priors(known), sizes
-        self._at, self._slopes = np.full(sizes.size, np.inf), np.empty((0, 0))
+        self._step, self._base, self._sizes = step, base, sizes
+        self._model, self._priors = StepModel(step.record, terms, scale), _priors(known)
+        self._fitted = np.append(step.free, np.ones(sizes.size - int(np.sum(step.free)), dtype=bool))
+        self._least = np.inf
+        size = step.record.current.size + self._priors.shape[1]
+        self._at, self._slopes = np.full(sizes.size, np.inf), np.zeros((sizes.size, size))
+        #: What flows, and its derivatives, where these were last taken.
         self._flowing: FloatArray | None = None
+        self._flows: FloatArray | None = None
+        #: The modelled current (A) where it was last evaluated.
+        self.current = step.record.current
 
     def split(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the five parameters, and the terms' figures."""
@@ -170,28 +182,29 @@ class _Sought:
         full[:2] = np.maximum(full[:2], 1e-3 * self._sizes[:2])
         return full, p[count:]
 
-    def residuals(self, p: FloatArray, current: FloatArray) -> FloatArray:
-        """Return the whitened residuals of a current (A), and those of what is known beforehand."""
-        return np.append(self._step.white.apply(self._step.record.current - current), -p @ self._priors)
+    def within(self, p: FloatArray) -> bool:
+        """Tell whether a fit may go there."""
+        return bool(np.all(np.isfinite(p))) and self._model.within(self.split(p)[1])
 
     def evaluate(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        current = self._current(p, keep=True)
-        # Each derivative costs as much as the current itself, and changes little in the last steps.
-        if not np.max(np.abs(p - self._at) / self._sizes) < _STILL_HOLDS:
-            rows = np.empty((p.size, current.size))
-            for row, size in enumerate(self._sizes):
-                further = p.copy()
-                further[row] += _DIFFERENCE * size
-                rows[row] = (self._current(further) - current) / (_DIFFERENCE * size)
+        full, figures = self.split(p)
+        if not self.within(p):
+            return np.full(self._slopes.shape[1], np.inf), -self._slopes
+        # What flows is found from what flowed nearby.
+        begin = self._flowing
+        if begin is not None and self._flows is not None:
+            begin = begin + (p - self._at) @ self._flows[self._fitted]
+        flowing = self._model.flowing(full, figures, begin)
+        self.current = self._model.read(flowing, full, figures)
+        left = self._step.white.apply(self._step.record.current - self.current)
+        residuals = np.append(left, -p @ self._priors)
+        cost = float(residuals @ residuals)
+        # The derivatives cost more than the current itself, change little in the last steps, and nobody goes where the squares are larger.
+        if cost < self._least and not np.max(np.abs(p - self._at) / self._sizes) < _STILL_HOLDS:
+            self._flowing = flowing
+            self._flows = self._model.flowing_slopes(flowing, full, figures, self._flows)
+            rows = self._model.read_slopes(flowing, self._flows, figures)[self._fitted]
             self._slopes = np.concatenate((self._step.white.apply(rows), self._priors), axis=1)
             self._at = p.copy()
-        return self.residuals(p, current), -self._slopes
-
-    def _current(self, p: FloatArray, *, keep: bool = False) -> FloatArray:
-        """Return the modelled current (A); what flows is found from what flowed where it was last kept."""
-        full, figures = self.split(p)
-        record = self._step.record
-        flowing = flowing_with(record, full, self._terms, figures, self._scale, self._flowing)
-        if keep:
-            self._flowing = flowing
-        return as_read(record, flowing, full, self._terms, figures, self._scale)
+        self._least = min(self._least, cost)
+        return residuals, -self._slopes

@@ -1,6 +1,6 @@
 """What a current step shows beside resistance and inductance: found by a score test, put into the model, or told."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,17 +13,20 @@ from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_term import StepScale, Term, current_with, figures_of
+from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
 from procedures.estimation.winding.step_terms import TERMS, Direction, directions, other_axis_errors
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
+#: A term is tried again in place of an earlier one where it left no more than so many times as much unexplained in that round.
+_NEAR = 10.0
 #: A term is fitted where its direction is seen by so much, and by this share of what is seen best.
 _WORTH, _WORTH_SHARE = 2.0, 0.3
 #: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
 COARSE_ALARM = 10.0
-#: Of many directions, chance makes one seen by so much (its square).
-_CHANCE = 3.0
+#: So much of a direction's square is chance. Where no cause was found it is of many directions the one seen best: as much as keeps
+#: intervals of clean records below 1.5 times the plain fit's on average.
+_CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
 _BLOCKS, _BY_CHANCE = 32, 1e-6
 #: Parts of a record after the step, in time constants: what is explained gives the same on all.
 _PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
@@ -46,13 +49,6 @@ class StepJudgement:
     findings: tuple[Finding, ...]
     named: tuple[Direction, ...]
     score: Score
-
-    @classmethod
-    def of_plain(cls, step: Problem, plain: Fitted) -> "StepJudgement":
-        """Return a plain fit as it is, without any search."""
-        count = len(step.names)
-        nothing = Score(np.empty(0), np.empty((0, count)))
-        return cls(plain, plain.full[step.free], np.ones(count), np.zeros(count), (), (), nothing)
 
 
 def scale_of(record: StepRecord, fitted: Fitted) -> StepScale:
@@ -110,7 +106,8 @@ def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direct
         inside = [t for t in fitted.terms if not isinstance(t.beside(record.time[:2], scale, np.ones(2)), np.ndarray)]
         figures = [figures_of(fitted.terms, fitted.figures, t) for t in inside]
         bare = fitted.full * np.array([1.0, 1.0, 0.0, 1.0, 1.0])
-        flowing = current_with(record, bare, inside, np.concatenate(figures) if figures else np.empty(0), scale)
+        own, model = np.concatenate(figures) if figures else np.empty(0), StepModel(record, inside, scale)
+        flowing = model.read(model.flowing(bare, own), bare, own)
     else:
         flowing = fitted.current - fitted.full[2]
     named, rows = directions(record, fitted.full, flowing, scale)
@@ -127,13 +124,13 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     """
     scale = scale_of(step.record, plain)
     accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
-    fitted, seen, tried = plain, {}, [plain]
+    fitted, seen, rounds = plain, {}, [[plain]]
     named, score = tested(step, plain, scale)
     while len(fitted.terms) < _MOST_TERMS:
         if not any(abs(z) > alarm for z in _left(fitted, named, score)):
             break
         found = list(_candidates(step, fitted, named, score, scale))
-        tried += found
+        rounds.append(found)
         if not found:
             break
         best = min(found, key=lambda f: f.cost)
@@ -142,6 +139,8 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         seen[best.terms[-1]] = _clearest(best.terms[-1].family, named, score)
         fitted = best
         named, score = tested(step, fitted, scale)
+    # What was accepted first was so without knowing of what came later.
+    tried = [f for found in rounds for f in found] + list(_exchanged(step, fitted, rounds[1:], scale))
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
     # A model that holds the accepted one and is hardly better explains nothing else.
     rivals = [
@@ -152,7 +151,9 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
     modelled = {t.family for t in fitted.terms}
-    growth = score.growth([k for k, d in enumerate(named) if d.family in modelled], chance=_CHANCE)[: len(step.names)]
+    chance = _CHANCE if fitted.terms else _CHANCE_OF_NONE
+    within = [k for k, d in enumerate(named) if d.family in modelled]
+    growth = score.growth(within, chance=chance)[: len(step.names)]
     unexplained = max((abs(z) for z in _left(fitted, named, score)), default=0.0)
     if unexplained > alarm or (alarm < COARSE_ALARM and _structured(step, fitted)):
         extra = _of_parts(step, fitted, scale)
@@ -189,20 +190,42 @@ def _candidates(
         if abs(z) >= worth[direction.family]:
             worth[direction.family], first[direction.family] = abs(float(z)), direction.term
     least = max(_WORTH, _WORTH_SHARE * max((z for f, z in worth.items() if f not in modelled), default=0.0))
-    for family, z in worth.items():
+    enough = fitted.cost + _AS_LIKELY
+    # What is seen best first: others are then given up that cannot come as near.
+    for family, z in sorted(worth.items(), key=lambda each: -each[1]):
         # The instant of the step hides a delay from the test until it is gross.
         if family in modelled or z < (_WORTH if family == "skew" else least):
             continue
         terms = [t for t in TERMS if t.family == family] if family in ("skew", "saturation") else [first[family]]
         if family == "hum":
             terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
-        for term in terms:
-            try:
-                found = fit_with(step, (*fitted.terms, term), fitted, scale)
-            except EstimationError:
-                continue
-            if all(t.possible(figures_of(found.terms, found.figures, t)) for t in found.terms):
-                yield found
+        for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
+            enough = min(enough, found.cost + _AS_LIKELY)
+            yield found
+
+
+def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]], scale: StepScale) -> Iterator[Fitted]:
+    """Give the fits that are as likely with another term in place of one accepted before the last, of those that came near in its round."""
+    modelled = {t.family for t in fitted.terms}
+    for old, found in zip(fitted.terms[:-1], rounds, strict=False):
+        kept = [t for t in fitted.terms if t is not old]
+        behind = min(f.cost for f in found) - fitted.cost + _AS_LIKELY
+        near = [f.terms[-1] for f in found if f.cost - fitted.cost < _NEAR * behind]
+        models = [(*kept, t) for t in near if t.family not in modelled]
+        yield from _possible(step, models, fitted, scale, fitted.cost + _AS_LIKELY)
+
+
+def _possible(
+    step: Problem, models: list[tuple[Term, ...]], start: Fitted, scale: StepScale, enough: float
+) -> Iterator[Fitted]:
+    """Give the fits with some terms each, as far as there are such and the world can have their figures."""
+    for terms in models:
+        try:
+            found = fit_with(step, terms, start, scale, enough)
+        except EstimationError:
+            continue
+        if all(t.possible(figures_of(found.terms, found.figures, t)) for t in found.terms):
+            yield found
 
 
 def _spanned(

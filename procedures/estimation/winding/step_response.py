@@ -15,7 +15,7 @@ from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, without_end
 from procedures.estimation.winding.step_codes import limited_from, too_coarse
-from procedures.estimation.winding.step_fit import Problem, fit_plain, problem
+from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge
 from procedures.estimation.winding.step_record import StepRecord, read_step
 from procedures.estimation.winding.step_terms import other_axis_errors
@@ -24,6 +24,8 @@ from procedures.estimation.winding.step_terms import other_axis_errors
 _JITTER = 0.01
 #: A current that has fallen to this share of its largest has died away for one time constant.
 _DIED_AWAY = 0.3679
+#: So many samples of a rise give a start.
+_LEAST_RISE = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,25 +55,35 @@ def _start(record: StepRecord) -> FloatArray:
     offset = float(np.mean(record.current[: record.edge]))
     last = record.time.size if record.kept is None else int(np.flatnonzero(record.kept)[-1]) + 1
     v, i = record.drive[record.edge : last], record.current[record.edge : last] - offset
-
-    def integral(x: FloatArray) -> FloatArray:
-        return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * record.step
-
-    design = np.array((integral(i), i, np.ones_like(i)))
-    scale = np.sqrt(np.mean(design**2, axis=1))
-    design /= scale[:, None]
-    solution = np.linalg.lstsq(design @ design.T, design @ integral(v), rcond=None)[0] / scale
-    resistance, inductance = solution[:2]
-    if not (resistance > 0 and inductance > 0.05 * resistance * record.step):
+    least = 0.05 * record.step
+    resistance, inductance = _circuit(v, i, record.step)
+    if not (resistance > 0 and inductance > least * resistance):
         _check_coupling(record.time[record.edge : last], v, i)
+        # A current that falls again, as through a high pass, is the circuit's as far as it rises.
+        rise = slice(0, int(np.argmax(np.abs(i))) + 1)
+        if i[rise].size >= _LEAST_RISE:
+            resistance, inductance = _circuit(v[rise], i[rise], record.step)
     if not resistance > 0:
         raise EstimationError(
             "the current does not follow the voltage (negative resistance): reverse the current probe, couple its channel DC, or "
             "check that both probes are on the stepped circuit"
         )
-    if not inductance > 0.05 * resistance * record.step:
+    if not inductance > least * resistance:
         raise EstimationError("the current follows the voltage within a sample: sample faster, or check the probes")
     return np.array([resistance, inductance, offset, 0.0, 0.0])
+
+
+def _circuit(voltage: FloatArray, current: FloatArray, step: float) -> FloatArray:
+    """Return resistance and inductance from samples (V, A) that are `step` (s) apart."""
+
+    def integral(x: FloatArray) -> FloatArray:
+        return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * step
+
+    design = np.array((integral(current), current, np.ones_like(current)))
+    scale = np.sqrt(np.mean(design**2, axis=1))
+    design /= scale[:, None]
+    solution = np.linalg.lstsq(design @ design.T, design @ integral(voltage), rcond=None)[0] / scale
+    return np.asarray(solution[:2])
 
 
 def _check_coupling(time: FloatArray, voltage: FloatArray, current: FloatArray) -> None:
@@ -148,7 +160,11 @@ def fit_step_response(
         lost = 1.0 - float(np.mean(step.record.kept[record.edge :])) if step.record.kept is not None else 0.0
         told: dict[str, float | str] = {"record": "step", "channel": "current", "level": cut, "lost": lost}
         findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=told), *findings)
-    covariance = _covariance(step, judged)
+    beside = _beside_noise(step, judged.fitted)
+    covariance = _covariance(judged, beside)
+    plain_covariance = plain.covariance[: len(step.names), : len(step.names)] + (
+        beside if judged.fitted is plain else _beside_noise(step, plain)
+    )
     left = record.current - judged.fitted.current
     values = judged.values.copy()
     if "voltage_offset" in step.names:
@@ -163,26 +179,27 @@ def fit_step_response(
         misfit=Misfit.together([Misfit(findings)]),
         step=record.step,
         judged=judged,
-        plain=np.diag(_covariance(step, StepJudgement.of_plain(step, plain))),
+        plain=np.diag(plain_covariance),
     )
 
 
-def _covariance(step: Problem, judged: StepJudgement) -> FloatArray:
-    """Return the covariance of the parameters: of white noise and of what does not average out, grown by what was found."""
-    record, fitted, count = step.record, judged.fitted, len(step.names)
-    grown = np.sqrt(judged.growth[:count])
-    covariance = fitted.covariance[:count, :count] * np.outer(grown, grown)
-    gain = fitted.gain[:count, : record.time.size]
+def _covariance(judged: StepJudgement, beside: FloatArray) -> FloatArray:
+    """Return the covariance of the parameters: of white noise and of what is `beside` it, grown by what was found."""
+    grown, count = np.sqrt(judged.growth), judged.growth.size
+    covariance = judged.fitted.covariance[:count, :count] * np.outer(grown, grown) + beside
+    wider = 1.0 + judged.apart / np.sqrt(np.diag(covariance))
+    return np.asarray(covariance * np.outer(wider, wider))
+
+
+def _beside_noise(step: Problem, fitted: Fitted) -> FloatArray:
+    """Return the covariance of the parameters from what does not average out as white noise does."""
+    record, gain = step.record, fitted.gain[: len(step.names), : step.record.time.size]
     shift = gain @ step.white.apply(_lasting_errors(record, fitted.full).T).T
-    covariance = covariance + shift @ shift.T
     if record.noise_left is not None:
         # Noise is left in a smoothed voltage; what it shifts is asked of the few parameters, not of the many shapes.
         through = voltage_shares(record, fitted.full, step.white.back(gain))
-        shift = record.voltage_noise * components(record.noise_left, through)
-        covariance = covariance + shift @ shift.T
-    sizes = np.sqrt(np.diag(covariance))
-    wider = 1.0 + judged.apart / sizes
-    return np.asarray(covariance * np.outer(wider, wider))
+        shift = np.hstack((shift, record.voltage_noise * components(record.noise_left, through)))
+    return np.asarray(shift @ shift.T)
 
 
 def _check_window(record: StepRecord, full: FloatArray) -> None:

@@ -26,8 +26,15 @@ class _Skew(Term):
 
     def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         late = float(figures[0]) * scale.time_constant / step
-        at = np.arange(current.size)
-        return np.asarray(np.interp(at - late, at, current))
+        size = current.shape[-1]
+        at = np.clip(np.arange(size) - late, 0.0, size - 1.0)
+        before = np.minimum(at.astype(int), size - 2)
+        first, last = np.take(current, before, -1), np.take(current, before + 1, -1)
+        return np.asarray(first + (at - before) * (last - first))
+
+    def nudge(self, step: float, scale: StepScale) -> float:
+        # Wider than the kink where the current begins.
+        return max(super().nudge(step, scale), 0.5 * step / scale.time_constant)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         return {"time": float(figures[0]) * scale.time_constant}
@@ -41,10 +48,10 @@ class _Pole(Term):
     def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         lag = float(figures[0]) * scale.time_constant
         if lag > 1e-3 * step:
-            return respond_evenly(step, current / lag, 1.0 / lag)
-        return np.asarray(current - lag * np.gradient(current, step))
+            return respond_evenly(step, current.T / lag, 1.0 / lag).T
+        return np.asarray(current - lag * np.gradient(current, step, axis=-1))
 
-    def possible(self, figures: FloatArray) -> bool:
+    def within(self, figures: FloatArray) -> bool:
         return bool(abs(figures[0]) < 0.7)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
@@ -62,7 +69,7 @@ class _Saturation(Term):
     cause, family = Cause.SATURATION, "saturation"
 
     def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
-        a = float(np.clip(figures[0], -0.45, 4.0))
+        a = float(figures[0])
         x = current / scale.current
         if abs(a) < 1e-6:
             return np.asarray(current * (a * x**2 / 3.0))
@@ -70,24 +77,30 @@ class _Saturation(Term):
         linked = np.arctan(root * x) / root if a > 0.0 else np.arctanh(np.clip(root * x, -0.99, 0.99)) / root
         return np.asarray(current - scale.current * linked)
 
-    def share(self, at: float, figures: FloatArray) -> float:
-        """Return the inductance at a current, in steps, over that at none."""
-        return 1.0 / (1.0 + float(figures[0]) * at**2)
+    def flux_change(
+        self, current: FloatArray, change: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray:
+        return np.asarray((1.0 - self.share(current / scale.current, figures)) * change)
 
-    def possible(self, figures: FloatArray) -> bool:
+    def share(self, at: FloatArray, figures: FloatArray) -> FloatArray:
+        """Return the inductance at a current, in steps, over that at none."""
+        a = float(figures[0])
+        return np.asarray(1.0 / (1.0 + a * np.minimum(at**2, 2.0)))
+
+    def within(self, figures: FloatArray) -> bool:
         return bool(-0.45 < figures[0] < 4.0)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         # Where one percent of the inductance is gone, to first order of either law.
         smaller = float(scale.current * np.sqrt(0.01 / max(abs(figures[0]), 0.01)))
-        return {"current": scale.current, "share": self.share(1.0, figures), "smaller": smaller}
+        return {"current": scale.current, "share": float(self.share(np.ones(1), figures)[0]), "smaller": smaller}
 
 
 class _FluxSaturation(_Saturation):
     """Inductance L₀·(1 − a·(λ/L₀I)²) of the flux linkage: λ = L₀·I/√a·tanh(√a·i/I)."""
 
     def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
-        a = float(np.clip(figures[0], -0.45, 4.0))
+        a = float(figures[0])
         x = current / scale.current
         if abs(a) < 1e-6:
             return np.asarray(current * (a * x**2 / 3.0))
@@ -95,35 +108,35 @@ class _FluxSaturation(_Saturation):
         linked = np.tanh(root * x) / root if a > 0.0 else np.tan(np.clip(root * x, -1.2, 1.2)) / root
         return np.asarray(current - scale.current * linked)
 
-    def share(self, at: float, figures: FloatArray) -> float:
+    def share(self, at: FloatArray, figures: FloatArray) -> FloatArray:
         a = float(figures[0])
         root = np.sqrt(abs(a)) * at
-        return float(1.0 - np.tanh(root) ** 2 if a > 0.0 else 1.0 + np.tan(root) ** 2)
-
-    def possible(self, figures: FloatArray) -> bool:
-        return bool(-0.45 < figures[0] < 4.0)
+        return np.asarray(1.0 - np.tanh(root) ** 2 if a > 0.0 else 1.0 + np.tan(np.clip(root, -1.2, 1.2)) ** 2)
 
 
 class _BiasedSaturation(_Saturation):
     """Inductance L₀·(1 − a·i/I): of an axis whose iron the magnets fill in part, it falls with one direction and rises with the other."""
 
     def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
-        return np.asarray(0.5 * float(np.clip(figures[0], -0.9, 0.9)) * current**2 / scale.current)
+        return np.asarray(0.5 * float(figures[0]) * current**2 / scale.current)
 
-    def share(self, at: float, figures: FloatArray) -> float:
-        return 1.0 - float(figures[0]) * at
+    def share(self, at: FloatArray, figures: FloatArray) -> FloatArray:
+        return np.asarray(1.0 - float(figures[0]) * at)
 
-    def possible(self, figures: FloatArray) -> bool:
+    def within(self, figures: FloatArray) -> bool:
         return bool(abs(figures[0]) < 0.9)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         smaller = float(scale.current * 0.01 / max(abs(figures[0]), 0.01))
-        return {"current": scale.current, "share": self.share(1.0, figures), "smaller": smaller}
+        return {"current": scale.current, "share": float(self.share(np.ones(1), figures)[0]), "smaller": smaller}
 
 
 @dataclass(frozen=True)
 class _Eddy(Term):
-    """A closed circuit that is coupled to the winding: k², and the logarithm of its time constant in `lag` of the winding's."""
+    """A closed circuit that is coupled to the winding: k² times its time constant in `lag` of the winding's, and that one's logarithm.
+
+    A record of a fast one shows the product far better than either.
+    """
 
     cause: ClassVar[Cause] = Cause.SECOND_TIME_CONSTANT
     family: ClassVar[str] = "eddy"
@@ -135,16 +148,30 @@ class _Eddy(Term):
 
     def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
         rate = 1.0 / (self._lag(figures) * scale.time_constant)
-        return np.asarray(float(np.clip(figures[0], -0.7, 0.95)) * high_pass(current, step, rate))
+        return np.asarray(self._coupling(figures) * high_pass(current, step, rate))
+
+    def flux_change(
+        self, current: FloatArray, change: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray:
+        return np.asarray(self.flux(change, step, scale, figures))
 
     def possible(self, figures: FloatArray) -> bool:
-        return bool(0.0 <= figures[0] < 0.95)
+        return bool(figures[0] >= 0.0)
+
+    def within(self, figures: FloatArray) -> bool:
+        return bool(-0.2 < self._coupling(figures) < 0.95 and abs(figures[1]) < 3.0)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
-        return {"time_constant": self._lag(figures) * scale.time_constant, "coupling": float(abs(figures[0]) ** 0.5)}
+        return {
+            "time_constant": self._lag(figures) * scale.time_constant,
+            "coupling": abs(self._coupling(figures)) ** 0.5,
+        }
+
+    def _coupling(self, figures: FloatArray) -> float:
+        return float(figures[0] * np.exp(-figures[1]))
 
     def _lag(self, figures: FloatArray) -> float:
-        return self.lag * float(np.exp(np.clip(figures[1], -3.0, 3.0)))
+        return self.lag * float(np.exp(figures[1]))
 
 
 class _Coupling(Term):
@@ -157,6 +184,9 @@ class _Coupling(Term):
 
     def possible(self, figures: FloatArray) -> bool:
         return bool(figures[0] > 0.0)
+
+    def within(self, figures: FloatArray) -> bool:
+        return bool(figures[0] > -0.5)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         return {"corner": float(figures[0]) / (2.0 * np.pi * scale.time_constant)}
@@ -221,8 +251,8 @@ def closed_circuits(record: StepRecord, rate: float, flowing: FloatArray, lags: 
 
     `flowing` (A, shape (n,)) is the current from the step on.
     """
-    missing = np.column_stack([high_pass(flowing, record.step, rate / lag) for lag in lags])
-    return np.asarray((missing - rate * respond_evenly(record.step, missing, rate)).T)
+    missing = np.array([high_pass(flowing, record.step, rate / lag) for lag in lags])
+    return high_pass(missing, record.step, rate)
 
 
 def other_axis_errors(record: StepRecord, p: FloatArray) -> FloatArray:
@@ -252,7 +282,7 @@ def directions(
     angles = [2.0 * np.pi * f * (record.time - scale.begin) for f in MAINS if f * record.step < 0.4]
     rows = np.zeros((3 + len(EDDIES) + 1 + 2 * len(angles), size))
     rows[0, after] = -np.gradient(part)
-    rows[1, after] = cubic - rate * respond_evenly(record.step, cubic, rate)
+    rows[1, after] = high_pass(cubic, record.step, rate)
     rows[2 : 2 + len(EDDIES), after] = closed_circuits(record, rate, part, EDDIES)
     rows[2 + len(EDDIES), after] = -np.cumsum(part)
     rows[3 + len(EDDIES)] = (record.time - scale.begin) / scale.length

@@ -53,6 +53,7 @@ def off(fit: StepFit, record: Sampled, name: str) -> float:
         ("pole", 0.1, Cause.BANDWIDTH),
         ("knee", 1.5, Cause.SATURATION),
         ("corner", 0.1, Cause.AC_COUPLED),
+        ("corner", 0.15, Cause.AC_COUPLED),
         ("hum", 0.02, Cause.HUM),
         ("slope", 0.02, Cause.SLOPE),
     ],
