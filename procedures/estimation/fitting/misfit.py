@@ -43,6 +43,11 @@ class Cause(StrEnum):
     REPEATS_DIFFER = "repeats-differ"
     SPEED_TREND = "speed-trend"
     TOO_COARSE = "too-coarse"
+    LOAD_POINT = "load-point"
+    SPEED_DIFFERS = "speed-differs"
+    UNSETTLED = "unsettled"
+    POWER_BALANCE = "power-balance"
+    CURVATURE = "curvature"
     UNEXPLAINED = "unexplained"
 
 
