@@ -210,7 +210,22 @@ _SEEN_IN_SIX_STEP_TORQUE = {
         "settle, and measure again. Other loads cannot be predicted closer than that"
     ),
 }
+#: What is said of four-wire readings of one line: `record` = "four-wire", and "four-wire-scatter" where no single one is odd.
+_SEEN_IN_FOUR_WIRE = {
+    Cause.REPEATS_DIFFER: text(
+        "of {count:.0f} four-wire readings of a line the one at {current:.3g} A is {off:+.2%} off the line through the others, and is left "
+        "out: look at clips and terminals, and measure again"
+    ),
+}
+_SEEN_IN_FOUR_WIRE_SCATTER = {
+    Cause.REPEATS_DIFFER: text(
+        "{count:.0f} four-wire readings of a line scatter by {scatter:.2%} round their slope, more than the meters' limits of error: look "
+        "at clips, terminals and the supply, and measure again"
+    ),
+}
 _SEEN_IN = {
+    "four-wire": _SEEN_IN_FOUR_WIRE,
+    "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,
     "six-step": _SEEN_IN_SIX_STEP,
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,
     "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,

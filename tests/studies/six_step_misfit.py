@@ -40,7 +40,7 @@ from tests.studies.measured_motor import NoRecord
 Random = np.random.Generator
 ROWS = (
     "clean", "three loads", "one speed wrong", "one bus voltage wrong", "one bus current wrong", "one torque wrong", "probe factor",
-    "bus current's gain", "bus voltage's gain", "speed's gain", "unsettled", "line clipped", "ripple on the bus current",
+    "bus current's gain", "bus voltage's gain (not in the list)", "speed's gain", "unsettled", "line clipped", "ripple on the bus current",
     "torque's zero", "phase advance", "voltage before the leads, R_t given", "bus voltage drifts (not in the list)",
     "thermometer late (not in the list)", "iron loss (not in the list)", "probe factor and one bus voltage wrong",
 )  # fmt: skip
@@ -186,8 +186,12 @@ def disturb(name: str, made: World, random: Random, rated: float) -> None:
             else 1.0 + sign * log(random, 2e-3, 0.5)
         )
         factors["line"] *= wrong
-    if name.endswith("'s gain"):
-        quantity = {"bus current's gain": "current", "bus voltage's gain": "voltage", "speed's gain": "speed"}[name]
+    if "'s gain" in name:
+        quantity = {
+            "bus current's gain": "current",
+            "bus voltage's gain (not in the list)": "voltage",
+            "speed's gain": "speed",
+        }[name]
         factors[quantity] *= 1.0 + sign * log(random, 1e-3, 0.5)
     if name == "unsettled":
         # What is left of a settling speed when the tachometer and then the voltage are read, after the current's record.

@@ -25,8 +25,10 @@ Random = np.random.Generator
 ROWS = (
     "hand, steady", "hand ±20 %", "hand ±20 %, two regrips", "known angle", "run-out", "meter drifts",
     "run-out, 0.6 turn", "four-wire", "thermal voltage drifts", "resistance drifts under load",
-    "lines stay", "winding cools", "contacts differ",
+    "lines stay", "winding cools", "contacts differ", "one reading wrong",
 )  # fmt: skip
+WIRED = ("four-wire", "thermal voltage drifts", "resistance drifts under load", "one reading wrong")
+LINES = ("lines stay", "winding cools", "contacts differ")
 
 
 @dataclass
@@ -115,6 +117,8 @@ def wired(name: str, random: Random) -> Estimates:
         voltage = voltage + risen
     if name.startswith("resistance"):
         voltage = voltage + risen * current
+    if name == "one reading wrong":
+        voltage[random.integers(10)] *= 1.0 + random.choice((-1.0, 1.0)) * log(random, 1e-4, 0.9)
     return of_fit(slope(voltage, current), {"resistance": 1.0})
 
 
@@ -141,9 +145,7 @@ def lines(name: str, random: Random) -> Estimates:
 
 def take(row: Row, name: str, random: Random) -> None:
     """Take one record into account."""
-    way = (
-        turned if name.startswith("hand") else lines if name in ROWS[-3:] else wired if name in ROWS[-6:-3] else angled
-    )
+    way = turned if name.startswith("hand") else lines if name in LINES else wired if name in WIRED else angled
     row.records += 1
     gain = 1.0 + random.uniform(-LIMIT, LIMIT)
     try:
